@@ -1,0 +1,66 @@
+"""Shape checks and locking of arrays; the sign and order conventions of the project.
+
+Conventions
+-----------
+Evaluated quantities are components-first: points ``(3, ...)``, stress ``(3, 3, ...)``.
+Stored surface meshes are ``(n, 3)``. Implicit fields are negative inside the solid.
+Voigt order is xx, yy, zz, yz, xz, xy with engineering shear.
+Units are mm, N, MPa, t/mm^3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+#: An implicit field: points (3, ...) in mm (or cell units) to values (...), negative inside.
+Field: TypeAlias = Callable[[FloatArray], FloatArray]
+
+
+def locked(
+    value: ArrayLike,
+    shape: tuple[int | None, ...],
+    *,
+    dtype: type | np.dtype = np.float64,
+    name: str = "array",
+) -> NDArray:
+    """Copy into a read-only array after checking its shape.
+
+    Parameters
+    ----------
+    value : array_like
+        What to store.
+    shape : tuple of int or None
+        Expected shape; ``None`` accepts any length on that axis.
+    dtype : dtype
+        Stored type.
+    name : str
+        Used in the error message.
+
+    Returns
+    -------
+    array
+        A C-contiguous copy with ``writeable = False``.
+
+    Raises
+    ------
+    ValueError
+        If the shape differs, or a float array holds NaN or infinity.
+    """
+    array = np.array(value, dtype=dtype, order="C", copy=True)
+    if array.ndim != len(shape) or any(
+        want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
+    ):
+        raise ValueError(f"{name} has shape {array.shape}, expected {shape} (None = any)")
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        bad = int(np.count_nonzero(~np.isfinite(array)))
+        raise ValueError(f"{name} holds {bad} values that are not finite")
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,1 @@
+"""What the user asks: schema, quantities with units, regions, loading."""

@@ -1,0 +1,1 @@
+"""Cell families: calibration, percolation, wall size, maps."""

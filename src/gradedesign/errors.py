@@ -1,0 +1,58 @@
+"""Every exception of gradedesign, each with the exit code of its family.
+
+A message says what is wrong, the value with its unit, what was expected and what to try.
+"""
+
+
+class GradeDesignError(Exception):
+    """Base of every error that gradedesign raises on purpose."""
+
+    exit_code = 70
+
+
+class CaseError(GradeDesignError):
+    """The case file or the command line asks for something impossible."""
+
+    exit_code = 2
+
+
+class PartError(GradeDesignError):
+    """The geometry of the part is unusable."""
+
+    exit_code = 3
+
+
+class LatticeError(GradeDesignError):
+    """The lattice cannot be built: it falls apart, is too thin or not closed."""
+
+    exit_code = 3
+
+
+class ResourceError(GradeDesignError):
+    """Memory, time or disk is not enough."""
+
+    exit_code = 5
+
+
+class MeshError(GradeDesignError):
+    """A mesher failed or returned a mesh that is refused."""
+
+    exit_code = 6
+
+
+class SolverError(GradeDesignError):
+    """A linear solve failed its residual, balance or support checks."""
+
+    exit_code = 6
+
+
+class DensityError(GradeDesignError):
+    """A density is outside the window in which it means anything, or sizing failed."""
+
+    exit_code = 6
+
+
+class PluginError(GradeDesignError):
+    """A plugin failed to load, clashes with another, or broke its contract."""
+
+    exit_code = 7

@@ -1,0 +1,1 @@
+"""Composing fields: trim, skin; sampling in bricks; surface."""

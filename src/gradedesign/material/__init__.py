@@ -1,0 +1,1 @@
+"""Base materials and the records of scaling laws."""

@@ -1,0 +1,92 @@
+"""Scaling laws: effective stiffness and strength of a cell as functions of relative density."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import DensityError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ScalingLaw:
+    """Effective behaviour of one cell family over a window of relative density.
+
+    Attributes
+    ----------
+    name : str
+        Lower case with dashes, unique in the registry.
+    families : tuple of str
+        Names of the cell families this law describes.
+    stiffness : callable
+        rho ``(...)`` to the full stiffness ``(6, 6, ...)`` in Voigt order xx, yy, zz, yz, xz, xy
+        with engineering shear, relative to the base material's Young's modulus, in the cell's
+        axes. It must give the solid material's own stiffness nowhere but at its own formula.
+    stiffness_derivative : callable
+        d(stiffness)/d(rho), same shapes.
+    strength : callable
+        rho ``(...)`` to the macroscopic von Mises stress at first yield of the cell, relative
+        to the base material's strength, ``(...)``.
+    strength_derivative : callable
+        d(strength)/d(rho).
+    window : (float, float)
+        Densities between which the source supports the law.
+    kind : {"fe", "experiment", "computed"}
+        How it was obtained; the kinds are never mixed.
+    source : str
+        Author, year, table or equation.
+    test : str
+        Load, boundary conditions and specimen behind the numbers.
+    coefficients : tuple of (str, float)
+        Numbers to print in the report, such as ``("c1", 0.402)``.
+    poissons_ratio : float
+        The base material's Poisson ratio the law was made for.
+    """
+
+    name: str
+    families: tuple[str, ...]
+    stiffness: Callable[[FloatArray], FloatArray]
+    stiffness_derivative: Callable[[FloatArray], FloatArray]
+    strength: Callable[[FloatArray], FloatArray]
+    strength_derivative: Callable[[FloatArray], FloatArray]
+    window: tuple[float, float]
+    kind: Literal["fe", "experiment", "computed"]
+    source: str
+    test: str
+    coefficients: tuple[tuple[str, float], ...] = ()
+    poissons_ratio: float = 0.3
+
+
+def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> FloatArray:
+    """Isotropic stiffness ``(6, 6, ...)`` from E ``(...)`` and nu, Voigt with engineering shear."""
+    e = np.asarray(youngs_modulus, dtype=np.float64)
+    nu = poissons_ratio
+    lam = e * nu / ((1 + nu) * (1 - 2 * nu))
+    mu = e / (2 * (1 + nu))
+    c = np.zeros((6, 6, *e.shape))
+    c[:3, :3] = lam
+    for i in range(3):
+        c[i, i] += 2 * mu
+        c[i + 3, i + 3] = mu
+    return c
+
+
+def check_density_window(law: ScalingLaw, lower: float, upper: float) -> None:
+    """Raise unless ``[lower, upper]`` lies inside the window of a law.
+
+    Raises
+    ------
+    DensityError
+        Naming the law, the request and the window.
+    """
+    a, b = law.window
+    if lower < a - 1e-9 or upper > b + 1e-9:
+        raise DensityError(
+            f"law '{law.name}' is supported for relative densities {a:g} to {b:g}, "
+            f"but {lower:g} to {upper:g} was asked for; narrow [lattice] density or name "
+            f"another law"
+        )

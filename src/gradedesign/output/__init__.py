@@ -1,0 +1,1 @@
+"""Files for people and printers: stl, vtu, pictures, report."""

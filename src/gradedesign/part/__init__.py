@@ -1,0 +1,1 @@
+"""The solid: readers, repair, smooth faces, selection, signed distance, its tetrahedra."""

@@ -1,0 +1,1 @@
+"""Analysis to density: stress ratio, optimality, filter, bounds, limits."""

@@ -1,0 +1,1 @@
+"""Explicit analysis, windows, correction, limits, printability."""
