@@ -15,19 +15,31 @@ from gradedesign.errors import (
     SolverError,
 )
 from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.exporter import Exporter
+from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.part.reader import PartReader
+from gradedesign.plugin.hookspecs import hookimpl
 
 __all__ = [
     "CaseError",
     "CellFamily",
     "DensityError",
+    "Exporter",
     "GradeDesignError",
     "LatticeError",
     "Material",
     "MeshError",
     "PartError",
+    "PartReader",
     "PluginError",
+    "RawTriangles",
     "ResourceError",
     "ScalingLaw",
     "SolverError",
+    "SurfaceMesh",
+    "hookimpl",
+    "power_law",
 ]

@@ -90,3 +90,24 @@ def check_density_window(law: ScalingLaw, lower: float, upper: float) -> None:
             f"but {lower:g} to {upper:g} was asked for; narrow [lattice] density or name "
             f"another law"
         )
+
+
+def within_window(name: str, window: tuple[float, float], rho: FloatArray) -> FloatArray:
+    """Return densities as float64, refusing any outside the window of law ``name``.
+
+    Raises
+    ------
+    DensityError
+        Naming the law, the range found and the window; NaN counts as outside.
+    """
+    values = np.asarray(rho, dtype=np.float64)
+    a, b = window
+    inside = (values >= a - 1e-9) & (values <= b + 1e-9)
+    if not inside.all():
+        bad = values[~inside]
+        raise DensityError(
+            f"law '{name}' is supported for relative densities {a:g} to {b:g}, but was asked for "
+            f"{bad.min():g} to {bad.max():g} at {bad.size} points; narrow [lattice] density or "
+            f"name another law"
+        )
+    return values

@@ -1,0 +1,15 @@
+"""Gyroid, diamond and primitive cells for gradedesign, with their scaling laws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gradedesign import CellFamily, hookimpl
+from gradedesign_cells_tpms import diamond, gyroid, primitive
+
+
+@hookimpl
+def gradedesign_cell_families() -> Iterator[CellFamily]:
+    """Register sheet, network and wall of every surface."""
+    for surface in (diamond, gyroid, primitive):
+        yield from surface.families()

@@ -1,0 +1,29 @@
+"""The record of a part reader: one file format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from gradedesign.part.raw_triangles import RawTriangles
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartReader:
+    """Reads parts from one file format.
+
+    Attributes
+    ----------
+    name : str
+        Lower case with dashes, such as ``stl``.
+    suffixes : tuple of str
+        Lower-case file endings with their dot, such as ``(".stl",)``.
+    read : callable
+        ``read(path, unit)`` returns `RawTriangles` in mm; ``unit`` is ``mm``, ``cm``, ``m`` or
+        ``inch``. It raises `gradedesign.PartError` for a file it does not understand.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    read: Callable[[Path, str], RawTriangles]

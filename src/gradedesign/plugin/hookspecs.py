@@ -1,0 +1,118 @@
+"""Every extension point: what a plugin may register.
+
+A hook takes no argument and returns an iterable of records. It is called once, when the registry
+is built, never inside a numerical loop. The built-in records go through the same hooks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pluggy
+
+from gradedesign.cell.family import CellFamily
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.output.exporter import Exporter
+from gradedesign.part.reader import PartReader
+
+#: Name of the pluggy project and of the entry-point group.
+GROUP = "gradedesign"
+
+hookspec = pluggy.HookspecMarker(GROUP)
+hookimpl = pluggy.HookimplMarker(GROUP)
+
+
+@hookspec
+def gradedesign_cell_families() -> Iterable[CellFamily]:
+    """Register cell families.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import CellFamily, hookimpl
+    >>> def simple_cubic(u):
+    ...     return np.sort(np.hypot(*np.abs(u - np.round(u))[[[0, 1, 2], [1, 2, 0]]]), axis=0)[0]
+    >>> @hookimpl
+    ... def gradedesign_cell_families():
+    ...     yield CellFamily(name="simple-cubic", shape=simple_cubic, distance=True)
+    >>> [family.name for family in gradedesign_cell_families()]
+    ['simple-cubic']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_scaling_laws() -> Iterable[ScalingLaw]:
+    """Register laws that give stiffness and strength of a cell as functions of density.
+
+    Examples
+    --------
+    >>> from gradedesign import hookimpl, power_law
+    >>> @hookimpl
+    ... def gradedesign_scaling_laws():
+    ...     yield power_law(
+    ...         "me-2026-simple-cubic", ("simple-cubic",), 0.7, 1.3, 0.5, 1.2, (0.1, 0.5),
+    ...         kind="fe", source="my thesis, table 2", test="periodic cell, quadratic tets",
+    ...     )
+    >>> [law.window for law in gradedesign_scaling_laws()]
+    [(0.1, 0.5)]
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_materials() -> Iterable[Material]:
+    """Register base materials (MPa, t/mm^3, 1/K).
+
+    Examples
+    --------
+    >>> from gradedesign import Material, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_materials():
+    ...     yield Material(
+    ...         name="my-resin", youngs_modulus=2800.0, poissons_ratio=0.35, density=1.18e-9,
+    ...         yield_strength=55.0, source="data sheet 2026-01",
+    ...     )
+    >>> [material.name for material in gradedesign_materials()]
+    ['my-resin']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_readers() -> Iterable[PartReader]:
+    """Register file formats from which a part can be read.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import PartReader, RawTriangles, hookimpl
+    >>> def read_corners(path, unit):
+    ...     return RawTriangles(corners=np.loadtxt(path).reshape(-1, 3, 3))
+    >>> @hookimpl
+    ... def gradedesign_readers():
+    ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
+    >>> [reader.suffixes for reader in gradedesign_readers()]
+    [('.corners',)]
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_exporters() -> Iterable[Exporter]:
+    """Register file formats in which the printed surface can be written.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import Exporter, hookimpl
+    >>> def write_corners(path, surface):
+    ...     np.savetxt(path, surface.vertices[surface.faces].reshape(-1, 9))
+    >>> @hookimpl
+    ... def gradedesign_exporters():
+    ...     yield Exporter(name="corners", suffix=".corners", write=write_corners)
+    >>> [exporter.name for exporter in gradedesign_exporters()]
+    ['corners']
+    """
+    return ()

@@ -1,0 +1,325 @@
+"""The registry: every record that the built-ins and the installed plugins supply."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from types import MappingProxyType, ModuleType
+from typing import Any, Literal, NamedTuple
+
+import pluggy
+
+from gradedesign.case.suggest import instead
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import CaseError, PluginError
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.output.exporter import Exporter
+from gradedesign.part.reader import PartReader
+from gradedesign.plugin import builtin, hookspecs
+
+log = logging.getLogger(__name__)
+
+#: Set to 1 to load no installed plugin, only the built-ins.
+DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
+
+_DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+_SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
+
+Kind = Literal["cell_families", "scaling_laws", "materials", "readers", "exporters"]
+
+
+class _Shelf(NamedTuple):
+    """What a hook must return, how its names look and what a person calls it."""
+
+    record: type
+    names: re.Pattern[str]
+    noun: str
+
+
+_SHELVES: Mapping[Kind, _Shelf] = {
+    "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
+    "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
+    "materials": _Shelf(Material, _SPACED, "material"),
+    "readers": _Shelf(PartReader, _DASHED, "part reader"),
+    "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PluginSource:
+    """A plugin that was loaded: its entry point (or module), distribution and version."""
+
+    entry_point: str
+    distribution: str
+    version: str
+
+    def __str__(self) -> str:
+        """Name the distribution and version, as reports print them."""
+        return f"{self.distribution} {self.version}".strip()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PluginFailure:
+    """A plugin that could not be loaded and supplies nothing."""
+
+    entry_point: str
+    distribution: str
+    error: str
+
+    def __str__(self) -> str:
+        """Name entry point, distribution and error in one line."""
+        return f"plugin '{self.entry_point}' of {self.distribution}: {self.error}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Registry:
+    """Records by kind and name, sorted by name.
+
+    Attributes
+    ----------
+    cell_families, scaling_laws, materials, readers, exporters : mapping of str to record
+    sources : mapping of kind to mapping of name to str
+        ``"distribution version"`` that supplied the record.
+    plugins : tuple of PluginSource
+        Every plugin that was loaded, for the report.
+    failures : tuple of PluginFailure
+        Every plugin that was not.
+    """
+
+    cell_families: Mapping[str, CellFamily]
+    scaling_laws: Mapping[str, ScalingLaw]
+    materials: Mapping[str, Material]
+    readers: Mapping[str, PartReader]
+    exporters: Mapping[str, Exporter]
+    sources: Mapping[str, Mapping[str, str]]
+    plugins: tuple[PluginSource, ...]
+    failures: tuple[PluginFailure, ...]
+
+
+def build_registry(
+    *,
+    plugins: Literal["installed"] | Sequence[ModuleType] = "installed",
+    strict: bool = False,
+) -> Registry:
+    """Collect the records of the built-ins and of plugins.
+
+    Parameters
+    ----------
+    plugins : "installed" or sequence of modules
+        The entry points of group ``gradedesign``, one by one, unless the environment sets
+        ``GRADEDESIGN_DISABLE_PLUGINS=1``; or these modules and nothing installed.
+    strict : bool
+        Raise for a plugin that fails to load instead of going on without it.
+
+    Returns
+    -------
+    Registry
+
+    Raises
+    ------
+    PluginError
+        For a misspelt hook, a hook that takes arguments, a record of the wrong type or with an
+        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load.
+    """
+    manager = pluggy.PluginManager(hookspecs.GROUP)
+    manager.add_hookspecs(hookspecs)
+    sources: dict[str, PluginSource] = {}
+    own = _distribution_source(None, "builtin", hookspecs.GROUP)
+    _register(manager, sources, builtin, own)
+    failures = (
+        _load_installed(manager, sources)
+        if plugins == "installed"
+        else _register_modules(manager, sources, plugins)
+    )
+    try:
+        manager.check_pending()
+    except pluggy.PluginValidationError as error:
+        source = sources.get(manager.get_name(error.plugin) or "")
+        raise PluginError(
+            f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(_hook_names()))}"
+        ) from error
+    found, more = _collect(manager, sources)
+    failures = tuple(sorted([*failures, *more], key=str))
+    for failure in failures:
+        log.warning("disabled %s", failure)
+    if strict and failures:
+        raise PluginError("; ".join(str(failure) for failure in failures))
+    failed = {failure.entry_point for failure in failures}
+    return Registry(
+        **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},  # type: ignore[arg-type]
+        sources=MappingProxyType(
+            {
+                kind: MappingProxyType({n: str(s) for n, (_, s) in sorted(found[kind].items())})
+                for kind in _SHELVES
+            }
+        ),
+        plugins=tuple(s for _, s in sorted(sources.items()) if s.entry_point not in failed),
+        failures=failures,
+    )
+
+
+def lookup(registry: Registry, kind: Kind, name: str) -> Any:
+    """Find a record by the name a case gives.
+
+    Parameters
+    ----------
+    registry : Registry
+    kind : str
+        ``cell_families``, ``scaling_laws``, ``materials``, ``readers`` or ``exporters``.
+    name : str
+
+    Raises
+    ------
+    CaseError
+        If there is no such name; lists the valid ones and the nearest spelling.
+    PluginError
+        The same, when a plugin that might have supplied it failed to load.
+    """
+    shelf: Mapping[str, Any] = getattr(registry, kind)
+    if name in shelf:
+        return shelf[name]
+    message = f"no {_SHELVES[kind].noun} named '{name}'; {instead(name, shelf)}"
+    if registry.failures:
+        causes = "; ".join(str(failure) for failure in registry.failures)
+        raise PluginError(f"{message}. It may be missing because a plugin is disabled: {causes}")
+    raise CaseError(message)
+
+
+def _hook_names() -> list[str]:
+    """Names of every hook."""
+    return [name for name in vars(hookspecs) if name.startswith("gradedesign_")]
+
+
+def _distribution_source(
+    distribution: metadata.Distribution | None, entry_point: str, fallback: str
+) -> PluginSource:
+    """Describe where a plugin comes from; ``fallback`` names a distribution to look up."""
+    if distribution is not None:
+        return PluginSource(
+            entry_point=entry_point, distribution=distribution.name, version=distribution.version
+        )
+    try:
+        version = metadata.version(fallback)
+    except metadata.PackageNotFoundError:
+        version = ""
+    return PluginSource(entry_point=entry_point, distribution=fallback, version=version)
+
+
+def _register(
+    manager: pluggy.PluginManager,
+    sources: dict[str, PluginSource],
+    plugin: object,
+    source: PluginSource,
+) -> None:
+    """Register one plugin under a unique name; a wrong hook signature is an error."""
+    name = f"{source.entry_point} ({source.distribution})"
+    if name in sources or manager.is_registered(plugin):
+        raise PluginError(
+            f"plugin '{source.entry_point}' of {source} is registered twice; "
+            f"keep one entry point per module"
+        )
+    try:
+        manager.register(plugin, name=name)
+    except pluggy.PluginValidationError as error:
+        raise PluginError(
+            f"plugin '{source.entry_point}' of {source} does not match a hook: {error}"
+        ) from error
+    sources[name] = source
+
+
+def _register_modules(
+    manager: pluggy.PluginManager, sources: dict[str, PluginSource], plugins: Iterable[ModuleType]
+) -> tuple[PluginFailure, ...]:
+    """Register modules that the caller imported."""
+    for module in plugins:
+        _register(manager, sources, module, _distribution_source(None, module.__name__, "module"))
+    return ()
+
+
+def _load_installed(
+    manager: pluggy.PluginManager, sources: dict[str, PluginSource]
+) -> tuple[PluginFailure, ...]:
+    """Load the entry points one by one; a failure disables only itself."""
+    if os.environ.get(DISABLE_VARIABLE, "") not in ("", "0"):
+        log.info("%s is set: no installed plugin is loaded", DISABLE_VARIABLE)
+        return ()
+    failures: list[PluginFailure] = []
+    points = metadata.entry_points(group=hookspecs.GROUP)
+    for point in sorted(points, key=lambda p: (p.name, p.value)):
+        if point.value == builtin.__name__:
+            continue
+        source = _distribution_source(point.dist, point.name, point.value)
+        try:
+            plugin = point.load()
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - foreign code may raise anything
+            failures.append(_failure(source, error))
+            continue
+        _register(manager, sources, plugin, source)
+    return tuple(failures)
+
+
+def _failure(source: PluginSource, error: BaseException) -> PluginFailure:
+    """Record why a plugin is disabled."""
+    log.debug("plugin of %s failed", source, exc_info=error)
+    return PluginFailure(
+        entry_point=source.entry_point,
+        distribution=str(source),
+        error=f"{type(error).__name__}: {error}",
+    )
+
+
+_Found = dict[str, dict[str, tuple[Any, PluginSource]]]
+
+
+def _collect(
+    manager: pluggy.PluginManager, sources: Mapping[str, PluginSource]
+) -> tuple[_Found, list[PluginFailure]]:
+    """Call every hook of every plugin; one that raises loses all of its records."""
+    found: _Found = {kind: {} for kind in _SHELVES}
+    failures: list[PluginFailure] = []
+    for plugin_name, source in sorted(sources.items()):
+        records: list[tuple[Kind, Any]] = []
+        try:
+            for kind in _SHELVES:
+                for implementation in getattr(manager.hook, f"gradedesign_{kind}").get_hookimpls():
+                    if implementation.plugin_name == plugin_name:
+                        records += [(kind, record) for record in implementation.function()]
+        except Exception as error:  # noqa: BLE001 - foreign code may raise anything
+            failures.append(_failure(source, error))
+            continue
+        for kind, record in records:
+            _add(found, kind, record, source)
+    return found, failures
+
+
+def _add(found: _Found, kind: Kind, record: Any, source: PluginSource) -> None:
+    """Check one record and put it on its shelf."""
+    shelf = _SHELVES[kind]
+    if not isinstance(record, shelf.record):
+        raise PluginError(
+            f"hook gradedesign_{kind} of plugin '{source.entry_point}' ({source}) returned a "
+            f"{type(record).__name__}, expected {shelf.record.__name__} records"
+        )
+    name = record.name
+    if not isinstance(name, str) or not shelf.names.fullmatch(name):
+        raise PluginError(
+            f"{shelf.noun} {name!r} of plugin '{source.entry_point}' ({source}) has an invalid "
+            f"name; use lower-case letters and digits joined by dashes, such as 'my-cell'"
+        )
+    if name in found[kind]:
+        raise PluginError(
+            f"{shelf.noun} '{name}' is supplied by both {found[kind][name][1]} and {source}; "
+            f"uninstall one, or rename the record, for example to '<vendor>-{name}'"
+        )
+    found[kind][name] = (record, source)
+
+
+def _by_name(kind: Kind, shelf: Mapping[str, tuple[Any, PluginSource]]) -> Mapping[str, Any]:
+    """Read-only records of one kind, sorted by name."""
+    log.info("registry: %d %s", len(shelf), kind)
+    return MappingProxyType({name: shelf[name][0] for name in sorted(shelf)})
