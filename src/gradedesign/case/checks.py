@@ -1,0 +1,190 @@
+"""Checks that span several tables of a case: names that must exist, sizes that must fit."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from gradedesign.case.problems import Problem
+from gradedesign.case.schema import CaseFile
+from gradedesign.case.suggest import shown
+from gradedesign.case.toml_lines import Key
+
+_ANY = "*"
+_USES_OF_REGIONS: tuple[Key, ...] = (
+    ("keep", _ANY, "region"),
+    ("load_case", _ANY, "fix", _ANY, "region"),
+    ("load_case", _ANY, "load", _ANY, "region"),
+    ("limits", "displacement", _ANY, "region"),
+)
+_PARTS_OF_REGIONS = tuple(
+    key
+    for word in ("any", "all", "not")
+    for key in (("region", _ANY, word), ("region", _ANY, word, _ANY))
+)
+
+
+def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
+    """Find names that are used but not defined, defined twice, or defined by themselves.
+
+    Parameters
+    ----------
+    data : mapping
+        The file as TOML gave it; may be wrong in any other way.
+
+    Yields
+    ------
+    Problem
+    """
+    regions = _names(data.get("region"))
+    for pattern in (*_USES_OF_REGIONS, *_PARTS_OF_REGIONS):
+        for key, name in _texts(data, pattern):
+            if name not in regions:
+                yield Problem(
+                    key=key,
+                    message=f"region {shown(name)} is not defined",
+                    word=name,
+                    choices=regions,
+                    what="defined",
+                )
+    yield from _cycles(data, regions)
+    cases = list(_texts(data, ("load_case", _ANY, "name")))
+    counts = Counter(name for _, name in cases)
+    for key, name in cases:
+        if counts[name] > 1 and key != next(k for k, n in cases if n == name):
+            yield Problem(
+                key=key, message=f"load case {shown(name)} is defined twice; expected another name"
+            )
+    for key, name in _texts(data, ("limits", "displacement", _ANY, "load_case")):
+        if name not in counts:
+            yield Problem(
+                key=key,
+                message=f"load case {shown(name)} is not defined",
+                word=name,
+                choices=tuple(counts),
+                what="defined",
+            )
+
+
+def cross_problems(file: CaseFile) -> Iterator[Problem]:
+    """Find values of different tables that contradict each other."""
+    material, limits = file.material, file.limits
+    own = material.name is None
+    if limits.safety_factor is not None and own and material.yield_strength is None:
+        yield Problem(
+            key=("limits", "safety_factor"),
+            message="needs the yield strength; add yield_strength to [material], or use stress",
+        )
+    for i, case in enumerate(file.load_case):
+        if case.temperature_change and own and material.thermal_expansion is None:
+            yield Problem(
+                key=("load_case", i, "temperature_change"),
+                message="needs the thermal expansion; add thermal_expansion to [material]",
+            )
+    size, printer = file.lattice.size, file.print
+    if printer is not None and size < 2 * printer.min_wall:
+        yield Problem(
+            key=("lattice", "size"),
+            message=f"found {size:g} mm, less than twice the min_wall of {printer.min_wall:g} mm; "
+            f"expected at least {2 * printer.min_wall:g} mm",
+        )
+    yield from _box_problems(file)
+
+
+def case_warnings(file: CaseFile) -> Iterator[str]:
+    """Tell what is allowed but deserves a look."""
+    material, limits = file.material, file.limits
+    nu, modulus = material.poissons_ratio, material.youngs_modulus
+    if nu is not None and nu > 0.49:
+        yield (
+            f"poissons_ratio {nu:g} is nearly incompressible; elements may lock and appear too "
+            "stiff above 0.49"
+        )
+    if modulus is not None and not 1.0 <= modulus <= 2e6:
+        yield f"youngs_modulus {modulus:g} MPa is unusual; is its unit right?"
+    density = material.density
+    if density is not None and not 1e-11 <= density <= 3e-8:
+        yield f"density {density * 1e9:g} g/cm^3 is unusual; is its unit right?"
+    strength = material.yield_strength
+    if limits.stress is not None and strength is not None and limits.stress > strength:
+        yield (
+            f"the stress limit of {limits.stress:g} MPa is above the yield strength of "
+            f"{strength:g} MPa; the analysis is linear elastic"
+        )
+    for case in file.load_case:
+        held = {fix.region for fix in case.fix if None not in fix.displacement}
+        for load in case.load:
+            if load.region in held:
+                yield (
+                    f"load case {shown(case.name)} loads region {shown(load.region)}, which it "
+                    "also holds in every direction; that load does nothing"
+                )
+
+
+def _box_problems(file: CaseFile) -> Iterator[Problem]:
+    if file.part.box is None:
+        return
+    thinnest = min(file.part.box)
+    skin = file.lattice.skin
+    if skin is not None and 2 * skin >= thinnest:
+        yield Problem(
+            key=("lattice", "skin"),
+            message=f"found {skin:g} mm, which leaves no room inside the {thinnest:g} mm edge of "
+            f"the box; expected less than {thinnest / 2:g} mm",
+        )
+    if file.part.mesh_size > thinnest:
+        yield Problem(
+            key=("part", "mesh_size"),
+            message=f"found {file.part.mesh_size:g} mm, more than the {thinnest:g} mm edge of the "
+            f"box; expected at most {thinnest / 2:g} mm",
+        )
+
+
+def _cycles(data: Mapping[str, Any], regions: tuple[str, ...]) -> Iterator[Problem]:
+    """Report every region that is, through others, part of its own definition."""
+    parts: dict[str, list[str]] = {name: [] for name in regions}
+    for pattern in _PARTS_OF_REGIONS:
+        for key, name in _texts(data, pattern):
+            if name in parts:
+                parts[str(key[1])].append(name)
+    # take away regions whose parts are all settled; what stays depends on a cycle
+    open_parts = {name: set(of) for name, of in parts.items()}
+    users: dict[str, list[str]] = {name: [] for name in regions}
+    for name, of in open_parts.items():
+        for part in of:
+            users[part].append(name)
+    settled = [name for name, of in open_parts.items() if not of]
+    while settled:
+        part = settled.pop()
+        for user in users[part]:
+            open_parts[user].discard(part)
+            if not open_parts[user]:
+                settled.append(user)
+        del open_parts[part]
+    for name, of in open_parts.items():
+        yield Problem(
+            key=("region", name),
+            message=f"is defined by itself, through {shown(min(of))}; expected no circle among "
+            "any, all and not",
+        )
+
+
+def _names(table: object) -> tuple[str, ...]:
+    return tuple(table) if isinstance(table, dict) else ()
+
+
+def _texts(data: object, pattern: Key, key: Key = ()) -> Iterator[tuple[Key, str]]:
+    """Yield the texts at every key that fits a pattern; ``*`` stands for any key or index."""
+    if not pattern:
+        if isinstance(data, str):
+            yield key, data
+        return
+    first, rest = pattern[0], pattern[1:]
+    if isinstance(data, dict):
+        for name in data if first == _ANY else (first,):
+            if name in data:
+                yield from _texts(data[name], rest, (*key, name))
+    elif isinstance(data, list) and first == _ANY:
+        for i, entry in enumerate(data):
+            yield from _texts(entry, rest, (*key, i))

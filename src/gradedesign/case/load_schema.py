@@ -1,0 +1,162 @@
+"""``[[load_case]]``: supports and loads that act together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, TypeAlias
+
+from pydantic import Field, model_validator
+
+from gradedesign.case.suggest import shown
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import (
+    JsonSchema,
+    Name,
+    Quantity,
+    Reader,
+    Refused,
+    RegionName,
+    Triple,
+    Vector,
+    three,
+)
+
+Prescribed: TypeAlias = tuple[float | None, float | None, float | None]
+_EXAMPLE = '["0 mm", "free", "0.1 mm"]'
+
+
+class _Components(Reader):
+    """``"xy"`` to the prescription that holds x and y at zero."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> Prescribed:
+        if (
+            not isinstance(value, str)
+            or not value
+            or not set(value) <= set("xyz")
+            or len(set(value)) != len(value)
+        ):
+            raise Refused(f'found {shown(value)}; expected letters of xyz such as "xy"')
+        x, y, z = (0.0 if axis in value else None for axis in "xyz")
+        return x, y, z
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "string", "pattern": "^[xyz]{1,3}$"}
+
+
+class _Displacement(Reader):
+    """Three lengths or the word free."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> Prescribed:
+        x, y, z = (self._component(i, v) for i, v in enumerate(three(value, _EXAMPLE)))
+        if x is None and y is None and z is None:
+            raise Refused(f"found three times free, which holds nothing; expected {_EXAMPLE}")
+        return x, y, z
+
+    def json_schema(self) -> JsonSchema:
+        item = {"type": "string", "examples": ["0 mm", "free"]}
+        return {"type": "array", "items": item, "minItems": 3, "maxItems": 3}
+
+    @staticmethod
+    def _component(index: int, value: object) -> float | None:
+        if value == "free":
+            return None
+        try:
+            return Quantity("length").read(value)
+        except Refused as error:
+            raise Refused(f"entry {index + 1}: {error}, or free") from None
+
+
+class FixSpec(Table):
+    """A support: all of x, y, z held, or some components, or prescribed displacements."""
+
+    region: RegionName = Field(examples=["root"])
+    """Name of the region that is held."""
+    components: Annotated[Prescribed, _Components()] | None = None
+    """Components held at zero, such as ``"xy"``."""
+    prescribed: Annotated[Prescribed, _Displacement()] | None = Field(
+        default=None, alias="displacement"
+    )
+    """Displacement per component in mm, or free."""
+
+    @property
+    def displacement(self) -> Prescribed:
+        """Prescribed displacement along x, y, z in mm; None where the part is free to move."""
+        return self.prescribed or self.components or (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _one_form(self) -> FixSpec:
+        if self.components is not None and self.prescribed is not None:
+            raise key_error(
+                "components", 'found beside displacement; expected one of them, with "free"'
+            )
+        return self
+
+
+class LoadSpec(Table):
+    """A load on a region; what is given acts together."""
+
+    region: RegionName = Field(examples=["tip"])
+    """Name of the region that is loaded."""
+    force: Annotated[Triple, Vector("force")] | None = None
+    """Total force in N, spread over the region."""
+    pressure: Annotated[float, Quantity("pressure")] | None = None
+    """MPa along the inward normal: positive presses on the part."""
+    moment: Annotated[Triple, Vector("moment")] | None = None
+    """Total moment in N mm about the centroid of the region."""
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether nothing acts."""
+        return not any(self._values())
+
+    @model_validator(mode="after")
+    def _any_load(self) -> LoadSpec:
+        if self.force is None and self.pressure is None and self.moment is None:
+            raise Refused(
+                'no load given; add force = ["0 N", "0 N", "-5 kN"], pressure = "2 MPa" or '
+                'moment = ["0 N*m", "0 N*m", "20 N*m"]'
+            )
+        return self
+
+    def _values(self) -> Iterator[float]:
+        yield from self.force or ()
+        yield self.pressure or 0.0
+        yield from self.moment or ()
+
+
+class LoadCaseSpec(Table):
+    """Supports, loads, acceleration and temperature that act at the same time."""
+
+    name: Name = Field(examples=["tip load"])
+    """Shown in the report; unique."""
+    fix: tuple[FixSpec, ...] = ()
+    """Supports."""
+    load: tuple[LoadSpec, ...] = ()
+    """Loads on regions."""
+    acceleration: Annotated[Triple, Vector("acceleration")] = (0.0, 0.0, 0.0)
+    """mm/s^2; the body force is density times this, so gravity points down."""
+    temperature_change: Annotated[float, Quantity("temperature")] = 0.0
+    """K, uniform, from the stress-free state."""
+
+    @model_validator(mode="after")
+    def _held_and_loaded(self) -> LoadCaseSpec:
+        if not self.fix:
+            raise key_error(
+                "fix",
+                f"load case {shown(self.name)} has no support, so the part is free to move in "
+                'all six ways; add fix = [{region = "root"}]',
+            )
+        moved = any(value for fix in self.fix for value in fix.displacement)
+        loaded = not all(load.is_zero for load in self.load)
+        if not (loaded or moved or any(self.acceleration) or self.temperature_change):
+            raise key_error(
+                "load",
+                f"load case {shown(self.name)} loads nothing: every force, pressure, moment, "
+                "acceleration, temperature change and prescribed displacement is zero; add "
+                'load = [{region = "tip", force = ["0 N", "0 N", "-5 kN"]}]',
+            )
+        return self

@@ -1,0 +1,49 @@
+"""``[material]``: a name from the library, or the properties themselves."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import model_validator
+
+from gradedesign.case.suggest import listed
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import Name, Number, Quantity
+
+_NEEDED = ("youngs_modulus", "poissons_ratio", "density")
+
+
+class MaterialSpec(Table):
+    """Either ``name`` alone, resolved in the library of materials, or its own properties."""
+
+    name: Name | None = None
+    """Name in the library."""
+    youngs_modulus: Annotated[float, Quantity("stress", above=0.0)] | None = None
+    """MPa."""
+    poissons_ratio: Annotated[float, Number(above=-1.0, below=0.5)] | None = None
+    """Between -1 and 0.5, both excluded."""
+    density: Annotated[float, Quantity("density", above=0.0)] | None = None
+    """t/mm^3."""
+    yield_strength: Annotated[float, Quantity("stress", above=0.0)] | None = None
+    """MPa; needed for a safety factor."""
+    thermal_expansion: Annotated[float, Quantity("thermal_expansion")] | None = None
+    """1/K; needed for a temperature change."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> MaterialSpec:
+        if self.name is not None:
+            extra = [k for k in type(self).model_fields if k in self.model_fields_set - {"name"}]
+            if extra:
+                raise key_error(
+                    extra[0],
+                    "found beside name; expected either a name from the library or the "
+                    "properties without a name",
+                )
+            return self
+        missing = [k for k in _NEEDED if getattr(self, k) is None]
+        if missing:
+            raise ValueError(
+                f"found no name and no {listed(missing)}; expected a name from the library such "
+                f'as name = "Ti-6Al-4V", or all of {listed(_NEEDED)}'
+            )
+        return self

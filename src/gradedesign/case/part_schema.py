@@ -1,0 +1,69 @@
+"""``[part]``: the solid, from a file or a box."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+
+from gradedesign.case.part_path import resolve_part_file
+from gradedesign.case.suggest import instead, shown
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import Choice, Refused, Size, Triple, Vector
+
+UNITS = ("mm", "cm", "m", "inch")
+
+
+class PartSpec(Table):
+    """The solid part: exactly one of ``file`` and ``box``."""
+
+    file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
+    """Absolute path of the part file."""
+    box: Annotated[Triple, Vector("length")] | None = None
+    """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
+    units: Annotated[str, Choice(UNITS)] | None = None
+    """Unit of the coordinates of an STL file, which carries none."""
+    mesh_size: Size = Field(examples=["12 mm"])
+    """Edge length of the tetrahedra of the solid, mm."""
+    repair: Annotated[str, Choice(("safe", "auto"))] = "safe"
+    """How far a damaged surface may be repaired."""
+    bodies: Annotated[str, Choice(("one", "all"))] = "one"
+    """Whether several disjoint bodies are accepted."""
+
+    @field_validator("file", mode="before")
+    @classmethod
+    def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
+        if not isinstance(value, str):
+            raise Refused(f'found {shown(value)}; expected a file name such as "bracket.stl"')
+        context = info.context or {}
+        return resolve_part_file(
+            value,
+            folder=context.get("folder", Path.cwd()),
+            allow_outside=bool(context.get("allow_outside", False)),
+        )
+
+    @field_validator("box", mode="after")
+    @classmethod
+    def _positive(cls, value: Triple | None) -> Triple | None:
+        for i, edge in enumerate(value or ()):
+            if edge <= 0.0:
+                raise Refused(f"entry {i + 1}: found {edge:g} mm; expected more than 0 mm")
+        return value
+
+    @model_validator(mode="after")
+    def _one_source(self) -> PartSpec:
+        if (self.file is None) == (self.box is None):
+            count = "neither" if self.file is None else "both"
+            raise Refused(
+                f'found {count} of file and box; expected exactly one: file = "part.stl" or '
+                'box = ["60 mm", "20 mm", "20 mm"]'
+            )
+        if self.file is not None and self.units is None:
+            raise key_error(
+                "file",
+                f"an STL file carries no unit; {instead('', UNITS, what='add units, one of')}",
+            )
+        if self.file is None and self.units is not None:
+            raise key_error("units", "has no meaning with box, whose edges carry their units")
+        return self

@@ -1,0 +1,173 @@
+"""Problems of a case file, each at its key, told together with file and line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from gradedesign.case.suggest import instead, shown
+from gradedesign.case.toml_lines import Key, line_of
+from gradedesign.errors import CaseError
+
+_MOST_TOLD = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """Something wrong at one key.
+
+    Attributes
+    ----------
+    key : tuple of str and int
+        Path of the key in the file.
+    message : str
+        What was found and what would be right. Nearest spellings are looked up in ``choices``
+        only when the problem is told, since a hostile file can have thousands.
+    word : str
+        The wrong word to compare with ``choices``.
+    choices : tuple of str
+        What could be meant.
+    what : str
+        Heading of the list of choices.
+    """
+
+    key: Key
+    message: str
+    word: str = ""
+    choices: tuple[str, ...] = ()
+    what: str = ""
+
+    def text(self) -> str:
+        """The message with the nearest spelling and the choices."""
+        if not self.what:
+            return self.message
+        return f"{self.message}; {instead(self.word, self.choices, what=self.what)}"
+
+
+def dotted(key: Key) -> str:
+    """Write a key path as ``load_case[0].load[1].force``."""
+    text = ""
+    for part in key:
+        if isinstance(part, int):
+            text += f"[{part}]"
+            continue
+        plain = part if len(part) <= 60 and part.isprintable() else shown(part)
+        text += f".{plain}" if text else plain
+    return text
+
+
+def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]) -> CaseError:
+    """Tell every problem of a case file, in the order of the file.
+
+    Returns
+    -------
+    CaseError
+        A summary line, then one line per problem: file, line, key, message.
+    """
+    known = dict(lines)
+    ordered = sorted(problems, key=lambda p: line_of(known, p.key))
+    told = [
+        f"{path.name}:{line_of(known, p.key)}: {dotted(p.key)}: {p.text()}"
+        for p in ordered[:_MOST_TOLD]
+    ]
+    if len(ordered) > _MOST_TOLD:
+        told.append(f"{path.name}: and {len(ordered) - _MOST_TOLD} more problems")
+    count = "1 problem" if len(ordered) == 1 else f"{len(ordered)} problems"
+    return CaseError("\n".join([f"{path}: {count} in the case file", *told]))
+
+
+def problems_of(
+    errors: Sequence[ErrorDetails], *, prefix: Key, layout: type[BaseModel]
+) -> Iterator[Problem]:
+    """Translate pydantic's errors.
+
+    Parameters
+    ----------
+    errors : sequence of dict
+        ``ValidationError.errors()``.
+    prefix : tuple
+        Key of the validated value in the file.
+    layout : type of BaseModel
+        Layout of the whole file, to look up what a table may hold.
+
+    Yields
+    ------
+    Problem
+    """
+    for error in errors:
+        key = (*prefix, *(part for part in error["loc"] if part != "[key]"))
+        yield _problem(error, key, layout)
+
+
+def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "value_error":
+        return Problem(key=key, message=str(context["error"]))
+    if kind == "at_key":
+        return Problem(key=(*key, context["key"]), message=str(context["message"]))
+    if kind == "extra_forbidden":
+        return Problem(
+            key=key,
+            message="unknown key",
+            word=str(key[-1]),
+            choices=tuple(_fields(_table_at(layout, key[:-1]))),
+            what="valid keys",
+        )
+    if kind == "missing":
+        return missing(key, _fields(_table_at(layout, key[:-1])).get(str(key[-1])))
+    found = shown(error["input"])
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return Problem(key=key, message=f"found {found}; expected a table")
+    if kind == "tuple_type":
+        expected = f"[[{key[-1]}]] or a list" if len(key) == 1 else "a list of tables in [ ]"
+        return Problem(key=key, message=f"found {found}; expected {expected}")
+    return Problem(key=key, message=f"found {found}; {error['msg']}")
+
+
+def missing(key: Key, field: FieldInfo | None) -> Problem:
+    """Problem of a key that must be there and is not."""
+    if len(key) == 1:
+        many = field is not None and get_origin(field.annotation) is tuple
+        return Problem(
+            key=key, message=f"missing; add {f'[[{key[0]}]]' if many else f'[{key[0]}]'}"
+        )
+    examples = field.examples if field is not None and field.examples else []
+    # the texts and lists of JSON are written alike in TOML
+    add = f"; add {key[-1]} = {json.dumps(examples[0])}" if examples else ""
+    return Problem(key=key, message=f"missing{add}")
+
+
+def _table_at(layout: type[BaseModel], key: Key) -> type[BaseModel] | None:
+    """Find the model of the table at a key, or None."""
+    annotation: Any = layout
+    for part in key:
+        model = next(_models(annotation), None)
+        if isinstance(part, int):
+            continue  # an entry of a list: the annotation of the list names its model
+        field = _fields(model).get(part)
+        if field is not None:
+            annotation = field.annotation
+        elif model is None:
+            return None
+        # else a name of the user's own, as in [region.tip]: the mapping names the model
+    return next(_models(annotation), None)
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)
+
+
+def _fields(model: type[BaseModel] | None) -> dict[str, FieldInfo]:
+    if model is None:
+        return {}
+    return {field.alias or name: field for name, field in model.model_fields.items()}

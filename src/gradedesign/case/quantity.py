@@ -1,0 +1,123 @@
+"""Quantities with units: ``"5 kN"`` to 5000 N, by a regular expression and a fixed table.
+
+No expression is evaluated: ``"9**9**9"`` is refused by its form, at once.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from gradedesign.case.suggest import listed, nearest, shown
+from gradedesign.case.units import DIMENSIONS, Dimension
+from gradedesign.errors import CaseError
+
+_LONGEST = 80
+_QUANTITY = re.compile(
+    r"(?P<number>[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?)"
+    # a unit starts with a letter; only a blank separates "1/K" from the number before it
+    r"(?P<unit>(?: *[A-Za-zµμ°%][^\n]*| +1/[^\n]*)?)",
+    re.ASCII,
+)
+_REPLACED = (
+    ("²", "^2"),
+    ("³", "^3"),
+    ("µ", "u"),
+    ("μ", "u"),
+    ("·", "*"),
+    ("⋅", "*"),
+    ("°C", "degC"),
+    ("°", "deg"),
+    ("**", "^"),
+)
+
+
+def parse_quantity(text: object, dimension: str) -> float:
+    """Convert a quantity with its unit to the internal unit of its dimension.
+
+    Parameters
+    ----------
+    text : object
+        What the case file holds; only a string such as ``"5 kN"`` is accepted.
+    dimension : str
+        A key of :data:`gradedesign.case.units.DIMENSIONS`: length (mm), area (mm^2), force (N),
+        pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2), temperature (K),
+        thermal_expansion (1/K), time (s), memory (bytes), angle (degrees), moment (N mm),
+        number.
+
+    Returns
+    -------
+    float
+        Finite; zero only when a zero was written.
+
+    Raises
+    ------
+    CaseError
+        Naming what was found, the expected dimension and an example.
+
+    Examples
+    --------
+    >>> parse_quantity("5 kN", "force")
+    5000.0
+    >>> parse_quantity("-9.81 m/s^2", "acceleration")
+    -9810.0
+    """
+    wanted = DIMENSIONS[dimension]
+    if not isinstance(text, str):
+        raise CaseError(_not_text(text, wanted))
+    # the length is checked first, so that no later step sees a long text
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
+    if match is None:
+        raise CaseError(
+            f"found {shown(text)}, which is not a number followed by a unit; "
+            f"expected {wanted.phrase} such as {shown(wanted.example)}"
+        )
+    unit = normal_unit(match["unit"])
+    if unit not in wanted.units:
+        raise CaseError(_wrong_unit(text, unit, wanted))
+    number = float(match["number"])
+    value = number * wanted.units[unit]
+    if not math.isfinite(value):
+        raise CaseError(f"found {shown(text)}, which is beyond any {_kind(wanted)}")
+    if value == 0.0 and re.search(r"[1-9]", re.split(r"[eE]", match["number"])[0]):
+        raise CaseError(f"found {shown(text)}, which is too small to tell from zero")
+    return value
+
+
+def normal_unit(text: str) -> str:
+    """Bring the spelling of a unit to that of the table: ``"N mm"``, ``"N·mm"`` to ``"N*mm"``."""
+    unit = text.strip()
+    for old, new in _REPLACED:
+        unit = unit.replace(old, new)
+    unit = re.sub(r" *([*/^]) *", r"\1", unit)
+    return re.sub(r" +", "*", unit)
+
+
+def _kind(wanted: Dimension) -> str:
+    return wanted.phrase.split(" ", 1)[1]
+
+
+def _not_text(value: object, wanted: Dimension) -> str:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        unit = wanted.example.split(" ", 1)[-1]
+        number = shown(value)
+        hint = f', for instance "{number} {unit}"' if len(number) <= 20 else ""
+        return (
+            f"found {number} without a unit; expected {wanted.phrase} in quotes with its unit{hint}"
+        )
+    return f"found {shown(value)}; expected {wanted.phrase} such as {shown(wanted.example)}"
+
+
+def _wrong_unit(text: str, unit: str, wanted: Dimension) -> str:
+    expected = f"expected {wanted.phrase} such as {shown(wanted.example)}"
+    if unit == "":
+        return f"found {shown(text)} without a unit; {expected}"
+    other = next((d for d in DIMENSIONS.values() if unit in d.units), None)
+    if other is not None:
+        return f"found {shown(text)}, which is {other.phrase}; {expected}"
+    guess = nearest(unit, wanted.units)
+    question = f' did you mean "{guess}"?' if guess is not None else ""
+    return (
+        f"found {shown(text)} with the unknown unit {shown(unit)};{question} {expected}; "
+        f"units: {listed(u for u in wanted.units if u)}"
+    )

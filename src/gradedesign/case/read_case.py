@@ -1,0 +1,196 @@
+"""Reading a case file: from TOML to a checked :class:`Case`, or every problem at once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from gradedesign.case.checks import case_warnings, cross_problems, reference_problems
+from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
+from gradedesign.case.schema import Case, CaseFile
+from gradedesign.case.suggest import instead
+from gradedesign.case.toml_lines import Key, key_lines
+from gradedesign.errors import CaseError
+
+log = logging.getLogger(__name__)
+
+_LARGEST = 1_000_000
+_FILE_NAME = "case.toml"
+_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``.
+    allow_outside : bool
+        Whether the part file may lie outside the folder of the case.
+
+    Returns
+    -------
+    Case
+        Every value in internal units.
+
+    Raises
+    ------
+    CaseError
+        With a summary and one line per problem: file, line, key, what was found, what would be
+        right.
+    """
+    file = _case_file(Path(path))
+    text = _read_text(file)
+    try:
+        lines = key_lines(text)
+    except CaseError as error:
+        raise CaseError(f"{file}: {error}") from None
+    data = _parse(text, file)
+    content, problems = _validate(data, file.parent, allow_outside=allow_outside)
+    problems.extend(reference_problems(data))
+    if content is not None:
+        problems.extend(cross_problems(content))
+    if content is None or problems:
+        raise case_error(file, lines, problems)
+    case = _case(content, file, lines)
+    for warning in case.warnings:
+        log.warning("%s: %s", file.name, warning)
+    return case
+
+
+def _case_file(path: Path) -> Path:
+    try:
+        file = path / _FILE_NAME if path.is_dir() else path
+        if not file.exists():
+            beside = file.parent.iterdir() if file.parent.is_dir() else ()
+            names = sorted(p.name for p in beside if p.suffix == ".toml")
+            guess = instead(file.name, names, what="case files there")
+            raise CaseError(f"{file}: no such case file; {guess}")
+        if not file.is_file():
+            raise CaseError(f"{file}: not a regular file; expected a case file in TOML")
+        return file.absolute()
+    except (OSError, ValueError) as error:
+        # ValueError is a path with a zero byte
+        raise CaseError(f"{str(path)!r}: cannot be read as a case file: {error}") from None
+
+
+def _read_text(file: Path) -> str:
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(_LARGEST + 1)
+    except OSError as error:
+        raise CaseError(f"{file}: cannot be read: {error.strerror}") from None
+    if len(content) > _LARGEST:
+        raise CaseError(f"{file}: larger than 1 MB; expected a case file of a few kB")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise CaseError(
+            f"{file}:{line}: not UTF-8 text, byte {content[error.start]:#04x}; save the file as "
+            "UTF-8"
+        ) from None
+    return text.replace("\r\n", "\n")
+
+
+def _parse(text: str, file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise CaseError(f"{file}: nested too deeply") from None
+    except ValueError as error:
+        # TOMLDecodeError, or a whole number of thousands of digits
+        raise CaseError(_syntax_message(str(error), text, file)) from None
+
+
+def _syntax_message(message: str, text: str, file: Path) -> str:
+    match = _PLACE.search(message)
+    if match is None:
+        return f"{file}: not valid TOML: {message}"
+    rows = text.split("\n")
+    row = int(match[1]) if match[1] else len(rows)
+    column = int(match[2]) if match[2] else len(rows[-1]) + 1
+    start = max(0, column - 60)
+    shown_row = "".join(c if c.isprintable() else " " for c in rows[row - 1][start : start + 100])
+    caret = " " * (column - 1 - start) + "^"
+    what = message[: match.start()]
+    return f"{file}:{row}:{column}: not valid TOML: {what}\n    {shown_row}\n    {caret}"
+
+
+def _validate(
+    data: Mapping[str, Any], folder: Path, *, allow_outside: bool
+) -> tuple[CaseFile | None, list[Problem]]:
+    """Check every section by itself, so that one wrong section hides no other's problems."""
+    context = {"folder": folder, "allow_outside": allow_outside}
+    problems = list(_unknown_sections(data))
+    sections: dict[str, Any] = {}
+    for name, field in CaseFile.model_fields.items():
+        if name not in data:
+            if field.is_required():
+                problems.append(missing((name,), field))
+            continue
+        try:
+            sections[name] = _adapter(name).validate_python(data[name], context=context)
+        except ValidationError as error:
+            found = error.errors(include_url=False)
+            problems.extend(problems_of(found, prefix=(name,), layout=CaseFile))
+    if not sections.get("load_case", True):
+        problems.append(missing(("load_case",), CaseFile.model_fields["load_case"]))
+    if problems:
+        return None, problems
+    return CaseFile(**sections), problems
+
+
+def _unknown_sections(data: Mapping[str, Any]) -> Iterator[Problem]:
+    known = tuple(CaseFile.model_fields)
+    for name in data:
+        if name not in known:
+            yield Problem(
+                key=(name,), message="unknown table", word=name, choices=known, what="valid tables"
+            )
+
+
+@cache
+def _adapter(section: str) -> TypeAdapter[Any]:
+    annotation: Any = CaseFile.model_fields[section].annotation
+    return TypeAdapter(annotation)
+
+
+def _case(content: CaseFile, file: Path, lines: Mapping[Key, int]) -> Case:
+    tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
+    return Case(
+        name=content.case.name,
+        path=file,
+        folder=file.parent,
+        case_hash=_case_hash(content, file),
+        warnings=tuple(case_warnings(content)),
+        lines={dotted(key): line for key, line in lines.items()},
+        **tables,
+    )
+
+
+def _case_hash(content: CaseFile, file: Path) -> str:
+    """Hash what is asked, not where it lies or how it is spelled."""
+    asked = content.model_dump(mode="json", exclude={"part": {"file"}})
+    digest = hashlib.sha256()
+    canonical = json.dumps(asked, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    digest.update(canonical.encode())
+    part = content.part.file
+    if part is not None:
+        try:
+            with part.open("rb") as stream:
+                digest.update(hashlib.file_digest(stream, "sha256").digest())
+        except OSError as error:
+            raise CaseError(f"{file}: {part} cannot be read: {error.strerror}") from None
+        digest.update(part.suffix.lower().encode())
+    return digest.hexdigest()

@@ -1,0 +1,233 @@
+"""``[region.NAME]``: which smooth faces of the part a name stands for.
+
+Every key of a region must hold (they are ANDed). A face here is a smooth face: a patch of
+triangles without a sharp edge inside, such as one side of a box or the wall of one hole.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field, WithJsonSchema, model_validator
+
+from gradedesign.case.suggest import instead, shown
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import (
+    Choice,
+    Direction,
+    Flag,
+    JsonSchema,
+    Number,
+    Point,
+    Quantity,
+    Reader,
+    Refused,
+    RegionNames,
+    Size,
+    Triple,
+    Whole,
+    three,
+)
+
+AXES = ("x", "y", "z")
+_PLANE_TEXT = re.compile(r"\s*(?P<axis>\w+)\s*=\s*(?P<position>\S[^\n]*?)\s*")
+_PLANE_EXAMPLE = 'plane = "x = min", plane = "z = 12 mm" or plane = {point = [...], normal = [...]}'
+_SELECTING = ("plane", "box", "cylinder", "facing", "nearest", "inside", "any", "all", "not")
+
+
+class _Axis(Reader):
+    """``x``, ``y`` or ``z`` to 0, 1 or 2."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> int:
+        return AXES.index(str(Choice(AXES).read(value)))
+
+    def json_schema(self) -> JsonSchema:
+        return {"enum": list(AXES)}
+
+
+class _Position(Reader):
+    """``min``, ``max`` or a coordinate."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> float | str:
+        if value in ("min", "max"):
+            return str(value)
+        try:
+            return Quantity("length").read(value)
+        except Refused as error:
+            raise Refused(f"{error}, or min or max") from None
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "string", "examples": ["min", "max", "12 mm"]}
+
+
+@dataclass(frozen=True, slots=True)
+class _Normal(Reader):
+    """Three plain numbers, not all zero, to a unit vector."""
+
+    def read(self, value: object) -> Triple:
+        x, y, z = (Number().read(v) for v in three(value, "[0, 0, 1]"))
+        largest = max(abs(x), abs(y), abs(z))
+        if largest == 0.0:
+            raise Refused("found a direction of length zero; expected one such as [0, 0, 1]")
+        x, y, z = x / largest, y / largest, z / largest
+        length = (x * x + y * y + z * z) ** 0.5
+        return x / length, y / length, z / length
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+
+
+AxisIndex: TypeAlias = Annotated[int, _Axis()]
+
+
+class PlaneSpec(Table):
+    """Flat faces that lie on a plane: ``"x = min"``, ``"z = 12 mm"`` or point and normal.
+
+    Either ``axis`` and ``position`` are set, or ``point`` and ``normal``.
+    """
+
+    axis: AxisIndex | None = None
+    """0, 1 or 2: the coordinate that is constant on the plane."""
+    position: Annotated[float | Literal["min", "max"], _Position()] | None = None
+    """Coordinate in mm, or that side of the part's bounding box."""
+    point: Point | None = None
+    """A point of the plane, mm."""
+    normal: Annotated[Triple, _Normal()] | None = None
+    """Unit normal of the plane, either sense."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split_text(cls, value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        match = _PLANE_TEXT.fullmatch(value) if len(value) <= 80 else None
+        if match is None:
+            raise Refused(f"found {shown(value)}; expected {_PLANE_EXAMPLE}")
+        return {"axis": match["axis"], "position": match["position"]}
+
+    @model_validator(mode="after")
+    def _complete(self) -> PlaneSpec:
+        given = tuple(v is not None for v in (self.axis, self.position, self.point, self.normal))
+        if given not in ((True, True, False, False), (False, False, True, True)):
+            raise Refused(f"not a complete plane; expected {_PLANE_EXAMPLE}")
+        return self
+
+
+class BoxSpec(Table):
+    """An axis-aligned box."""
+
+    lower: Point = Field(examples=[["0 mm", "0 mm", "0 mm"]])
+    """Corner of the smallest coordinates, mm."""
+    upper: Point = Field(examples=[["10 mm", "10 mm", "10 mm"]])
+    """Corner of the largest coordinates, mm."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> BoxSpec:
+        for axis, low, high in zip(AXES, self.lower, self.upper, strict=True):
+            if not low < high:
+                raise key_error(
+                    "upper",
+                    f"found {axis} = {high:g} mm; expected more than lower's {low:g} mm",
+                )
+        return self
+
+
+class CylinderSpec(Table):
+    """Cylindrical faces, narrowed by whatever is given; an empty table takes every cylinder."""
+
+    diameter: Size | None = None
+    """mm."""
+    axis: Annotated[str, Choice(AXES)] | None = None
+    """Direction of the axis: x, y or z."""
+    point: Point | None = None
+    """A point on the axis, mm."""
+
+
+_AnyPlane: TypeAlias = Annotated[
+    PlaneSpec,
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "examples": ["x = min", "z = 12 mm"]},
+                {"type": "object"},
+            ],
+        }
+    ),
+]
+
+
+class RegionSpec(Table):
+    """A named set of smooth faces; every key given must hold."""
+
+    plane: _AnyPlane | None = None
+    """Flat faces on this plane."""
+    box: BoxSpec | None = None
+    """Faces that lie in this box with every corner; with ``clip`` their triangles that do."""
+    cylinder: CylinderSpec | None = None
+    """Cylindrical faces."""
+    facing: Direction | None = None
+    """Faces whose mean outward normal points this way, within ``angle``."""
+    angle: Annotated[float, Quantity("angle", above=0.0)] = 15.0
+    """Degrees around ``facing``."""
+    nearest: Point | None = None
+    """Of the faces that pass the other keys, the one nearest to this point, mm."""
+    inside: BoxSpec | None = None
+    """Faces whose centroid lies in this box."""
+    any: RegionNames = ()
+    """Faces of at least one of these regions."""
+    all: RegionNames = ()
+    """Faces of every one of these regions."""
+    not_: RegionNames = Field(default=(), alias="not")
+    """Not the faces of these regions."""
+    clip: Annotated[bool, Flag()] = False
+    """Cut faces by ``box``: triangles with every corner in the box, instead of whole faces."""
+    count: Annotated[int, Whole(1, 100_000)] | None = None
+    """Assertion: exactly this many faces."""
+    area: Annotated[float, Quantity("area", above=0.0)] | None = None
+    """Assertion: total area in mm^2, within ``area_tolerance``."""
+    area_tolerance: Annotated[float, Number(above=0.0, below=1.0)] = 0.05
+    """Relative tolerance of ``area``."""
+
+    @property
+    def facing_vector(self) -> Triple | None:
+        """Unit vector of ``facing``."""
+        return None if self.facing is None else direction_vector(self.facing)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the other regions this one is made of."""
+        return (*self.any, *self.all, *self.not_)
+
+    @model_validator(mode="after")
+    def _meaningful(self) -> RegionSpec:
+        given = self.model_fields_set
+        if not given & {*_SELECTING, "not_"}:
+            raise Refused(f"the region selects nothing; {instead('', _SELECTING, what='use')}")
+        if "angle" in given and self.facing is None:
+            raise key_error("angle", 'has no meaning without facing; add e.g. facing = "+x"')
+        if self.angle > 90.0:
+            raise key_error("angle", f"found {self.angle:g} deg; expected at most 90 deg")
+        if self.clip and self.box is None:
+            raise key_error("clip", "has no meaning without box; add box = {lower, upper}")
+        if "area_tolerance" in given and self.area is None:
+            raise key_error("area_tolerance", "has no meaning without area")
+        return self
+
+
+def direction_vector(direction: str) -> Triple:
+    """Unit vector of ``"+x"`` to ``"-z"``.
+
+    Examples
+    --------
+    >>> direction_vector("-z")
+    (0.0, 0.0, -1.0)
+    """
+    sign = -1.0 if direction[0] == "-" else 1.0
+    x, y, z = (sign if axis == direction[1] else 0.0 for axis in AXES)
+    return x, y, z

@@ -1,0 +1,124 @@
+"""The case: everything the user asks, checked and in mm, N, MPa, t/mm^3, K, s, bytes, degrees.
+
+:class:`CaseFile` is the layout of the file; :class:`Case` is what the program works with. The
+tables they are made of are re-exported here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from gradedesign.case.lattice_schema import KeepSpec, LatticeSpec, PrintSpec
+from gradedesign.case.limits_schema import DisplacementLimit, Exclusion, LimitsSpec
+from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
+from gradedesign.case.material_schema import MaterialSpec
+from gradedesign.case.part_schema import PartSpec
+from gradedesign.case.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
+from gradedesign.case.run_schema import OutputSpec, RunSpec
+from gradedesign.case.table import Table
+from gradedesign.case.value_types import Name, RegionName
+
+__all__ = [
+    "BoxSpec",
+    "Case",
+    "CaseFile",
+    "CylinderSpec",
+    "DisplacementLimit",
+    "Exclusion",
+    "FixSpec",
+    "KeepSpec",
+    "LatticeSpec",
+    "LimitsSpec",
+    "LoadCaseSpec",
+    "LoadSpec",
+    "MaterialSpec",
+    "OutputSpec",
+    "PartSpec",
+    "PlaneSpec",
+    "PrintSpec",
+    "RegionSpec",
+    "RunSpec",
+    "case_schema_json",
+]
+
+
+class CaseSection(Table):
+    """What the case is called."""
+
+    name: Name = Field(examples=["cantilever"])
+    """Shown in the report."""
+
+
+class CaseFile(Table):
+    """Layout of a case file: its tables by name."""
+
+    case: CaseSection
+    part: PartSpec
+    region: dict[RegionName, RegionSpec] = Field(default_factory=dict)
+    material: MaterialSpec
+    keep: tuple[KeepSpec, ...] = ()
+    load_case: tuple[LoadCaseSpec, ...]
+    limits: LimitsSpec
+    lattice: LatticeSpec
+    print: PrintSpec | None = None
+    run: RunSpec = Field(default_factory=RunSpec)
+    output: OutputSpec = Field(default_factory=OutputSpec)
+
+
+class Case(Table):
+    """A case as read: the tables of its file, where it lies, and its identity."""
+
+    name: str
+    """Shown in the report."""
+    path: Path
+    """The case file, absolute."""
+    folder: Path
+    """The folder of the case file, absolute."""
+    part: PartSpec
+    region: dict[str, RegionSpec]
+    material: MaterialSpec
+    keep: tuple[KeepSpec, ...]
+    load_case: tuple[LoadCaseSpec, ...]
+    limits: LimitsSpec
+    lattice: LatticeSpec
+    print: PrintSpec | None
+    run: RunSpec
+    output: OutputSpec
+    case_hash: str
+    """SHA-256 of the content in internal units and of the bytes of the part file, hex."""
+    warnings: tuple[str, ...] = ()
+    """What is allowed but deserves a look."""
+    lines: dict[str, int] = Field(default_factory=dict, repr=False)
+    """Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``."""
+
+    def where(self, key: str) -> str:
+        """Name file and line of a dotted key, for messages.
+
+        Parameters
+        ----------
+        key : str
+            Such as ``region.tip`` or ``load_case[0].fix[0]``.
+
+        Returns
+        -------
+        str
+            ``case.toml:12: region.tip``, or without the line when the key is not written.
+        """
+        line = self.lines.get(key)
+        place = self.path.name if line is None else f"{self.path.name}:{line}"
+        return f"{place}: {key}"
+
+
+def case_schema_json() -> dict[str, Any]:
+    """JSON schema of a case file, for completion in editors.
+
+    Returns
+    -------
+    dict
+        Draft 2020-12; describes the text that is written, not the converted values.
+    """
+    schema = CaseFile.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -1,0 +1,37 @@
+"""Base of every table of the case file: frozen, and no key beyond those it names."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+from pydantic_core import PydanticCustomError
+
+
+class Table(BaseModel):
+    """A frozen pydantic model that refuses unknown keys; attribute values are in internal units."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        validate_default=False,
+        allow_inf_nan=False,
+        hide_input_in_errors=True,
+        use_attribute_docstrings=True,
+    )
+
+
+def key_error(key: str, message: str) -> PydanticCustomError:
+    """Make the error of a check across keys, placed at one key of the table.
+
+    Parameters
+    ----------
+    key : str
+        Key of the table the message belongs to; its line is shown.
+    message : str
+        What was found and what would be right.
+
+    Returns
+    -------
+    PydanticCustomError
+        To be raised inside a model validator.
+    """
+    return PydanticCustomError("at_key", "{message}", {"key": key, "message": message})

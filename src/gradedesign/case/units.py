@@ -1,0 +1,138 @@
+"""The units a case file may write, with factors to mm, N, MPa, t/mm^3, K, s, bytes, degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+_INCH = 25.4  # mm, exact
+_POUND = 0.45359237e-3  # t, exact
+_GRAVITY = 9806.65  # mm/s^2, standard gravity, exact
+_POUND_FORCE = _POUND * _GRAVITY  # N
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dimension:
+    """A kind of quantity.
+
+    Attributes
+    ----------
+    phrase : str
+        With its article, for messages: "a force".
+    example : str
+        A value that parses.
+    units : mapping of str to float
+        Spelling to the factor that converts to the internal unit.
+    """
+
+    phrase: str
+    example: str
+    units: Mapping[str, float]
+
+
+def _dimension(phrase: str, example: str, **groups: Mapping[str, float]) -> Dimension:
+    merged = {unit: factor for group in groups.values() for unit, factor in group.items()}
+    return Dimension(phrase=phrase, example=example, units=MappingProxyType(merged))
+
+
+_LENGTH = {
+    "mm": 1.0,
+    "um": 1e-3,
+    "cm": 10.0,
+    "m": 1000.0,
+    "inch": _INCH,
+    "in": _INCH,
+    "ft": 12 * _INCH,
+}
+_FORCE = {
+    "N": 1.0,
+    "mN": 1e-3,
+    "kN": 1e3,
+    "MN": 1e6,
+    "lbf": _POUND_FORCE,
+    "kgf": _GRAVITY * 1e-3,
+}
+_PRESSURE = {
+    "MPa": 1.0,
+    "Pa": 1e-6,
+    "kPa": 1e-3,
+    "GPa": 1e3,
+    "N/mm^2": 1.0,
+    "kN/mm^2": 1e3,
+    "N/m^2": 1e-6,
+    "kN/m^2": 1e-3,
+    "bar": 0.1,
+    "psi": _POUND_FORCE / _INCH**2,
+    "ksi": 1e3 * _POUND_FORCE / _INCH**2,
+    "Msi": 1e6 * _POUND_FORCE / _INCH**2,
+}
+_DENSITY = {
+    "g/cm^3": 1e-9,
+    "kg/m^3": 1e-12,
+    "t/mm^3": 1.0,
+    "t/m^3": 1e-9,
+    "kg/dm^3": 1e-9,
+    "kg/mm^3": 1e-3,
+    "g/mm^3": 1e-6,
+    "lb/in^3": _POUND / _INCH**3,
+}
+_EXPANSION = {
+    "1/K": 1.0,
+    "um/m/K": 1e-6,
+    "um/(m*K)": 1e-6,
+    "mm/m/K": 1e-3,
+    "mm/mm/K": 1.0,
+    "ppm/K": 1e-6,
+    "1/degC": 1.0,
+    "um/m/degC": 1e-6,
+}
+_MOMENT = {
+    "N*m": 1e3,
+    "N*mm": 1.0,
+    "kN*m": 1e6,
+    "kN*mm": 1e3,
+    "Nm": 1e3,
+    "Nmm": 1.0,
+    "kNm": 1e6,
+    "lbf*in": _POUND_FORCE * _INCH,
+    "lbf*ft": _POUND_FORCE * 12 * _INCH,
+}
+_MEMORY = {
+    "GB": 1e9,
+    "B": 1.0,
+    "kB": 1e3,
+    "MB": 1e6,
+    "TB": 1e12,
+    "KiB": 2.0**10,
+    "MiB": 2.0**20,
+    "GiB": 2.0**30,
+    "TiB": 2.0**40,
+}
+
+#: Name of a dimension to its record. The first unit listed is the one messages show.
+DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
+    {
+        "length": _dimension("a length", "12 mm", a=_LENGTH),
+        "area": _dimension(
+            "an area",
+            "600 mm^2",
+            a={"mm^2": 1.0, "cm^2": 100.0, "m^2": 1e6, "in^2": _INCH**2, "inch^2": _INCH**2},
+        ),
+        "force": _dimension("a force", "5 kN", a=_FORCE),
+        "pressure": _dimension("a pressure or stress", "50 MPa", a=_PRESSURE),
+        "stress": _dimension("a pressure or stress", "50 MPa", a=_PRESSURE),
+        "density": _dimension("a mass density", "4.43 g/cm^3", a=_DENSITY),
+        "acceleration": _dimension(
+            "an acceleration", "9.81 m/s^2", a={"m/s^2": 1e3, "mm/s^2": 1.0, "g": _GRAVITY}
+        ),
+        "temperature": _dimension("a temperature change", "60 K", a={"K": 1.0, "degC": 1.0}),
+        "thermal_expansion": _dimension("a thermal expansion", "8.6e-6 1/K", a=_EXPANSION),
+        "time": _dimension("a time", "20 min", a={"min": 60.0, "s": 1.0, "ms": 1e-3, "h": 3600.0}),
+        "memory": _dimension("an amount of memory", "8 GB", a=_MEMORY),
+        "angle": _dimension("an angle", "15 deg", a={"deg": 1.0, "rad": 180.0 / math.pi}),
+        "moment": _dimension("a moment", "20 N*m", a=_MOMENT),
+        "number": _dimension("a plain number", "0.3", a={"": 1.0, "%": 0.01}),
+    }
+)

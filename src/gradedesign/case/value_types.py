@@ -1,0 +1,281 @@
+"""Readers of single values: what a key of the case file accepts, and its message when it does not.
+
+Each reader is put into ``Annotated[...]`` of a schema field. Pydantic calls ``read`` with what TOML
+gave; :class:`Refused` becomes one problem with file, line and key.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
+
+from pydantic_core import core_schema
+
+from gradedesign.case.quantity import parse_quantity
+from gradedesign.case.suggest import instead, shown
+from gradedesign.case.units import DIMENSIONS
+from gradedesign.errors import CaseError
+
+Triple: TypeAlias = tuple[float, float, float]
+JsonSchema: TypeAlias = dict[str, Any]
+
+
+class Refused(ValueError):  # noqa: N818  told to the user as a problem, never seen as an error
+    """A value that is not what a key accepts; the message says what was found and expected."""
+
+
+class Reader:
+    """Base of the readers: turns ``read`` into a pydantic schema."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> object:
+        """Convert one TOML value, or raise Refused with what was found and expected."""
+        raise NotImplementedError
+
+    def json_schema(self) -> JsonSchema:
+        """JSON schema of the text that may be written."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, _source: Any, _handler: Any) -> Any:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> JsonSchema:
+        return self.json_schema()
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity(Reader):
+    """A number with its unit; the bounds are in the internal unit."""
+
+    dimension: str
+    above: float | None = None
+    at_least: float | None = None
+
+    def read(self, value: object) -> float:
+        """Convert ``"5 kN"`` to 5000.0."""
+        try:
+            number = parse_quantity(value, self.dimension)
+        except CaseError as error:
+            raise Refused(str(error)) from None
+        check_range(number, shown(value), above=self.above, at_least=self.at_least)
+        return number
+
+    def json_schema(self) -> JsonSchema:
+        """A string; the example shows the unit."""
+        wanted = DIMENSIONS[self.dimension]
+        return {"type": "string", "description": wanted.phrase, "examples": [wanted.example]}
+
+
+@dataclass(frozen=True, slots=True)
+class Vector(Reader):
+    """Three quantities of one dimension, along x, y and z."""
+
+    dimension: str
+
+    def read(self, value: object) -> Triple:
+        """Convert ``["0 N", "0 N", "-5 kN"]`` to a tuple."""
+        reader = Quantity(self.dimension)
+        x, y, z = (_entry(reader, i, v) for i, v in enumerate(three(value, self._example())))
+        return x, y, z
+
+    def json_schema(self) -> JsonSchema:
+        """Three strings."""
+        return _array_of_three(Quantity(self.dimension).json_schema())
+
+    def _example(self) -> str:
+        example = DIMENSIONS[self.dimension].example
+        zero = f'"0 {example.split(" ", 1)[-1]}"'
+        return f'[{zero}, {zero}, "{example}"]'
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Reader):
+    """A plain number, written without quotes."""
+
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+
+    def read(self, value: object) -> float:
+        """Convert a TOML integer or float."""
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise Refused(f"found {shown(value)}; expected a plain number without quotes")
+        if isinstance(value, int) and abs(value) >= 10**18:
+            raise Refused(f"found {shown(value)}; expected a smaller number")
+        if not math.isfinite(value):
+            raise Refused(f"found {shown(value)}; expected a finite number")
+        check_range(
+            float(value),
+            shown(value),
+            above=self.above,
+            at_least=self.at_least,
+            below=self.below,
+            at_most=self.at_most,
+        )
+        return float(value)
+
+    def json_schema(self) -> JsonSchema:
+        """A number with its bounds."""
+        bounds = {
+            "exclusiveMinimum": self.above,
+            "minimum": self.at_least,
+            "exclusiveMaximum": self.below,
+            "maximum": self.at_most,
+        }
+        return {"type": "number"} | {k: v for k, v in bounds.items() if v is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class Whole(Reader):
+    """A whole number between two bounds."""
+
+    at_least: int
+    at_most: int
+
+    def read(self, value: object) -> int:
+        """Convert a TOML integer."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise Refused(f"found {shown(value)}; expected a whole number without quotes")
+        check_range(value, shown(value), at_least=self.at_least, at_most=self.at_most)
+        return value
+
+    def json_schema(self) -> JsonSchema:
+        """An integer with its bounds."""
+        return {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
+
+
+class Flag(Reader):
+    """``true`` or ``false``."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> bool:
+        """Accept a TOML boolean."""
+        if not isinstance(value, bool):
+            raise Refused(f"found {shown(value)}; expected true or false without quotes")
+        return value
+
+    def json_schema(self) -> JsonSchema:
+        """A boolean."""
+        return {"type": "boolean"}
+
+
+@dataclass(frozen=True, slots=True)
+class Text(Reader):
+    """A short printable text."""
+
+    what: str = "a name"
+    longest: int = 120
+
+    def read(self, value: object) -> str:
+        """Accept a TOML string of 1 to ``longest`` printable characters."""
+        if not isinstance(value, str):
+            raise Refused(f"found {shown(value)}; expected {self.what} in quotes")
+        if not value.strip() or len(value) > self.longest or not value.isprintable():
+            raise Refused(
+                f"found {shown(value)}; expected {self.what} of 1 to {self.longest} printable "
+                "characters on one line"
+            )
+        return value
+
+    def json_schema(self) -> JsonSchema:
+        """A string."""
+        return {"type": "string", "minLength": 1, "maxLength": self.longest}
+
+
+@dataclass(frozen=True, slots=True)
+class Choice(Reader):
+    """One word of a list; ``planned`` words are known but refused until they work."""
+
+    words: tuple[str, ...]
+    planned: tuple[str, ...] = ()
+
+    def read(self, value: object) -> str:
+        """Accept one of the words as spelled."""
+        if isinstance(value, str) and value in self.words:
+            return value
+        if isinstance(value, str) and value in self.planned:
+            raise Refused(f"found {shown(value)}, not there yet; {instead('', self.words)}")
+        word = value if isinstance(value, str) else ""
+        raise Refused(f"found {shown(value)}; {instead(word, self.words)}")
+
+    def json_schema(self) -> JsonSchema:
+        """An enumeration."""
+        return {"enum": list(self.words)}
+
+
+@dataclass(frozen=True, slots=True)
+class Words(Reader):
+    """One text or a list of texts, kept as a tuple."""
+
+    what: str = "a name"
+
+    def read(self, value: object) -> tuple[str, ...]:
+        """Convert ``"a"`` or ``["a", "b"]``."""
+        if isinstance(value, str):
+            return (Text(self.what).read(value),)
+        if not isinstance(value, list) or not value:
+            raise Refused(f"found {shown(value)}; expected {self.what} or a list of them")
+        return tuple(_entry(Text(self.what), i, v) for i, v in enumerate(value))
+
+    def json_schema(self) -> JsonSchema:
+        """A string or an array of strings."""
+        text = Text(self.what).json_schema()
+        return {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}]}
+
+
+def three(value: object, example: str) -> list[object]:
+    """Accept a list of exactly three entries, or raise Refused."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise Refused(
+            f"found {shown(value)}; expected three entries for x, y and z such as {example}"
+        )
+    return value
+
+
+def check_range(
+    number: float,
+    found: str,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+) -> None:
+    """Raise Refused unless a number lies inside its bounds."""
+    stated = [
+        (f"{word} {limit:g}", holds)
+        for word, limit, holds in (
+            ("above", above, above is None or number > above),
+            ("at least", at_least, at_least is None or number >= at_least),
+            ("below", below, below is None or number < below),
+            ("at most", at_most, at_most is None or number <= at_most),
+        )
+        if limit is not None
+    ]
+    if not all(holds for _, holds in stated):
+        wanted = " and ".join(words for words, _ in stated)
+        raise Refused(f"found {found}; expected a value {wanted}")
+
+
+def _entry(reader: Any, index: int, value: object) -> Any:
+    try:
+        return reader.read(value)
+    except Refused as error:
+        raise Refused(f"entry {index + 1}: {error}") from None
+
+
+def _array_of_three(item: JsonSchema) -> JsonSchema:
+    return {"type": "array", "items": item, "minItems": 3, "maxItems": 3}
+
+
+Name: TypeAlias = Annotated[str, Text("a name", 80)]
+RegionName: TypeAlias = Annotated[str, Text("the name of a region", 80)]
+RegionNames: TypeAlias = Annotated[tuple[str, ...], Words("the name of a region")]
+Size: TypeAlias = Annotated[float, Quantity("length", above=0.0)]
+Distance: TypeAlias = Annotated[float, Quantity("length", at_least=0.0)]
+Point: TypeAlias = Annotated[Triple, Vector("length")]
+Direction: TypeAlias = Annotated[str, Choice(("+x", "-x", "+y", "-y", "+z", "-z"))]
