@@ -1,0 +1,304 @@
+"""Mesh the inside of a surface with pytetwild, in a process that may fail, and check the result."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import MeshError, ResourceError
+from gradedesign.mesh.quality import TetReport, require_sound, without_loose_points
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
+from gradedesign.workspace.cache import content_key, entry_path, load_arrays, store_arrays
+from gradedesign.workspace.limits import Deadline
+from gradedesign.workspace.worker import Option, run_worker
+
+log = logging.getLogger(__name__)
+
+_KIND = "tetwild"
+_FAILED_KIND = "tetwild-failed"
+_WORKER = "gradedesign.mesh._tetwild_worker"
+#: What attempts differ in. Never a geometric tolerance: that would be another question.
+_WAYS: tuple[tuple[str, dict[str, Option]], ...] = (
+    ("all threads, surface simplified first", {"threads": 0, "simplify": True}),
+    ("one thread, surface simplified first", {"threads": 1, "simplify": True}),
+    ("all threads, surface not simplified", {"threads": 0, "simplify": False}),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshedSurface:
+    """Tetrahedra of the inside of a surface, checked.
+
+    Attributes
+    ----------
+    mesh : TetMesh
+    report : TetReport
+        Volume, angles and the number of pieces.
+    volume_error : float
+        Relative difference from the expected volume, signed.
+    attempts : tuple of str
+        One line for each attempt; the last one succeeded. Of a mesh from the cache, those of the
+        run that made it.
+    seconds : float
+        Wall time of this call.
+    from_cache : bool
+    """
+
+    mesh: TetMesh
+    report: TetReport
+    volume_error: float
+    attempts: tuple[str, ...]
+    seconds: float
+    from_cache: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Question:
+    """A surface, moved to the origin, and what is asked of its mesh."""
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+    centre: FloatArray
+    options: Mapping[str, Option]
+    volume: float
+    volume_tolerance: float
+    what: str
+
+
+def tetrahedralize(
+    surface: SurfaceMesh,
+    *,
+    edge_length: float,
+    epsilon: float,
+    time_limit_s: float,
+    memory_limit_bytes: int,
+    volume_tolerance: float = 0.01,
+    expected_volume: float | None = None,
+    stop_energy: float = 10.0,
+    cache: bool = True,
+    worker_module: str = _WORKER,
+) -> MeshedSurface:
+    """Mesh the inside of a closed surface with tetrahedra (Hu et al. 2020, fTetWild).
+
+    The mesher is not deterministic, so that the same question is answered from the user's cache;
+    a crash or a refused mesh is retried in up to three ways that share the geometric tolerance.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        Closed, outward oriented.
+    edge_length : float
+        Target, mm.
+    epsilon : float
+        How far the mesh may lie from the surface, mm.
+    time_limit_s : float
+        For all attempts together, s.
+    memory_limit_bytes : int
+        Of the mesher's process.
+    volume_tolerance : float
+        Largest relative difference from the expected volume.
+    expected_volume : float, optional
+        mm^3; where shells overlap it differs from what the surface encloses, the default.
+    stop_energy : float
+        Quality at which the mesher stops improving (AMIPS energy).
+    cache : bool
+        Use and fill the user's cache.
+    worker_module : str
+        What runs in the process.
+
+    Returns
+    -------
+    MeshedSurface
+
+    Raises
+    ------
+    MeshError
+        If the surface is empty, open or inside out, all attempts fail, or time runs out.
+    ResourceError
+        If the mesher needs more memory.
+    """
+    clock = Deadline(time_limit_s)
+    if expected_volume is None:
+        expected_volume = enclosed_volume(surface)
+    question = _question(
+        surface, edge_length, epsilon, stop_energy, expected_volume, volume_tolerance
+    )
+    version = importlib.metadata.version("pytetwild")
+    key = content_key(
+        surface.vertices, surface.faces, edge_length, epsilon, stop_energy, version, worker_module
+    )
+    if cache:
+        found = _from_cache(question, key, clock)
+        if found is not None:
+            return found
+    log.info("meshing %s", question.what)
+    mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, worker_module)
+    log.info("meshed %s: %d tetrahedra in %.1f s", question.what, report.count, clock.elapsed())
+    if cache:
+        text = np.frombuffer(json.dumps(attempts).encode("utf-8"), dtype=np.uint8)
+        store_arrays(_KIND, key, points=mesh.points, tets=mesh.tets, attempts=text)
+    return _answer(question, mesh, report, attempts, clock, from_cache=False)
+
+
+def _question(
+    surface: SurfaceMesh,
+    edge_length: float,
+    epsilon: float,
+    stop_energy: float,
+    volume: float,
+    volume_tolerance: float,
+) -> _Question:
+    """Check what would crash the mesher or make its answer meaningless, and move to the origin."""
+    for name, value in (("edge length", edge_length), ("epsilon", epsilon)):
+        if not (value > 0.0 and np.isfinite(value)):
+            raise MeshError(f"the {name} of a mesh must be positive, not {value} mm")
+    if len(surface.faces) == 0:
+        raise MeshError("the surface has no triangles, so there is nothing to mesh")
+    open_edges = unbalanced_edge_count(surface)
+    if open_edges:
+        raise MeshError(
+            f"the surface is not closed: {open_edges} edges lack a neighbour of opposite "
+            "direction, so it encloses no volume; repair it first"
+        )
+    if not volume > 0.0:
+        raise MeshError(
+            f"the surface encloses {volume:.6g} mm^3, expected a positive volume; its triangles "
+            "must be counter-clockwise seen from outside"
+        )
+    corners = surface.vertices[np.unique(surface.faces)]
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    diagonal = float(np.linalg.norm(upper - lower))
+    centre = 0.5 * (lower + upper)
+    return _Question(
+        vertices=surface.vertices - centre,
+        faces=surface.faces.astype(np.int32),
+        centre=centre,
+        options={
+            "edge_length": edge_length,
+            "relative_epsilon": epsilon / diagonal,
+            "stop_energy": stop_energy,
+        },
+        volume=volume,
+        volume_tolerance=volume_tolerance,
+        what=f"a surface of {len(surface.faces)} triangles, {diagonal:.4g} mm across, with edges "
+        f"of {edge_length:.4g} mm and epsilon {epsilon:.4g} mm",
+    )
+
+
+def _attempt(
+    question: _Question,
+    key: str,
+    clock: Deadline,
+    memory_limit_bytes: int,
+    worker_module: str,
+) -> tuple[TetMesh, TetReport, tuple[str, ...]]:
+    """Ask in each way until an answer is sound."""
+    attempts: list[str] = []
+    for way, options in _WAYS:
+        start = clock.elapsed()
+        try:
+            result = run_worker(
+                worker_module,
+                {"vertices": question.vertices, "faces": question.faces},
+                {**question.options, **options},
+                time_limit_s=clock.remaining(),
+                memory_limit_bytes=memory_limit_bytes,
+            )
+            mesh, report = _checked(question, result.arrays)
+        except ResourceError as cause:
+            raise ResourceError(f"meshing {question.what}: {cause}") from cause
+        except MeshError as cause:
+            attempts.append(f"{way}: {cause}")
+            log.warning("attempt %d at meshing failed: %s: %s", len(attempts), way, cause)
+            if clock.expired():
+                break
+        else:
+            attempts.append(f"{way}: succeeded in {clock.elapsed() - start:.1f} s")
+            return mesh, report, tuple(attempts)
+    raise _given_up(question, key, attempts)
+
+
+def _given_up(question: _Question, key: str, attempts: list[str]) -> MeshError:
+    """Keep the question for whoever wants to reproduce it, and say what happened."""
+    store_arrays(
+        _FAILED_KIND,
+        key,
+        vertices=question.vertices,
+        faces=question.faces,
+        options=np.frombuffer(json.dumps(dict(question.options)).encode("utf-8"), dtype=np.uint8),
+    )
+    told = "; ".join(f"attempt {number}: {text}" for number, text in enumerate(attempts, start=1))
+    return MeshError(
+        f"meshing {question.what} failed {len(attempts)} times with the same tolerance; "
+        f"{told}; repair the surface, choose another mesh size, or raise run.time; to reproduce: "
+        f"{entry_path(_FAILED_KIND, key)}"
+    )
+
+
+def _checked(question: _Question, arrays: Mapping[str, NDArray[Any]]) -> tuple[TetMesh, TetReport]:
+    """Turn what the mesher returned into a sound mesh where the surface was."""
+    if not {"points", "tets"} <= arrays.keys():
+        raise MeshError(f"the mesher returned {sorted(arrays)}, expected points and tets")
+    points, tets = arrays["points"], arrays["tets"]
+    if tets.size == 0:
+        raise MeshError("the mesher returned no tetrahedra")
+    try:
+        mesh = TetMesh(points=points.T + question.centre[:, None], tets=tets.T)
+    except ValueError as cause:
+        raise MeshError(f"the mesher returned a broken mesh: {cause}") from cause
+    return _sound(question, without_loose_points(mesh))
+
+
+def _sound(question: _Question, mesh: TetMesh) -> tuple[TetMesh, TetReport]:
+    """Check volume and orientation."""
+    report = require_sound(
+        mesh,
+        what="the mesher's result",
+        expected_volume=question.volume,
+        volume_tolerance=question.volume_tolerance,
+    )
+    return mesh, report
+
+
+def _from_cache(question: _Question, key: str, clock: Deadline) -> MeshedSurface | None:
+    """Return the answer given before, if it still passes the checks."""
+    stored = load_arrays(_KIND, key)
+    if stored is None:
+        return None
+    try:
+        mesh, report = _sound(question, TetMesh(points=stored["points"], tets=stored["tets"]))
+        attempts = tuple(str(line) for line in json.loads(stored["attempts"].tobytes()))
+    except (MeshError, KeyError, ValueError) as cause:
+        log.warning("the cached mesh is of no use (%s); meshing again", cause)
+        return None
+    return _answer(question, mesh, report, attempts, clock, from_cache=True)
+
+
+def _answer(
+    question: _Question,
+    mesh: TetMesh,
+    report: TetReport,
+    attempts: tuple[str, ...],
+    clock: Deadline,
+    *,
+    from_cache: bool,
+) -> MeshedSurface:
+    """Collect the result."""
+    return MeshedSurface(
+        mesh=mesh,
+        report=report,
+        volume_error=report.volume / question.volume - 1.0,
+        attempts=attempts,
+        seconds=clock.elapsed(),
+        from_cache=from_cache,
+    )

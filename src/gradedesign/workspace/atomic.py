@@ -1,0 +1,170 @@
+"""Whole files or none: written beside the target, flushed to disk, then renamed over it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import secrets
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gradedesign.errors import CaseError, GradeDesignError, ResourceError
+
+#: What an interrupted write may leave behind; never a name that anyone would read.
+UNFINISHED = re.compile(r"\..+\.[0-9a-f]{16}\.unfinished")
+
+_CASE_ERRNOS = frozenset(
+    {
+        errno.EACCES,
+        errno.EPERM,
+        errno.EROFS,
+        errno.ENOENT,
+        errno.ENOTDIR,
+        errno.EISDIR,
+        errno.ENAMETOOLONG,
+        errno.ELOOP,
+    }
+)
+_FIRST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+def write_error(path: Path, cause: OSError) -> GradeDesignError:
+    """Translate a failed write.
+
+    Parameters
+    ----------
+    path : Path
+        What was to be written.
+    cause : OSError
+        What the system said.
+
+    Returns
+    -------
+    GradeDesignError
+        `CaseError` where the place is wrong (missing, read-only, not a folder), else
+        `ResourceError` (the disk is full, a quota, a failing device).
+    """
+    reason = cause.strerror or str(cause)
+    if cause.errno in _CASE_ERRNOS:
+        return CaseError(
+            f"cannot write {path}: {reason}; expected an existing folder that you may write in, "
+            "name another output folder"
+        )
+    return ResourceError(f"cannot write {path}: {reason}; free disk space and resume the run")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """Open a file that appears under its name only once it is complete on disk.
+
+    Parameters
+    ----------
+    path : Path
+        The target; an existing file stays as it is until the new one replaces it.
+
+    Yields
+    ------
+    binary file
+        Open for reading and writing, so that a checksum can be taken before closing.
+
+    Raises
+    ------
+    CaseError
+        If the folder is missing or may not be written in.
+    ResourceError
+        If the disk is full.
+    """
+    unfinished = path.with_name(f".{path.name}.{secrets.token_hex(8)}.unfinished")
+    try:
+        with unfinished.open("x+b") as handle:
+            yield handle
+            handle.flush()
+            os.fsync(handle.fileno())
+        unfinished.replace(path)
+        _flush_folder(path.parent)
+    except OSError as cause:
+        raise write_error(path, cause) from cause
+    finally:
+        # Gone already after a successful rename; otherwise nothing half-written may stay.
+        with suppress(OSError):
+            unfinished.unlink()
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make a rename survive a power cut, where the file system lets folders be flushed."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as cause:
+        if cause.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write bytes atomically; errors as `replacing`."""
+    with replacing(path) as handle:
+        handle.write(data)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text atomically, whatever the locale says; errors as `replacing`."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_npz(path: Path, /, **arrays: ArrayLike) -> None:
+    """Write named arrays as an uncompressed ``.npz``, atomically.
+
+    Raises
+    ------
+    ValueError
+        If an array holds Python objects.
+    CaseError, ResourceError
+        As `replacing`.
+    """
+    with replacing(path) as handle:
+        write_arrays(handle, arrays)
+
+
+def write_arrays(
+    handle: BinaryIO, arrays: Mapping[str, ArrayLike], *, comment: bytes = b""
+) -> None:
+    """Write an ``.npz`` archive whose bytes depend on nothing but its arguments.
+
+    Unlike `numpy.savez` it stores no time, so that equal content has an equal checksum and a clock
+    before 1980 does no harm.
+    """
+    with zipfile.ZipFile(handle, "w", zipfile.ZIP_STORED) as archive:
+        archive.comment = comment
+        for name, value in arrays.items():
+            member = zipfile.ZipInfo(f"{name}.npy", date_time=_FIRST_ZIP_DATE)
+            with archive.open(member, "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, np.asanyarray(value), allow_pickle=False)
+
+
+def read_npz(path: Path) -> dict[str, NDArray[Any]]:
+    """Read all arrays of an ``.npz``.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not an ``.npz``, is damaged, or holds Python objects, which are never loaded.
+    """
+    with path.open("rb") as handle:
+        if not zipfile.is_zipfile(handle):
+            raise ValueError(f"{path} is not an .npz archive, or is truncated")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (zipfile.BadZipFile, EOFError, KeyError) as cause:
+        raise ValueError(f"{path} is not a complete .npz archive: {cause}") from cause
