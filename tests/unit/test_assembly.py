@@ -1,0 +1,230 @@
+"""Assembled stiffness against scikit-fem's own, and element energies against the matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementTetP0,
+    ElementTetP1,
+    ElementTetP2,
+    ElementVector,
+    MeshTet,
+)
+from skfem.helpers import ddot, eye, sym_grad, trace
+
+from gradedesign.errors import SolverError
+from gradedesign.fe.assembly import (
+    assemble,
+    assembly_pattern,
+    matvec,
+    shape_gradients,
+    strain_energy_per_element,
+)
+from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
+from gradedesign.fe.stiffness import (
+    AnisotropicStiffness,
+    IsotropicStiffness,
+    require_positive,
+    stiffness_matrices,
+)
+from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+
+ELEMENTS = {1: ElementTetP1(), 2: ElementTetP2()}
+
+
+def distorted_box(shape: tuple[int, int, int] = (3, 2, 2), seed: int = 11) -> TetMesh:
+    """A box of tets whose inner and outer vertices are all moved a little."""
+    box = MeshTet.init_tensor(*[np.linspace(0.0, 1.0 * n, n + 1) for n in shape])
+    rng = np.random.default_rng(seed)
+    points = box.p + rng.uniform(-0.12, 0.12, box.p.shape)
+    tets = np.array(box.t)
+    edges = points[:, tets[1:]] - points[:, tets[:1]]
+    negative = np.linalg.det(edges.transpose(2, 0, 1)) < 0
+    tets[:2, negative] = tets[1::-1, negative]
+    return TetMesh(points=points, tets=tets)
+
+
+def random_stiffness(count: int, seed: int = 5) -> AnisotropicStiffness:
+    """A random symmetric positive definite matrix per element, of size 100 MPa."""
+    a = np.random.default_rng(seed).standard_normal((count, 6, 6))
+    c = 20.0 * (a @ a.transpose(0, 2, 1) + 0.5 * np.eye(6))
+    return AnisotropicStiffness(C=c.transpose(1, 2, 0))
+
+
+def graded_modulus(count: int) -> IsotropicStiffness:
+    return IsotropicStiffness(E=np.geomspace(1.0, 1e3, count), nu=0.31)
+
+
+def scikit_fem_isotropic(space: TetSpace, stiffness: IsotropicStiffness):
+    """lambda tr(e) tr(e) + 2 mu e:e with one modulus per element."""
+    basis = Basis(skfem_mesh(space), ElementVector(ELEMENTS[space.order]), intorder=4)
+    nu = stiffness.nu
+    lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 1 / (2 * (1 + nu))
+
+    @BilinearForm
+    def form(u, v, w):
+        eps = sym_grad(u)
+        sigma = w.E * (lam * eye(trace(eps), 3) + 2 * mu * eps)
+        return ddot(sigma, sym_grad(v))
+
+    modulus = basis.with_element(ElementTetP0()).interpolate(stiffness.E)
+    return form.assemble(basis, E=modulus).tocsr()
+
+
+def scikit_fem_anisotropic(space: TetSpace, stiffness: AnisotropicStiffness):
+    """Voigt strains, xx, yy, zz, yz, xz, xy with engineering shear, with C in between."""
+    basis = Basis(skfem_mesh(space), ElementVector(ELEMENTS[space.order]), intorder=4)
+    c = stiffness.C
+
+    def voigt(u):
+        e = sym_grad(u)
+        return np.stack([e[0, 0], e[1, 1], e[2, 2], 2 * e[1, 2], 2 * e[0, 2], 2 * e[0, 1]])
+
+    @BilinearForm
+    def form(u, v, w):
+        return np.einsum("ieq,ije,jeq->eq", voigt(v), c, voigt(u))
+
+    return form.assemble(basis).tocsr()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_isotropic_stiffness_is_that_of_scikit_fem(order):
+    space = tet_space(distorted_box(), order)
+    stiffness = graded_modulus(space.element_count)
+    ours = assemble(assembly_pattern(space), stiffness)
+    theirs = scikit_fem_isotropic(space, stiffness)
+    assert ours.blocksize == (3, 3)
+    assert ours.has_sorted_indices
+    assert abs(ours.tocsr() - theirs).max() <= 1e-12 * abs(theirs).max()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_anisotropic_stiffness_is_that_of_scikit_fem(order):
+    space = tet_space(distorted_box(), order)
+    stiffness = random_stiffness(space.element_count)
+    ours = assemble(assembly_pattern(space), stiffness)
+    theirs = scikit_fem_anisotropic(space, stiffness)
+    assert abs(ours.tocsr() - theirs).max() <= 1e-12 * abs(theirs).max()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_matrices_of_an_isotropic_stiffness_give_the_same(order):
+    space = tet_space(distorted_box((2, 2, 1)), order)
+    isotropic = graded_modulus(space.element_count)
+    pattern = assembly_pattern(space)
+    a = assemble(pattern, isotropic)
+    b = assemble(pattern, AnisotropicStiffness(C=stiffness_matrices(isotropic)))
+    np.testing.assert_allclose(a.data, b.data, rtol=0, atol=1e-13 * abs(a.data).max())
+
+
+def test_a_pattern_serves_many_stiffnesses_and_repeats_to_the_last_bit():
+    space = tet_space(distorted_box(), 2)
+    pattern = assembly_pattern(space)
+    one = graded_modulus(space.element_count)
+    first = assemble(pattern, one).data.copy()
+    double = assemble(pattern, IsotropicStiffness(E=2.0 * one.E, nu=one.nu)).data
+    np.testing.assert_allclose(double, 2.0 * first, rtol=1e-14)
+    np.testing.assert_array_equal(assemble(pattern, one).data, first)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_product_is_that_of_scipy(order):
+    space = tet_space(distorted_box(), order)
+    matrix = assemble(assembly_pattern(space), random_stiffness(space.element_count))
+    u = np.random.default_rng(3).standard_normal(space.nodes.shape)
+    expected = (matrix @ u.T.ravel()).reshape(-1, 3).T
+    np.testing.assert_allclose(
+        matvec(matrix, u), expected, rtol=0, atol=1e-13 * abs(expected).max()
+    )
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_rigid_motions_need_no_force(order):
+    space = tet_space(distorted_box(), order)
+    matrix = assemble(assembly_pattern(space), random_stiffness(space.element_count))
+    scale = abs(matrix.data).max() * abs(space.nodes).max()
+    for t, w in [((1, 2, 3), (0, 0, 0)), ((0, 0, 0), (0.3, -0.2, 0.5))]:
+        u = np.array(t, float)[:, None] + np.cross(w, space.nodes, axisb=0).T
+        assert abs(matvec(matrix, u)).max() < 1e-13 * scale
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("kind", [graded_modulus, random_stiffness])
+def test_element_energies_sum_to_the_matrix_energy(order, kind):
+    space = tet_space(distorted_box(), order)
+    stiffness = kind(space.element_count)
+    matrix = assemble(assembly_pattern(space), stiffness)
+    rng = np.random.default_rng(23)
+    u, v = rng.standard_normal((2, *space.nodes.shape))
+    energy = strain_energy_per_element(space, stiffness, u, v)
+    expected = (u * matvec(matrix, v)).sum()
+    assert energy.sum() == pytest.approx(expected, rel=1e-11)
+    alone = strain_energy_per_element(space, stiffness, u)
+    assert alone.sum() == pytest.approx((u * matvec(matrix, u)).sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_element_energy_of_a_constant_strain(order):
+    """u = G x has the energy density eps:C:eps everywhere, by hand."""
+    space = tet_space(distorted_box(), order)
+    stiffness = random_stiffness(space.element_count)
+    gradient = np.array([[0.1, 0.4, -0.2], [0.0, -0.3, 0.5], [0.7, 0.2, 0.6]])
+    eps = np.array([0.1, -0.3, 0.6, 0.5 + 0.2, -0.2 + 0.7, 0.4 + 0.0])
+    expected = signed_volumes(space.mesh) * np.einsum("i,ijm,j->m", eps, stiffness.C, eps)
+    energy = strain_energy_per_element(space, stiffness, gradient @ space.nodes)
+    np.testing.assert_allclose(energy, expected, rtol=1e-11)
+
+
+def test_energy_of_one_element_is_the_derivative_by_its_modulus():
+    """u^T K u is linear in E: a unit modulus in one element alone gives that element's share."""
+    space = tet_space(distorted_box((1, 1, 1)), 2)
+    u = np.random.default_rng(9).standard_normal(space.nodes.shape)
+    pattern = assembly_pattern(space)
+    share = strain_energy_per_element(
+        space, IsotropicStiffness(E=np.ones(space.element_count), nu=0.3), u
+    )
+    for e in range(space.element_count):
+        only = np.zeros(space.element_count)
+        only[e] = 1.0
+        matrix = assemble(pattern, IsotropicStiffness(E=only, nu=0.3))
+        assert (u * matvec(matrix, u)).sum() == pytest.approx(share[e], rel=1e-11)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_shape_gradients_sum_to_zero_along_every_direction(order):
+    """The shape functions sum to one, so their derivatives along edges of the tet cancel."""
+    total = shape_gradients(order).sum(axis=1)
+    np.testing.assert_allclose(total - total[:, :1], 0.0, atol=1e-14)
+
+
+def test_wrong_sizes_are_refused():
+    space = tet_space(distorted_box((1, 1, 1)), 1)
+    pattern = assembly_pattern(space)
+    with pytest.raises(SolverError, match="given for 5 elements, but the space has 6"):
+        assemble(pattern, graded_modulus(5))
+    with pytest.raises(SolverError, match="u has shape"):
+        strain_energy_per_element(space, graded_modulus(6), np.zeros((3, 2)))
+
+
+def test_stiffness_records_refuse_what_means_nothing():
+    with pytest.raises(ValueError, match=r"ratio is 0\.5"):
+        IsotropicStiffness(E=np.ones(3), nu=0.5)
+    with pytest.raises(ValueError, match="not finite"):
+        IsotropicStiffness(E=np.array([1.0, np.nan]), nu=0.3)
+    skew = np.zeros((6, 6, 2))
+    skew[0, 1] = 1.0
+    with pytest.raises(ValueError, match="C is not symmetric"):
+        AnisotropicStiffness(C=skew)
+
+
+def test_unstable_elements_are_named():
+    with pytest.raises(SolverError, match="1 elements is not positive; element 1 has -2 MPa"):
+        require_positive(IsotropicStiffness(E=np.array([1.0, -2.0]), nu=0.3))
+    c = np.repeat(np.eye(6)[:, :, None], 3, axis=2)
+    c[2, 2, 1] = -0.25
+    with pytest.raises(SolverError, match=r"eigenvalue of element 1 is -0\.25 MPa"):
+        require_positive(AnisotropicStiffness(C=c))
+    require_positive(random_stiffness(4))
