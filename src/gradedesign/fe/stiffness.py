@@ -121,10 +121,9 @@ def require_positive(stiffness: Stiffness) -> None:
 
 def _lowest_eigenvalues(C: FloatArray) -> FloatArray:
     """Lowest eigenvalue of every matrix, only computed where Cholesky's method fails."""
-    matrices: FloatArray = np.ascontiguousarray(np.moveaxis(C, 2, 0))
+    matrices = np.moveaxis(C, 2, 0)
     try:
         np.linalg.cholesky(matrices)
     except np.linalg.LinAlgError:
-        lowest: FloatArray = np.linalg.eigvalsh(matrices)[:, 0]
-        return lowest
+        return np.linalg.eigvalsh(matrices)[:, 0].astype(np.float64)
     return np.ones(len(matrices))
