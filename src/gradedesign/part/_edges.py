@@ -1,0 +1,76 @@
+"""Edges of a triangle surface: which facets meet where, and whether they close."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Edges:
+    """Undirected edges of a surface and the facets around them.
+
+    Attributes
+    ----------
+    count : (e,) int array
+        Facets at each edge: 1 is open, 2 is manifold.
+    ends : (e, 2) int array
+        Vertices, the smaller first.
+    edge_of : (3 m,) int array
+        Edge of each facet side; side ``k * m + f`` is facet f's edge from corner k to k + 1.
+    forward : (3 m,) bool array
+        Whether the facet runs along the edge from its smaller vertex to its larger.
+    pairs : (p, 2) int array
+        Facets on both sides of every manifold edge.
+    pair_edge : (p,) int array
+        Those edges.
+    pair_consistent : (p,) bool array
+        Whether the two facets run along the edge in opposite ways, as they should.
+    """
+
+    count: IntArray
+    ends: IntArray
+    edge_of: IntArray
+    forward: BoolArray
+    pairs: IntArray
+    pair_edge: IntArray
+    pair_consistent: BoolArray
+
+
+def face_edges(faces: IntArray) -> Edges:
+    """Find the edges of facets ``(m, 3)``."""
+    m = len(faces)
+    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    low, high = sides.min(axis=1), sides.max(axis=1)
+    n = np.int64(faces.max() + 1 if m else 1)
+    key, edge_of, count = np.unique(low * n + high, return_inverse=True, return_counts=True)
+    edge_of = edge_of.astype(np.int64)
+    forward = sides[:, 0] < sides[:, 1]
+    order = np.argsort(edge_of, kind="stable")
+    start = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
+    pair_edge = np.flatnonzero(count == 2)
+    left, right = order[start[pair_edge]], order[start[pair_edge] + 1]
+    return Edges(
+        count=count,
+        ends=np.stack([key // n, key % n], axis=1),
+        edge_of=edge_of,
+        forward=forward,
+        pairs=np.stack([left % m, right % m], axis=1) if m else np.zeros((0, 2), dtype=np.int64),
+        pair_edge=pair_edge,
+        pair_consistent=forward[left] != forward[right],
+    )
+
+
+def odd_edge_count(faces: IntArray) -> int:
+    """Count edges with an odd number of facets: 0 for a surface that can be closed."""
+    return int(np.count_nonzero(face_edges(faces).count % 2))
+
+
+def unbalanced_edges(edges: Edges) -> IntArray:
+    """Edges that are not run along equally often both ways, by number."""
+    net = np.zeros(len(edges.count), dtype=np.int64)
+    np.add.at(net, edges.edge_of, np.where(edges.forward, 1, -1))
+    return np.flatnonzero(net)

@@ -1,0 +1,146 @@
+"""Fitting planes and cylinders to patches of a triangle surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+
+#: Normals of a cylinder stand this square to its axis, sine of an angle.
+_SQUARE = np.sin(np.radians(2.0))
+#: Facets of a cylinder face its axis within this angle, cosine; 30-degree facets do.
+_RADIAL = np.cos(np.radians(16.0))
+#: Facet normals must spread at least this far for an axis to be told, sine of an angle.
+_SPREAD = np.sin(np.radians(0.2))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Patch:
+    """Geometry of a set of facets.
+
+    Attributes
+    ----------
+    points : (n, 3) array, mm
+        Vertices.
+    centres : (m, 3) array, mm
+        Centroids of the facets.
+    normals : (m, 3) array
+        Unit outward normals.
+    areas : (m,) array, mm^2
+    """
+
+    points: FloatArray
+    centres: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cylinder:
+    """A cylinder through the vertices of a patch.
+
+    Attributes
+    ----------
+    axis : (3,) array
+        Unit vector; its largest component is positive.
+    point : (3,) array, mm
+        On the axis, halfway along the patch.
+    radius : float, mm
+    deviation : float, mm
+        Largest distance of a vertex from the cylinder.
+    concave : bool
+        True where the outward normals point to the axis: a hole.
+    """
+
+    axis: FloatArray
+    point: FloatArray
+    radius: float
+    deviation: float
+    concave: bool
+
+
+def flatness(patch: Patch) -> float:
+    """Largest distance of a vertex from the plane through the patch, mm."""
+    normal = np.average(patch.normals, axis=0, weights=patch.areas)
+    length = np.linalg.norm(normal)
+    if length < 0.5:
+        return float("inf")
+    along = (patch.points - patch.points.mean(axis=0)) @ (normal / length)
+    return float(along.max() - along.min())
+
+
+def fit_cylinder(patch: Patch) -> Cylinder | None:
+    """Fit the cylinder whose facets a patch may be.
+
+    The axis is the direction in which the normals have least part; centre and radius are the
+    least-squares circle (Kasa 1976) of the vertices seen along it.
+
+    Returns
+    -------
+    Cylinder or None
+        None if the facets do not lie around a common axis, all facing it or all facing away.
+        How well the vertices fit is in ``deviation``.
+    """
+    if patch.areas.sum() <= 0.0 or len(patch.points) < 4:
+        return None
+    weight = patch.areas / patch.areas.sum()
+    spread, directions = np.linalg.eigh((patch.normals * weight[:, None]).T @ patch.normals)
+    axis = directions[:, 0] * np.sign(directions[np.argmax(np.abs(directions[:, 0])), 0])
+    if spread[1] < _SPREAD**2 or np.abs(patch.normals @ axis).max() > _SQUARE:
+        return None
+    centre, radius = _circle(patch.points, axis)
+    outward = patch.centres - centre
+    outward = outward - np.outer(outward @ axis, axis)
+    distance = np.linalg.norm(outward, axis=1)
+    facing = (outward * patch.normals).sum(axis=1) / np.maximum(distance, 1e-300)
+    around = np.abs(facing) >= _RADIAL
+    if not around.all() or np.unique(np.sign(facing)).size > 1:
+        return None
+    along = (patch.points - centre) @ axis
+    return Cylinder(
+        axis=axis,
+        point=centre + 0.5 * (along.min() + along.max()) * axis,
+        radius=radius,
+        deviation=float(off_cylinder(patch.points, axis, centre, radius).max()),
+        concave=bool(facing[0] < 0),
+    )
+
+
+def off_cylinder(
+    points: FloatArray, axis: FloatArray, centre: FloatArray, radius: float
+) -> FloatArray:
+    """Distance of points ``(n, 3)`` from a cylinder's wall, ``(n,)``, mm."""
+    offset = points - centre
+    return np.abs(np.linalg.norm(offset - np.outer(offset @ axis, axis), axis=1) - radius)
+
+
+def angular_span(points: FloatArray, cylinder: Cylinder) -> float:
+    """Degrees around the axis that vertices cover: 360 less the largest gap."""
+    across, up = _square_directions(cylinder.axis)
+    offset = points - cylinder.point
+    angles = np.sort(np.degrees(np.arctan2(offset @ up, offset @ across)))
+    gaps = np.append(np.diff(angles), angles[0] + 360.0 - angles[-1])
+    return float(360.0 - gaps.max())
+
+
+def _circle(points: FloatArray, axis: FloatArray) -> tuple[FloatArray, float]:
+    """Least-squares circle of points seen along an axis: centre ``(3,)`` and radius, mm."""
+    across, up = _square_directions(axis)
+    middle = points.mean(axis=0)
+    x, y = (points - middle) @ across, (points - middle) @ up
+    scale = max(float(np.abs([x, y]).max()), 1e-300)
+    x, y = x / scale, y / scale
+    system = np.stack([2 * x, 2 * y, np.ones_like(x)], axis=1)
+    cx, cy, rest = np.linalg.lstsq(system, x**2 + y**2, rcond=None)[0]
+    radius = float(np.sqrt(max(rest + cx**2 + cy**2, 0.0)))
+    return middle + scale * (cx * across + cy * up), scale * radius
+
+
+def _square_directions(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors square to an axis and to each other."""
+    helper = np.eye(3)[np.argmin(np.abs(axis))]
+    across = np.cross(axis, helper)
+    across /= np.linalg.norm(across)
+    return across, np.cross(axis, across)

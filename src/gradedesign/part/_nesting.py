@@ -1,0 +1,172 @@
+"""How closed shells lie to each other: apart, one inside another, or overlapping."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import PartError
+
+#: Shared volume below this share of the smaller shell is touching, not overlapping.
+_TOUCHING = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Nesting:
+    """Relations between shells.
+
+    Attributes
+    ----------
+    inside : (s, s) bool array
+        ``inside[i, j]``: shell i lies wholly inside shell j.
+    overlap : (s, s) bool array
+        Symmetric: the surfaces of i and j cross.
+    """
+
+    inside: BoolArray
+    overlap: BoolArray
+
+
+def find_nesting(vertices: FloatArray, parts: Sequence[IntArray], volumes: FloatArray) -> Nesting:
+    """Compare every two shells whose boxes meet.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    parts : sequence of (k, 3) int array
+        Facets of each closed shell.
+    volumes : (s,) array, mm^3
+        Signed.
+    """
+    count = len(parts)
+    inside = np.zeros((count, count), dtype=bool)
+    overlap = np.zeros((count, count), dtype=bool)
+    lower = np.array([vertices[part].min(axis=(0, 1)) for part in parts])
+    upper = np.array([vertices[part].max(axis=(0, 1)) for part in parts])
+    meets = np.all((lower[:, None] <= upper[None, :]) & (lower[None, :] <= upper[:, None]), axis=2)
+    solids: dict[int, Any] = {}
+    for i, j in np.argwhere(np.triu(meets, k=1)).tolist():
+        small, big = (i, j) if abs(volumes[i]) < abs(volumes[j]) else (j, i)
+        share = _shared(vertices, parts, volumes, small, big, solids)
+        if share > 1.0 - _TOUCHING:
+            inside[small, big] = True
+        elif share > _TOUCHING:
+            overlap[i, j] = overlap[j, i] = True
+    return Nesting(inside=inside, overlap=overlap)
+
+
+def _shared(
+    vertices: FloatArray,
+    parts: Sequence[IntArray],
+    volumes: FloatArray,
+    small: int,
+    big: int,
+    solids: dict[int, Any],
+) -> float:
+    """Share of the smaller shell's volume that lies inside the bigger one."""
+    for k in (small, big):
+        if k not in solids:
+            solids[k] = _manifold(vertices, parts[k], volumes[k])
+    if solids[small] is None or solids[big] is None:  # touches itself: ask its corners instead
+        points = vertices[np.unique(parts[small])]
+        winding = winding_numbers(vertices[parts[big]], points[:: max(1, len(points) // 64)])
+        return float(np.mean(np.abs(winding) > 0.5))
+    return float((solids[small] ^ solids[big]).volume()) / abs(float(volumes[small]))
+
+
+def _manifold(vertices: FloatArray, faces: IntArray, volume: float) -> Any:
+    """Convert a shell, turned outward; None if the library refuses it."""
+    import manifold3d
+
+    used, index = np.unique(faces, return_inverse=True)
+    facets = index.reshape(-1, 3).astype(np.uint64)
+    mesh = manifold3d.Mesh64(
+        vert_properties=np.array(vertices[used], dtype=np.float64, order="C"),
+        tri_verts=np.ascontiguousarray(facets if volume > 0 else facets[:, ::-1]),
+    )
+    solid = manifold3d.Manifold(mesh)
+    return solid if solid.status() == manifold3d.Error.NoError else None
+
+
+def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Solid angle of a closed shell seen from each point, over 4 pi.
+
+    Van Oosterom and Strackee (1983), "The solid angle of a plane triangle", eq. 8.
+
+    Parameters
+    ----------
+    corners : (m, 3, 3) array, mm
+    points : (k, 3) array, mm
+
+    Returns
+    -------
+    (k,) array
+        1 inside an outward shell, -1 inside a reversed one, 0 outside.
+    """
+    result = np.zeros(len(points))
+    for k, point in enumerate(points):
+        a, b, c = np.moveaxis(corners - point, 1, 0)
+        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        dot_ab, dot_bc, dot_ca = ((p * q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a)))
+        triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+        below = la * lb * lc + dot_ab * lc + dot_bc * la + dot_ca * lb
+        result[k] = np.arctan2(triple, below).sum() / (2.0 * np.pi)
+    return result
+
+
+def unite(
+    vertices: FloatArray,
+    parts: Sequence[IntArray],
+    keep: BoolArray,
+    sign: IntArray,
+    nesting: Nesting,
+    source: str,
+) -> tuple[FloatArray, IntArray]:
+    """Unite overlapping solids, each with its own voids taken out first.
+
+    Parameters
+    ----------
+    parts : sequence of (k, 3) int array
+        Solids outward, voids reversed.
+    keep : (s,) bool array
+        Which shells bound material.
+    sign : (s,) int array
+        +1 solid, -1 void.
+
+    Raises
+    ------
+    PartError
+        If a void crosses a surface, or a shell is not manifold.
+    """
+    import manifold3d
+
+    voids = [int(v) for v in np.flatnonzero(keep & (sign < 0))]
+    if nesting.overlap[voids][:, keep].any():
+        raise PartError(
+            f"{source}: a reversed shell crosses another surface, so it is unclear what is "
+            "solid; cut the void out in CAD"
+        )
+    solids = {int(k): _manifold(vertices, parts[int(k)], sign[k]) for k in np.flatnonzero(keep)}
+    if any(solid is None for solid in solids.values()):
+        raise PartError(
+            f"{source}: overlapping shells touch themselves and cannot be united; unite them in CAD"
+        )
+    bodies = []
+    for k in (int(s) for s in np.flatnonzero(keep & (sign > 0))):
+        own = [solids[v] for v in voids if _innermost(nesting, v) == k]
+        bodies.append(
+            manifold3d.Manifold.batch_boolean([solids[k], *own], manifold3d.OpType.Subtract)
+        )
+    mesh = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add).to_mesh64()
+    points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    return points, np.asarray(mesh.tri_verts).astype(np.int64)
+
+
+def _innermost(nesting: Nesting, shell: int) -> int:
+    """The smallest shell around a shell: the one that itself lies inside the most."""
+    around = np.flatnonzero(nesting.inside[shell])
+    return int(around[np.argmax(nesting.inside[around].sum(axis=1))])

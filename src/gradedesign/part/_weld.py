@@ -1,0 +1,154 @@
+"""From loose corners to shared vertices, without facets that carry no area or no news."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.part._edges import face_edges, odd_edge_count
+
+
+def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, int]:
+    """Join corners that coincide within a tolerance.
+
+    Clusters come from a neighbour search, so no pair falls apart at a grid line. Each
+    cluster keeps the coordinates of its first member: clean input stays bit-identical.
+
+    Parameters
+    ----------
+    corners : (m, 3, 3) array, mm
+    tolerance : float, mm
+
+    Returns
+    -------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+    moved : int
+        Distinct points that were joined to another one.
+    """
+    points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    if len(pairs) == 0:
+        return points, index.reshape(-1, 3).astype(np.int64), 0
+    graph = coo_array(
+        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])),
+        shape=(len(points), len(points)),
+    )
+    count, cluster = connected_components(graph, directed=False)
+    _, first = np.unique(cluster, return_index=True)
+    return points[first], cluster[index].reshape(-1, 3).astype(np.int64), len(points) - count
+
+
+def thickness(vertices: FloatArray) -> float:
+    """Extent along the direction in which the points spread least, mm."""
+    centred = vertices - vertices.mean(axis=0)
+    _, directions = np.linalg.eigh(centred.T @ centred)
+    along = centred @ directions[:, 0]
+    return float(along.max() - along.min())
+
+
+def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> tuple[IntArray, int]:
+    """Remove facets without area, keeping the surface closed.
+
+    A facet with two equal corners just goes. One with three distinct corners on a line may
+    be what holds its neighbours together; then the neighbour across its longest edge is
+    split instead (an edge flip), which moves no geometry.
+
+    Returns
+    -------
+    faces : (k, 3) int array
+    removed : int
+    """
+    a, b, c = faces.T
+    kept = faces[(a != b) & (b != c) & (c != a)]
+    flat = _areas(vertices, kept) <= (1e-9 * diagonal) ** 2
+    if flat.any():
+        plain = kept[~flat]
+        edges = face_edges(kept)
+        stray = flat & (edges.count % 2 == 1)[edges.edge_of].reshape(3, -1).any(axis=0)
+        flipped = _flip_flat(vertices, kept[~stray], flat[~stray])
+        kept = plain if odd_edge_count(plain) <= odd_edge_count(flipped) else flipped
+    return kept, len(faces) - len(kept)
+
+
+def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def _flip_flat(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> IntArray:
+    """Flip the longest edge of every flat facet into the facet behind it; flat ones go."""
+    result: list[tuple[int, int, int] | None] = [(f[0], f[1], f[2]) for f in faces.tolist()]
+    owner = {(f[k], f[(k + 1) % 3]): i for i, f in enumerate(faces.tolist()) for k in range(3)}
+    waiting = np.flatnonzero(flat).tolist()
+    pending = set(waiting)
+    for _ in range(4 * len(waiting)):
+        if not waiting:
+            break
+        i = waiting.pop(0)
+        a, c, b = _longest_first(vertices, result[i] or (0, 0, 0))
+        j = owner.get((c, a))
+        if j is None or result[j] is None:
+            continue
+        if j in pending:
+            waiting.append(i)
+            continue
+        d = next(v for v in result[j] or () if v not in (a, c))
+        pending.discard(i)
+        if d == b:  # the facet lies folded onto its neighbour's edge: both only cancel
+            continue
+        result[i], result[j] = (c, b, d), (b, a, d)
+        for k in (i, j):
+            f = result[k] or (0, 0, 0)
+            owner.update({(f[m], f[(m + 1) % 3]): k for m in range(3)})
+    return np.array([f for k, f in enumerate(result) if f and k not in pending], dtype=np.int64)
+
+
+def _longest_first(vertices: FloatArray, face: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Rotate a facet so that its longest edge runs from the first to the second corner."""
+    lengths = [np.linalg.norm(vertices[face[k]] - vertices[face[(k + 1) % 3]]) for k in range(3)]
+    k = int(np.argmax(lengths))
+    return face[k], face[(k + 1) % 3], face[(k + 2) % 3]
+
+
+def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
+    """Keep one facet of each set over the same three vertices.
+
+    Pairs that face opposite ways are two solids glued together when dropping both leaves a
+    closed surface; otherwise one of them is kept and its direction settled later.
+
+    Returns
+    -------
+    faces : (k, 3) int array
+    removed : int
+    """
+    ordered = np.sort(faces, axis=1)
+    _, first, index, counts = np.unique(
+        ordered, axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    if len(first) == len(faces):
+        return faces, 0
+    single = faces[np.sort(first)]
+    sense = np.zeros(len(first), dtype=np.int64)
+    np.add.at(sense, index.ravel(), _sense(faces))
+    cancelled = (counts > 1) & (sense == 0)
+    if cancelled.any():
+        net = faces[np.sort(first[~cancelled])]
+        if len(net) and odd_edge_count(net) == 0 < odd_edge_count(single):
+            return net, len(faces) - len(net)
+    return single, len(faces) - len(single)
+
+
+def _sense(faces: IntArray) -> IntArray:
+    """+1 for facets that are an even permutation of their sorted corners, -1 for odd ones."""
+    a, b, c = faces.T
+    return np.where((a < b).astype(int) + (b < c) + (c < a) == 2, 1, -1)
+
+
+def compact(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Drop vertices that no facet uses."""
+    used, index = np.unique(faces, return_inverse=True)
+    return vertices[used], index.reshape(faces.shape).astype(np.int64)

@@ -1,0 +1,128 @@
+"""The part: a closed surface, its smooth faces and the regions the case names on it."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from gradedesign.case.schema import Case, PartSpec
+from gradedesign.errors import CaseError
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.part.box import box_surface
+from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.part.regions import Region, select_regions
+from gradedesign.part.repair import RepairReport, build_surface
+from gradedesign.part.smooth_faces import SmoothFaces, segment_faces
+
+log = logging.getLogger(__name__)
+
+#: Reads one file format: path and unit to triangles.
+Reader: TypeAlias = Callable[[Path, str], RawTriangles]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """The solid part.
+
+    Attributes
+    ----------
+    surface : SurfaceMesh
+        Closed, outward.
+    faces : SmoothFaces
+    regions : mapping of str to Region
+        In the order of the case.
+    volume : float, mm^3
+    diagonal : float, mm
+        Of the bounding box.
+    source : str
+        Name of the file, or ``box``.
+    report : RepairReport
+        What was repaired, with all warnings of reading.
+    """
+
+    surface: SurfaceMesh
+    faces: SmoothFaces
+    regions: Mapping[str, Region]
+    volume: float
+    diagonal: float
+    source: str
+    report: RepairReport
+
+
+def read_part(case: Case, readers: Mapping[str, Reader]) -> Part:
+    """Read or build the part of a case and find its regions.
+
+    Parameters
+    ----------
+    case : Case
+    readers : mapping of str to callable
+        By lower-case suffix, such as ``".stl"``.
+
+    Returns
+    -------
+    Part
+
+    Raises
+    ------
+    CaseError
+        If no reader takes the file, its unit is missing, or a region cannot be found.
+    PartError
+        If the geometry is damaged beyond what ``repair`` allows.
+    """
+    start = time.perf_counter()
+    spec = case.part
+    if spec.file is not None:
+        surface, report, source = _read_file(spec, spec.file, readers)
+    elif spec.box is not None:
+        box = corner_points(box_surface(spec.box))
+        surface, report = build_surface(box, source="box")
+        source = "box"
+    else:
+        raise CaseError('part: neither file nor box is given; add e.g. file = "part.stl"')
+    faces = segment_faces(surface)
+    part = Part(
+        surface=surface,
+        faces=faces,
+        regions=select_regions(surface, faces, case.region),
+        volume=enclosed_volume(surface),
+        diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
+        source=source,
+        report=report,
+    )
+    log.info(
+        "%s: %.4g mm^3, %d triangles, %d faces, %.2f s",
+        source,
+        part.volume,
+        len(surface.faces),
+        len(faces.faces),
+        time.perf_counter() - start,
+    )
+    return part
+
+
+def _read_file(
+    spec: PartSpec, path: Path, readers: Mapping[str, Reader]
+) -> tuple[SurfaceMesh, RepairReport, str]:
+    """Read and repair a part file."""
+    read = readers.get(path.suffix.lower())
+    if read is None:
+        known = ", ".join(sorted(readers)) or "none"
+        raise CaseError(
+            f"part.file: {path.name} has the suffix {path.suffix!r}, which no installed reader "
+            f"takes; readable: {known}"
+        )
+    if spec.units is None:
+        raise CaseError(
+            f"part.units: missing; {path.name} carries no unit, state mm, cm, m or inch"
+        )
+    raw = read(path, spec.units)
+    surface, report = build_surface(
+        raw.corners, repair=spec.repair, bodies=spec.bodies, source=path.name
+    )
+    return surface, replace(report, warnings=(*raw.warnings, *report.warnings)), path.name

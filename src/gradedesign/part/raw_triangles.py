@@ -1,0 +1,105 @@
+"""Triangles as a file gives them: loose corners, in mm, checked for nonsense only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gradedesign.arrays import BoolArray, FloatArray, locked
+from gradedesign.errors import CaseError, PartError
+
+#: Length of one file unit, mm.
+UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+
+#: No printable part reaches this far from the origin, mm.
+LARGEST_COORDINATE = 1e7
+#: No printable part is smaller than this across, mm.
+SMALLEST_DIAGONAL = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RawTriangles:
+    """What a reader returns: unconnected triangles and what was odd about the file.
+
+    Attributes
+    ----------
+    corners : (m, 3 corners, 3 coordinates) array, mm
+    warnings : tuple of str
+    """
+
+    corners: FloatArray
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
+
+
+def raw_triangles(
+    corners: ArrayLike, unit: str, *, source: str, warnings: Sequence[str] = ()
+) -> RawTriangles:
+    """Scale triangles to mm and refuse those that cannot be a part.
+
+    Parameters
+    ----------
+    corners : (m, 3, 3) array_like, file units
+    unit : str
+        ``mm``, ``cm``, ``m`` or ``inch``.
+    source : str
+        Name of the file, for messages.
+    warnings : sequence of str
+        Passed on.
+
+    Raises
+    ------
+    CaseError
+        If the unit is unknown.
+    PartError
+        If there are no triangles, some are not finite, or their range is absurd.
+    """
+    if unit not in UNIT_MM:
+        raise CaseError(f"unit {unit!r} of {source} is unknown; use one of {', '.join(UNIT_MM)}")
+    values = np.asarray(corners, dtype=np.float64)
+    if len(values) == 0:
+        raise PartError(f"{source}: no triangles in the file; export the part again as a solid")
+    require_finite(values, source=source)
+    scaled = values * UNIT_MM[unit]
+    _require_sane_range(scaled, unit, source)
+    return RawTriangles(corners=scaled, warnings=tuple(warnings))
+
+
+def require_finite(corners: FloatArray, *, source: str) -> None:
+    """Refuse NaN and infinity, naming the facets (counted from 0)."""
+    bad = np.asarray(~np.isfinite(corners.reshape(-1, 9)).all(axis=1))
+    if bad.any():
+        raise PartError(
+            f"{source}: {np.count_nonzero(bad)} of {len(corners)} facets hold NaN or infinite "
+            f"coordinates: {_facet_list(bad)}; export the part again"
+        )
+
+
+def _require_sane_range(corners: FloatArray, unit: str, source: str) -> None:
+    """Refuse coordinates that no part can have; ``corners`` in mm."""
+    far = np.asarray((np.abs(corners.reshape(-1, 9)) > LARGEST_COORDINATE).any(axis=1))
+    if far.any():
+        raise PartError(
+            f"{source}: {np.count_nonzero(far)} of {len(corners)} facets reach absurdly far, up to "
+            f"{np.abs(corners).max():.4g} mm from the origin (limit {LARGEST_COORDINATE:.0e} mm): "
+            f"{_facet_list(far)}; the file is damaged, or its unit is not {unit!r}"
+        )
+    flat = corners.reshape(-1, 3)
+    diagonal = float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
+    if diagonal < SMALLEST_DIAGONAL:
+        raise PartError(
+            f"{source}: the part is absurdly small, {diagonal:.3g} mm across "
+            f"(limit {SMALLEST_DIAGONAL:g} mm); check whether its unit is {unit!r}"
+        )
+
+
+def _facet_list(mask: BoolArray, most: int = 8) -> str:
+    """Name the facets of a mask, the first few of them."""
+    found = np.flatnonzero(mask)
+    names = ", ".join(str(k) for k in found[:most])
+    return f"facets {names}" + (f" and {len(found) - most} more" if len(found) > most else "")

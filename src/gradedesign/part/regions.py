@@ -1,0 +1,277 @@
+"""Regions: the named sets of smooth faces on which a part is held, loaded and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.case.regions_schema import BoxSpec, RegionSpec
+from gradedesign.errors import CaseError
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.part._clip import clip_to_box
+from gradedesign.part._face_filters import (
+    BOX_SHARE,
+    FacedPart,
+    Match,
+    direction,
+    faced_part,
+    matches,
+    number,
+    place,
+    point_distance,
+)
+from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces
+
+#: How many faces a message lists.
+_LISTED = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Region:
+    """Selected triangles of a part's surface.
+
+    Attributes
+    ----------
+    name : str
+    triangles : (k,) int array
+        Triangle of the surface that each piece belongs to.
+    corners : (k, 3 corners, 3 coordinates) array, mm
+        The pieces: whole triangles, or what a clipping box leaves of them.
+    area : float, mm^2
+    centroid : (3,) array, mm
+    faces : tuple of int
+        The smooth faces they belong to.
+    """
+
+    name: str
+    triangles: IntArray
+    corners: FloatArray
+    area: float
+    centroid: FloatArray
+    faces: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self,
+            "triangles",
+            locked(self.triangles, (None,), dtype=np.int64, name="triangles"),
+        )
+        object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
+        object.__setattr__(self, "centroid", locked(self.centroid, (3,), name="centroid"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Selection:
+    """Faces of a region before they are cut, and the boxes that cut them."""
+
+    faces: BoolArray
+    clips: tuple[BoxSpec, ...] = ()
+
+
+def select_regions(
+    surface: SurfaceMesh, faces: SmoothFaces, specs: Mapping[str, RegionSpec]
+) -> dict[str, Region]:
+    """Find the faces of every region.
+
+    All keys of a region must hold; ``nearest`` then picks one of the faces left.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+    faces : SmoothFaces
+        Of that surface.
+    specs : mapping of str to RegionSpec
+
+    Returns
+    -------
+    dict of str to Region
+        In the order of ``specs``.
+
+    Raises
+    ------
+    CaseError
+        If a region is empty, is the whole surface, breaks its ``count`` or ``area``, or refers
+        to itself or to a region that does not exist.
+    """
+    part = faced_part(surface, faces)
+    done: dict[str, _Selection] = {}
+    for name in specs:
+        _resolve(part, specs, name, done, ())
+    return {name: _region(part, name, specs[name], done[name]) for name in specs}
+
+
+def _resolve(
+    part: FacedPart,
+    specs: Mapping[str, RegionSpec],
+    name: str,
+    done: dict[str, _Selection],
+    above: tuple[str, ...],
+) -> _Selection:
+    """Select the faces of one region, after those of the regions it names."""
+    if name in done:
+        return done[name]
+    if name in above:
+        raise CaseError(f"region.{above[0]}: regions refer in a circle: {' -> '.join(above)}")
+    if name not in specs:
+        known = ", ".join(specs)
+        raise CaseError(f"region.{above[-1]}: names the region {name!r}; there are {known}")
+    spec = specs[name]
+    named = {other: _resolve(part, specs, other, done, (*above, name)) for other in spec.names}
+    found = [*matches(part, spec), *_combined(spec, named, name)]
+    fits = np.asarray(np.all([match.fits for match in found] or [_everything(part)], axis=0))
+    miss = np.sum([match.miss for match in found], axis=0) if found else np.zeros(len(fits))
+    if not fits.any():
+        raise CaseError(_nothing_found(part, name, found, miss))
+    if spec.nearest is not None:
+        fits = _nearest(part, fits, np.array(spec.nearest))
+    clips = tuple(box for other in spec.all for box in named[other].clips)
+    if len(spec.any) == 1:
+        clips += named[spec.any[0]].clips
+    if spec.clip and spec.box is not None:
+        clips += (spec.box,)
+    done[name] = _Selection(faces=fits, clips=clips)
+    return done[name]
+
+
+def _everything(part: FacedPart) -> BoolArray:
+    return np.ones(len(part.corners), dtype=bool)
+
+
+def _combined(spec: RegionSpec, named: Mapping[str, _Selection], name: str) -> list[Match]:
+    """Judge faces by the regions that a region names."""
+    loose = spec.not_ if len(spec.any) < 2 else (*spec.any, *spec.not_)
+    clipped = [other for other in loose if named[other].clips]
+    if clipped:
+        raise CaseError(
+            f"region.{name}: {', '.join(clipped)} are cut by a box, and cut faces cannot be "
+            "united or excluded; name such regions one by one where they are used"
+        )
+    result = []
+    for word, others in (("any", spec.any), ("all", spec.all), ("not", spec.not_)):
+        if others:
+            faces = np.array([named[other].faces for other in others])
+            fits = np.asarray(faces.all(axis=0) if word == "all" else faces.any(axis=0))
+            fits = ~fits if word == "not" else fits
+            miss = np.where(fits, 0.0, 1.0)
+            result.append(Match(key=f"{word} of {', '.join(others)}", fits=fits, miss=miss))
+    return result
+
+
+def _nearest(part: FacedPart, fits: BoolArray, point: FloatArray) -> BoolArray:
+    """Keep the one face nearest to a point; the first of equals."""
+    distance = [
+        point_distance(corners, point) if fit else np.inf
+        for corners, fit in zip(part.corners, fits, strict=True)
+    ]
+    result = np.zeros(len(fits), dtype=bool)
+    result[int(np.argmin(distance))] = True
+    return result
+
+
+def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection) -> Region:
+    """Cut out the triangles of a region and check what the case asserts about it."""
+    triangles = np.flatnonzero(selection.faces[part.faces.label])
+    corners = corner_points(part.surface)[triangles]
+    for box in selection.clips:
+        lower, upper = _snapped(part, corners, box)
+        corners, kept = clip_to_box(corners, lower, upper)
+        triangles = triangles[kept]
+    corners, triangles = _without_edges(part, corners, triangles)
+    used = np.unique(part.faces.label[triangles]).tolist()
+    if not used:
+        raise CaseError(
+            f"region.{name}: the box cuts nothing out of the {selection.faces.sum()} faces that "
+            f"fit otherwise:{_listing(part, np.flatnonzero(selection.faces).tolist())}"
+        )
+    areas = _areas(corners)
+    area = float(areas.sum())
+    total = float(sum(face.area for face in part.faces.faces))
+    if area > (1.0 - 1e-6) * total:
+        raise CaseError(
+            f"region.{name}: selects the whole surface, all {len(part.corners)} faces "
+            f"({area:.4g} mm^2); a region must leave some of it free"
+        )
+    _check_assertions(part, name, spec, used, area)
+    return Region(
+        name=name,
+        triangles=triangles,
+        corners=corners,
+        area=area,
+        centroid=areas @ corners.mean(axis=1) / area,
+        faces=tuple(used),
+    )
+
+
+def _snapped(part: FacedPart, corners: FloatArray, box: BoxSpec) -> tuple[FloatArray, FloatArray]:
+    """Widen a box to the corners that lie just outside it, so that flush faces stay whole."""
+    points, slack = corners.reshape(-1, 3), BOX_SHARE * part.diagonal
+    lower, upper = np.array(box.lower), np.array(box.upper)
+    below = np.where((points < lower) & (points >= lower - slack), points, lower)
+    beyond = np.where((points > upper) & (points <= upper + slack), points, upper)
+    return below.min(axis=0), beyond.max(axis=0)
+
+
+def _without_edges(
+    part: FacedPart, corners: FloatArray, triangles: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Drop what a box leaves of faces that it only touches: pieces as thin as its tolerance."""
+    owner = part.faces.label[triangles]
+    keep = np.ones(len(triangles), dtype=bool)
+    for face in np.unique(owner).tolist():
+        own = owner == face
+        extent = float(np.ptp(corners[own].reshape(-1, 3), axis=0).max())
+        keep[own] = _areas(corners[own]).sum() > 3.0 * BOX_SHARE * part.diagonal * extent
+    return corners[keep], triangles[keep]
+
+
+def _areas(corners: FloatArray) -> FloatArray:
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def _check_assertions(
+    part: FacedPart, name: str, spec: RegionSpec, used: list[int], area: float
+) -> None:
+    """Compare with ``count`` and ``area``."""
+    if spec.count is not None and len(used) != spec.count:
+        raise CaseError(
+            f"region.{name}: count = {spec.count}, but {len(used)} faces fit:{_listing(part, used)}"
+        )
+    if spec.area is not None and abs(area - spec.area) > spec.area_tolerance * spec.area:
+        raise CaseError(
+            f"region.{name}: area = {spec.area:.4g} mm^2 within {100 * spec.area_tolerance:g} %, "
+            f"but the faces that fit have {area:.4g} mm^2:{_listing(part, used)}"
+        )
+
+
+def _nothing_found(part: FacedPart, name: str, found: list[Match], miss: FloatArray) -> str:
+    """Say which key excludes the faces, where the part lies, and which faces come closest."""
+    keys = "; ".join(f"{match.key}: {match.fits.sum()} faces" for match in found)
+    bounds = ", ".join(
+        f"{axis} {number(low)} to {number(high)}"
+        for axis, low, high in zip("xyz", part.lower, part.upper, strict=True)
+    )
+    nearest = np.argsort(miss, kind="stable")[:_LISTED].tolist()
+    return (
+        f"region.{name}: no smooth face fits every key ({keys}). The part spans {bounds} mm and "
+        f"has {len(part.corners)} faces; nearest candidates:{_listing(part, nearest)}"
+    )
+
+
+def _listing(part: FacedPart, numbers: list[int]) -> str:
+    """List faces, one a line."""
+    lines = [f"\n  {_described(part.faces.faces[k])}" for k in numbers[:_LISTED]]
+    more = len(numbers) - _LISTED
+    return "".join(lines) + (f"\n  and {more} more" if more > 0 else "")
+
+
+def _described(face: SmoothFace) -> str:
+    """Describe a face in one line."""
+    words = f"{face.kind}, area {face.area:.4g} mm^2, centroid {place(face.centroid)}"
+    if face.diameter is not None and face.axis is not None:
+        shape = "hole" if face.concave else "outer"
+        return f"{words}, {shape}, diameter {face.diameter:.4g} mm, axis {direction(face.axis)}"
+    return words if face.normal is None else f"{words}, normal {direction(face.normal)}"

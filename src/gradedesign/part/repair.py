@@ -1,0 +1,228 @@
+"""From loose triangles to one closed, outward surface; every change is counted and told."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.errors import CaseError, PartError
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part._edges import face_edges
+from gradedesign.part._holes import describe_rims, fill_rims, find_rims
+from gradedesign.part._orient import orient_consistently
+from gradedesign.part._shells import settle_shells
+from gradedesign.part._weld import compact, drop_degenerate, drop_duplicates, thickness, weld
+from gradedesign.part.raw_triangles import require_finite
+
+log = logging.getLogger(__name__)
+
+#: Corners closer than this share of the diagonal are one vertex.
+WELD_SHARE = 1e-6
+#: A part thinner than this share of its diagonal is flat.
+_FLAT_SHARE = 1e-7
+#: Diagonals, mm, outside of which the unit is probably wrong.
+_USUAL_DIAGONALS = (1.0, 5000.0)
+#: Farther from the origin than this many diagonals, single precision loses the shape.
+_FAR = 1e3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepairReport:
+    """What was changed between the file and the surface.
+
+    Attributes
+    ----------
+    facets_read, facets_kept : int
+    vertices_welded : int
+        Distinct points that were joined to a neighbour within the tolerance.
+    weld_tolerance : float, mm
+    degenerate_removed, duplicates_removed : int
+    facets_flipped : int
+        To agree with their neighbours.
+    shells_inverted : int
+        Shells that were inside out as a whole.
+    shells_ignored : int
+        Shells inside a solid that run the same way round as it.
+    shells_united : int
+        Shells that overlapped.
+    fragments_dropped : int
+        Loose pieces under 0.1 % of the volume of the largest.
+    holes_filled : int
+    touching_edges : int
+        Edges at which more than two facets meet.
+    bodies, voids : int
+    warnings : tuple of str
+    """
+
+    facets_read: int
+    facets_kept: int
+    vertices_welded: int
+    weld_tolerance: float
+    degenerate_removed: int = 0
+    duplicates_removed: int = 0
+    facets_flipped: int = 0
+    shells_inverted: int = 0
+    shells_ignored: int = 0
+    shells_united: int = 0
+    fragments_dropped: int = 0
+    holes_filled: int = 0
+    touching_edges: int = 0
+    bodies: int = 1
+    voids: int = 0
+    warnings: tuple[str, ...] = ()
+
+
+def build_surface(
+    corners: FloatArray, *, repair: str = "safe", bodies: str = "one", source: str = "part"
+) -> tuple[SurfaceMesh, RepairReport]:
+    """Weld, clean, orient and check triangles.
+
+    Parameters
+    ----------
+    corners : (m, 3 corners, 3 coordinates) array, mm
+    repair : {"safe", "auto"}
+        ``auto`` also closes small holes.
+    bodies : {"one", "all"}
+        Whether several separate solids are accepted.
+    source : str
+        Name for messages.
+
+    Returns
+    -------
+    surface : SurfaceMesh
+        Closed; solids outward, voids inward.
+    report : RepairReport
+
+    Raises
+    ------
+    PartError
+        If the triangles do not bound a solid.
+    CaseError
+        If an option is unknown.
+    """
+    _require_option("repair", repair, ("safe", "auto"))
+    _require_option("bodies", bodies, ("one", "all"))
+    if len(corners) == 0:
+        raise PartError(f"{source}: no triangles; export the part again as a solid")
+    require_finite(corners, source=source)
+    flat = corners.reshape(-1, 3)
+    diagonal = float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
+    warnings = _size_warnings(flat, diagonal, source)
+    vertices, faces, welded = weld(corners, WELD_SHARE * diagonal)
+    _require_thickness(vertices, diagonal, source)
+    faces, degenerate = drop_degenerate(vertices, faces, diagonal)
+    if len(faces) == 0:
+        raise PartError(f"{source}: all {len(corners)} facets have zero area; nothing is enclosed")
+    faces, duplicates = drop_duplicates(faces)
+    faces, flipped = orient_consistently(vertices, faces, source)
+    vertices, faces, holes = _close_holes(vertices, faces, repair, diagonal, source, warnings)
+    vertices, faces = compact(vertices, faces)
+    touching = int(np.count_nonzero(face_edges(faces).count > 2))
+    solid = settle_shells(vertices, faces, bodies=bodies, source=source)
+    _note_changes(
+        warnings,
+        source,
+        degenerate=degenerate,
+        duplicates=duplicates,
+        flipped=flipped,
+        touching=touching,
+    )
+    report = RepairReport(
+        facets_read=len(corners),
+        facets_kept=len(solid.faces),
+        vertices_welded=welded,
+        weld_tolerance=WELD_SHARE * diagonal,
+        degenerate_removed=degenerate,
+        duplicates_removed=duplicates,
+        facets_flipped=flipped,
+        holes_filled=holes,
+        touching_edges=touching,
+        warnings=(*warnings, *solid.warnings),
+        **solid.counts,
+    )
+    log.info("%s: %d of %d facets kept", source, report.facets_kept, report.facets_read)
+    return SurfaceMesh(vertices=solid.vertices, faces=solid.faces), report
+
+
+def _require_option(key: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise CaseError(f"part.{key} = {value!r} is unknown; use {' or '.join(map(repr, known))}")
+
+
+def _size_warnings(points: FloatArray, diagonal: float, source: str) -> list[str]:
+    """Remark on sizes and places that hint at a wrong unit or lost digits."""
+    warnings = []
+    small, large = _USUAL_DIAGONALS
+    if not small <= diagonal <= large:
+        factors = {"inch": 25.4, "m": 1000.0} if diagonal < small else {"mm": 1e-3}
+        hints = ", ".join(f"{diagonal * f:.4g} mm if {unit}" for unit, f in factors.items())
+        warnings.append(f"{source}: the part is {diagonal:.4g} mm across; check its unit ({hints})")
+    offset = float(np.linalg.norm(0.5 * (points.max(axis=0) + points.min(axis=0))))
+    if offset > _FAR * diagonal > 0:
+        warnings.append(
+            f"{source}: the part lies {offset:.4g} mm from the origin and is {diagonal:.4g} mm "
+            "across; single-precision files lose its shape, move it to the origin in CAD"
+        )
+    return warnings
+
+
+def _require_thickness(vertices: FloatArray, diagonal: float, source: str) -> None:
+    extent = thickness(vertices)
+    if extent <= max(_FLAT_SHARE, WELD_SHARE) * diagonal:
+        raise PartError(
+            f"{source}: the part is flat: {extent:.3g} mm thick, {diagonal:.4g} mm across, so it "
+            "encloses zero volume; export a solid, not a sketch or a sheet"
+        )
+
+
+def _close_holes(
+    vertices: FloatArray,
+    faces: IntArray,
+    repair: str,
+    diagonal: float,
+    source: str,
+    warnings: list[str],
+) -> tuple[FloatArray, IntArray, int]:
+    """Refuse holes, or fill them where that is asked and they are small."""
+    rims = find_rims(vertices, faces)
+    if not rims:
+        return vertices, faces, 0
+    if repair == "safe":
+        raise PartError(
+            f"{source}: the surface is open, {len(rims)} holes: {describe_rims(rims)}; "
+            "close the part in CAD, refine a coarse export, "
+            'or set repair = "auto" to fill small holes'
+        )
+    a, b, c = np.moveaxis(vertices[faces] - rims[0].centroid, 1, 0)
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    vertices, faces = fill_rims(
+        vertices, faces, rims, diagonal=diagonal, volume=volume, source=source
+    )
+    warnings.append(f"{source}: {len(rims)} holes filled: {describe_rims(rims)}")
+    return vertices, faces, len(rims)
+
+
+def _note_changes(
+    warnings: list[str],
+    source: str,
+    *,
+    degenerate: int,
+    duplicates: int,
+    flipped: int,
+    touching: int,
+) -> None:
+    """Put the counted changes into words."""
+    if degenerate:
+        warnings.append(f"{source}: {degenerate} facets of zero area removed")
+    if duplicates:
+        warnings.append(f"{source}: {duplicates} duplicate facets removed")
+    if flipped:
+        warnings.append(f"{source}: {flipped} facets turned to agree with their neighbours")
+    if touching:
+        warnings.append(
+            f"{source}: the surface touches itself along {touching} edges; "
+            "such a joint carries no load reliably"
+        )

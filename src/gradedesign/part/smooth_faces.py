@@ -1,0 +1,134 @@
+"""Smooth faces of a triangle surface: planes, cylinders and other patches without a sharp edge.
+
+A triangle file knows no faces; selections such as "the 8 mm holes" need them. Regions are
+parted at sharp edges, then taken apart into planes and cylinders where these meet tangentially.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part._clusters import Clusters, find_clusters, patch_of
+from gradedesign.part._curved_faces import Piece, split_region
+
+log = logging.getLogger(__name__)
+
+#: Mean normals shorter than this point nowhere, as on a full cylinder.
+_NOWHERE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SmoothFace:
+    """One face of the part as an engineer sees it.
+
+    Attributes
+    ----------
+    kind : {"plane", "cylinder", "other"}
+    area : float, mm^2
+    centroid : (3,) array, mm
+        Of the triangles; for a hole it lies on its axis.
+    normal : (3,) array or None
+        Area-averaged outward unit normal; None where it averages out.
+    axis : (3,) array or None
+        Of a cylinder: unit vector with its largest component positive.
+    point : (3,) array or None, mm
+        On the axis of a cylinder, halfway along it.
+    diameter : float or None, mm
+        Of a cylinder.
+    concave : bool or None
+        Of a cylinder: True for a hole, False for a boss or a rounded edge.
+    """
+
+    kind: str
+    area: float
+    centroid: FloatArray
+    normal: FloatArray | None = None
+    axis: FloatArray | None = None
+    point: FloatArray | None = None
+    diameter: float | None = None
+    concave: bool | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("centroid", "normal", "axis", "point"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, locked(value, (3,), name=name))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SmoothFaces:
+    """The faces of a surface.
+
+    Attributes
+    ----------
+    label : (m,) int array
+        Face of every triangle.
+    faces : tuple of SmoothFace
+        In the order of their first triangles.
+    """
+
+    label: IntArray
+    faces: tuple[SmoothFace, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "label", locked(self.label, (None,), dtype=np.int64, name="label"))
+
+
+def segment_faces(surface: SurfaceMesh, angle_deg: float = 30.0) -> SmoothFaces:
+    """Part a closed surface into smooth faces.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        Closed and outward.
+    angle_deg : float, degrees
+        Edges that turn by more part two faces; facets of a hole must turn by no more, so a
+        hole of 12 facets is the coarsest that is known as a cylinder with 30 degrees.
+
+    Returns
+    -------
+    SmoothFaces
+    """
+    clusters = find_clusters(surface, angle_deg)
+    order = np.argsort(clusters.region, kind="stable")
+    groups = np.split(order, np.cumsum(np.bincount(clusters.region))[:-1])
+    pieces = [piece for group in groups for piece in split_region(clusters, group.tolist())]
+    pieces.sort(key=lambda piece: min(int(clusters.facets[k][0]) for k in piece[1]))
+    owner = np.zeros(len(clusters.facets), dtype=np.int64)
+    for number, (_, members, _) in enumerate(pieces):
+        owner[members] = number
+    kinds = [piece[0] for piece in pieces]
+    log.info(
+        "%d smooth faces: %d planes, %d cylinders, %d others",
+        len(pieces),
+        kinds.count("plane"),
+        kinds.count("cylinder"),
+        kinds.count("other"),
+    )
+    return SmoothFaces(
+        label=owner[clusters.label], faces=tuple(_face(clusters, piece) for piece in pieces)
+    )
+
+
+def _face(clusters: Clusters, piece: Piece) -> SmoothFace:
+    """Measure one face."""
+    kind, members, cylinder = piece
+    patch = patch_of(clusters, members)
+    area = float(patch.areas.sum())
+    normal = patch.areas @ patch.normals / area
+    length = float(np.linalg.norm(normal))
+    return SmoothFace(
+        kind=kind,
+        area=area,
+        centroid=patch.areas @ patch.centres / area,
+        normal=normal / length if length > _NOWHERE else None,
+        axis=None if cylinder is None else cylinder.axis,
+        point=None if cylinder is None else cylinder.point,
+        diameter=None if cylinder is None else 2.0 * cylinder.radius,
+        concave=None if cylinder is None else cylinder.concave,
+    )
