@@ -108,10 +108,9 @@ class _Scanner:
         key: Key = ()
         for i, part in enumerate(parts):
             key = (*key, part)
-            last = many and i == len(parts) - 1
-            if last:
+            if many and i == len(parts) - 1:
                 self._tables[key] = self._tables.get(key, -1) + 1
-                self._record(key, start)
+            self._record(key, start)
             if key in self._tables:
                 key = (*key, self._tables[key])
         self._record(key, start)
