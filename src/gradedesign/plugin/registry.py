@@ -151,7 +151,7 @@ def build_registry(
         raise PluginError("; ".join(str(failure) for failure in failures))
     failed = {failure.entry_point for failure in failures}
     return Registry(
-        **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},  # type: ignore[arg-type]
+        **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
         sources=MappingProxyType(
             {
                 kind: MappingProxyType({n: str(s) for n, (_, s) in sorted(found[kind].items())})
@@ -305,7 +305,7 @@ def _add(found: _Found, kind: Kind, record: Any, source: PluginSource) -> None:
             f"hook gradedesign_{kind} of plugin '{source.entry_point}' ({source}) returned a "
             f"{type(record).__name__}, expected {shelf.record.__name__} records"
         )
-    name = record.name
+    name = getattr(record, "name", None)
     if not isinstance(name, str) or not shelf.names.fullmatch(name):
         raise PluginError(
             f"{shelf.noun} {name!r} of plugin '{source.entry_point}' ({source}) has an invalid "

@@ -1,0 +1,185 @@
+"""Level and relative density of a cell family, each from the other."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.percolation import Percolation, percolation
+from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
+from gradedesign.errors import DensityError, PluginError
+
+log = logging.getLogger(__name__)
+
+#: Below this density, and this close to full, no sampled level is trusted.
+LEAST_DENSITY = 0.01
+
+#: Offsets of the sample grid: irrational and different, so that no two samples are symmetric.
+_SHIFT = (0.4142135623730951, 0.7320508075688772, 0.23606797749978969)
+_TABLE = 4001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Calibration:
+    """The monotone relation of level and density of one cell.
+
+    Attributes
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float
+        Complete.
+    density, level : (k,) arrays
+        The table, increasing, over densities 0 to 1.
+    window : (float, float)
+        Densities between which solid and void percolate, see `percolation`.
+    neck : (float, float, float)
+        Point in cell units where the last connection of the solid forms.
+    """
+
+    family: CellFamily
+    parameters: Mapping[str, float]
+    density: FloatArray
+    level: FloatArray
+    window: tuple[float, float]
+    neck: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        object.__setattr__(self, "density", locked(self.density, (None,), name="density"))
+        object.__setattr__(self, "level", locked(self.level, (None,), name="level"))
+
+    def level_of(self, rho: FloatArray | float) -> FloatArray:
+        """Level ``t`` at which the cell ``g <= t`` has relative density ``rho``, ``(...)``.
+
+        Raises
+        ------
+        DensityError
+            If a density is outside the window.
+        """
+        values = np.asarray(rho, dtype=np.float64)
+        a, b = self.window
+        outside = ~((values >= a - 1e-9) & (values <= b + 1e-9))
+        if outside.any():
+            bad = values[outside]
+            raise DensityError(
+                f"cell '{self.family.name}' exists for relative densities {a:.4f} to {b:.4f}, "
+                f"but {bad.min():.4f} to {bad.max():.4f} was asked for: below, the solid falls "
+                f"apart; above, the void closes; narrow [lattice] density or take another cell"
+            )
+        return np.asarray(np.interp(values, self.density, self.level))
+
+    def density_of(self, level: FloatArray | float) -> FloatArray:
+        """Relative density of ``g <= level``, ``(...)``; 0 below all values, 1 above."""
+        values = np.asarray(level, dtype=np.float64)
+        return np.asarray(np.interp(values, self.level, self.density, left=0.0, right=1.0))
+
+
+def calibrate(
+    family: CellFamily, parameters: Mapping[str, float] | None = None, resolution: int = 128
+) -> Calibration:
+    """Sample a cell and tabulate the quantiles of its shape function.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float, optional
+        Override the family's defaults.
+    resolution : int
+        Samples along each axis of the cell.
+
+    Returns
+    -------
+    Calibration
+        Kept for the process: the same arguments return the same object.
+
+    Raises
+    ------
+    CaseError
+        For an unknown parameter.
+    PluginError
+        If the shape function breaks its contract or is constant over a part of the cell.
+    DensityError
+        If at no density the solid is one connected piece with an open void.
+
+    Notes
+    -----
+    The volume of ``g <= t`` is the distribution of ``g``, so ``t(rho)`` is its quantile; for a
+    smooth function, samples on a grid converge faster than random ones.
+    """
+    complete = complete_parameters(family, parameters)
+    return _calibrate(family, tuple(complete.items()), resolution)
+
+
+@lru_cache(maxsize=64)
+def _calibrate(
+    family: CellFamily, items: tuple[tuple[str, float], ...], resolution: int
+) -> Calibration:
+    """Calibrate with hashable arguments."""
+    parameters = dict(items)
+    samples = np.sort(evaluate_shape(family, parameters, grid_nodes(resolution, _SHIFT)), axis=None)
+    density = np.linspace(0.0, 1.0, _TABLE)
+    rank = np.clip(density * samples.size - 0.5, 0, samples.size - 1)
+    level = np.interp(rank, np.arange(samples.size), samples)
+    found, floor_level = _percolation(family, parameters)
+    window = (
+        max(_share(samples, floor_level), LEAST_DENSITY),
+        min(_share(samples, found.ceiling), 1 - LEAST_DENSITY),
+    )
+    _require_increasing(family, density, level, window)
+    log.info("cell %s: densities %.4f to %.4f", family.name, *window)
+    return Calibration(
+        family=family,
+        parameters=parameters,
+        density=density,
+        level=level,
+        window=window,
+        neck=found.neck,
+    )
+
+
+def _share(samples: FloatArray, level: float) -> float:
+    """Share of sorted samples below a level."""
+    return float(np.searchsorted(samples, level)) / samples.size
+
+
+def _percolation(family: CellFamily, parameters: Mapping[str, float]) -> tuple[Percolation, float]:
+    """Percolation on the fine grid and the level of its floor, extrapolated where needed.
+
+    Functions with a kink at the middle of the wall (sheets, distances) are never sampled at the
+    kink, so on a grid a wall holds together only from about one grid step of thickness. That part
+    of the floor is proportional to the step; two grids extrapolate it away.
+    """
+    coarse, fine = (
+        percolation(evaluate_shape(family, parameters, grid_nodes(count))) for count in (32, 64)
+    )
+    if fine is None:
+        raise DensityError(
+            f"cell '{family.name}' with {dict(parameters)} is at no density one solid piece that "
+            f"connects to its neighbours in three directions with an open void; it cannot be used"
+        )
+    if coarse is None or not (family.sides == 2 or family.distance):
+        return fine, fine.floor
+    return fine, 2 * fine.floor - coarse.floor
+
+
+def _require_increasing(
+    family: CellFamily, density: FloatArray, level: FloatArray, window: tuple[float, float]
+) -> None:
+    """Refuse a shape function that is constant over a part of the cell inside the window."""
+    inside = (density >= window[0]) & (density <= window[1])
+    flat = np.diff(level[inside]) <= 0
+    if np.count_nonzero(inside) < 2 or flat.any():
+        where = density[inside][:-1][flat]
+        detail = f" near density {where[0]:.3f}" if where.size else ""
+        raise PluginError(
+            f"cell '{family.name}' has no strictly increasing level over its window "
+            f"{window[0]:.4f} to {window[1]:.4f}{detail}: its shape function is constant over a "
+            f"part of the cell; make it vary continuously"
+        )

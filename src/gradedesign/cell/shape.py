@@ -1,0 +1,79 @@
+"""Evaluating a family's shape function, with the checks that a plugin's output must pass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import CaseError, PluginError
+
+
+def complete_parameters(
+    family: CellFamily, parameters: Mapping[str, float] | None
+) -> dict[str, float]:
+    """Defaults of a family, overridden by ``parameters``, sorted by name.
+
+    Raises
+    ------
+    CaseError
+        If a name is not a parameter of the family.
+    """
+    asked = dict(parameters or {})
+    unknown = sorted(set(asked) - set(family.parameters))
+    if unknown:
+        known = ", ".join(sorted(family.parameters)) or "none"
+        raise CaseError(
+            f"cell '{family.name}' has no parameter {', '.join(unknown)}; its parameters: {known}"
+        )
+    merged = {**family.parameters, **asked}
+    return {name: float(merged[name]) for name in sorted(merged)}
+
+
+def evaluate_shape(
+    family: CellFamily, parameters: Mapping[str, float], u: FloatArray
+) -> FloatArray:
+    """Values of the shape function, checked.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float
+        Complete, see `complete_parameters`.
+    u : (3, ...) array, cell units
+
+    Returns
+    -------
+    (...) array
+
+    Raises
+    ------
+    PluginError
+        If the function raises, returns another shape, or values that are not finite.
+    """
+    where = f"cell '{family.name}'" + (f" with {dict(parameters)}" if parameters else "")
+    try:
+        value = np.asarray(family.shape(u, **parameters), dtype=np.float64)
+    except Exception as error:
+        raise PluginError(f"{where} failed: {type(error).__name__}: {error}") from error
+    if value.shape != u.shape[1:]:
+        raise PluginError(
+            f"{where} returned an array of shape {value.shape} for points {u.shape}; "
+            f"expected {u.shape[1:]}"
+        )
+    finite = np.isfinite(value)
+    if not finite.all():
+        first = u.reshape(3, -1)[:, int(np.argmin(finite.ravel()))]
+        raise PluginError(
+            f"{where} returned {int(np.count_nonzero(~finite))} of {value.size} values that are "
+            f"not finite, the first at u = ({first[0]:.4g}, {first[1]:.4g}, {first[2]:.4g})"
+        )
+    return value
+
+
+def grid_nodes(count: int, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Nodes ``(i + shift) / count`` of the unit cell, ``(3, count, count, count)``."""
+    axes = [(np.arange(count) + s) / count for s in shift]
+    return np.stack(np.meshgrid(*axes, indexing="ij"))

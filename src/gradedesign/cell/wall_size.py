@@ -1,0 +1,199 @@
+"""The thinnest wall or strut of a cell, in mm, and the density at which it can be printed.
+
+What "thinnest" means:
+
+- families whose shape is a true distance: ``2 t L``, exact (``t`` the level, ``L`` the cell size);
+- two-sided sheets: twice the distance from the middle surface to the boundary, 1st percentile by
+  area of the middle surface;
+- one-sided networks: twice the smallest distance to the boundary along the strut that forms the
+  last connection of the solid, from its saddle down to the minima of the shape function at its
+  ends. It is zero at the percolation floor.
+
+All three grow with the level because the points measured from stay where they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial import cKDTree
+
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.shape import evaluate_shape, grid_nodes
+from gradedesign.errors import DensityError
+from gradedesign.fields import Field, gradient, level_set_points
+
+#: Share of the middle surface of a sheet that may be thinner than the size returned.
+THIN_SHARE = 0.01
+
+_STEPS = 17
+_GRID = 64
+_MIDDLE_POINTS = 2000
+
+
+def wall_mm(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: FloatArray | float,
+    cell_size: FloatArray | float,
+) -> FloatArray:
+    """Thinnest wall or strut, mm.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float or None
+        Override the family's defaults.
+    rho : (...) array
+        Relative density.
+    cell_size : (...) array, mm
+
+    Returns
+    -------
+    (...) array, mm
+        Non-decreasing in ``rho``.
+
+    Raises
+    ------
+    DensityError
+        If a density is outside the cell's window.
+    """
+    calibration = calibrate(family, parameters)
+    size = np.asarray(cell_size, dtype=np.float64)
+    level = calibration.level_of(rho)
+    if family.distance:
+        return np.asarray(2.0 * level * size)
+    table = _wall_table(calibration)
+    return np.asarray(table(_progress(calibration, rho)) * size)
+
+
+def density_for_wall(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    min_wall: float,
+    cell_size: float,
+) -> float:
+    """Smallest relative density whose thinnest wall is at least ``min_wall`` mm.
+
+    Raises
+    ------
+    DensityError
+        If the wall is thinner even at the top of the cell's window.
+    """
+    window = calibrate(family, parameters).window
+    density = np.linspace(*window, 2001)
+    wall = wall_mm(family, parameters, density, cell_size)
+    enough = wall >= min_wall
+    if not enough[-1]:
+        raise DensityError(
+            f"cell '{family.name}' of {cell_size:g} mm has walls of at most {wall[-1]:.3g} mm, "
+            f"reached at density {window[1]:.3f}, but {min_wall:g} mm was asked for; "
+            f"use larger cells"
+        )
+    return float(density[int(np.argmax(enough))])
+
+
+@lru_cache(maxsize=64)
+def _wall_table(calibration: Calibration) -> PchipInterpolator:
+    """Thinnest wall in cell units against `_progress`, non-decreasing."""
+    progress = np.linspace(0.0, 1.0, _STEPS)
+    a, b = calibration.window
+    density = a + (b - a) * progress**2
+
+    def shape(u: FloatArray) -> FloatArray:
+        return evaluate_shape(calibration.family, calibration.parameters, u)
+
+    sheet = calibration.family.sides == 2
+    core = _middle_surface(shape) if sheet else _strut(shape, calibration)
+    top = -np.inf if sheet else float(shape(core).max())
+    wall = np.zeros(_STEPS)
+    for i, level in enumerate(calibration.level_of(density)):
+        if level > top:
+            distance = _distance_to_level(shape, float(level), core)
+            wall[i] = 2.0 * np.quantile(distance, THIN_SHARE if sheet else 0.0)
+    return PchipInterpolator(progress, np.maximum.accumulate(wall))
+
+
+def _progress(calibration: Calibration, rho: FloatArray | float) -> FloatArray:
+    """Root of the way through the window: a neck grows with the root of what exceeds the floor."""
+    a, b = calibration.window
+    return np.sqrt(np.clip((np.asarray(rho, dtype=np.float64) - a) / (b - a), 0.0, 1.0))
+
+
+def _distance_to_level(shape: Field, level: float, points: FloatArray) -> FloatArray:
+    """Distance of points to a level set of period 1, cell units.
+
+    The distance to the tangent planes of the nearest samples, so that the error is of second
+    order in the spacing of the samples.
+    """
+    surface = np.mod(level_set_points(shape, level=level, resolution=_GRID, newton_steps=2), 1.0)
+    surface[surface >= 1.0] = 0.0
+    distance, index = cKDTree(surface.T, boxsize=1.0).query(np.mod(points, 1.0).T)
+    foot = surface[:, index]
+    foot = foot + np.round(points - foot)
+    apart = points - foot
+    normal = gradient(shape, foot)
+    length = np.linalg.norm(normal, axis=0)
+    along = np.abs((apart * normal).sum(axis=0)) / np.maximum(length, 1e-12)
+    # Between sharp edges no plane is tangent; there the sample itself is the best there is.
+    return np.where(along > 0.8 * distance, along, distance)
+
+
+def _middle_surface(shape: Field) -> FloatArray:
+    """Points on the valley ``g = 0`` of a two-sided shape, spread evenly, ``(3, k)``."""
+    points = grid_nodes(_GRID, (0.5, 0.5, 0.5)).reshape(3, -1)
+    for _ in range(6):
+        slope = gradient(shape, points, 1e-6)
+        square = np.maximum((slope**2).sum(axis=0), 1e-12)
+        value = shape(points)
+        step = slope * (value / square)
+        near = np.linalg.norm(step, axis=0) < 1.0 / _GRID
+        points, value, step = points[:, near], value[near], step[:, near]
+        points = points - step
+    # Grid nodes within a step of the surface cover it evenly; a fixed stride thins them out.
+    stride = max(points.shape[1] // _MIDDLE_POINTS, 1)
+    return points[:, ::stride]
+
+
+def _strut(shape: Field, calibration: Calibration) -> FloatArray:
+    """Centre line of the last strut to connect, ``(3, k)``: two descents from its saddle."""
+    saddle = _saddle(shape, np.array(calibration.neck)[:, None])
+    along = np.linalg.eigh(_hessian(shape, saddle))[1][:, :1]
+    step = 0.5 / _GRID
+    line = [saddle]
+    for sign in (-1.0, 1.0):
+        point = saddle + sign * step * along
+        value = float(shape(point)[0])
+        for _ in range(2 * _GRID):
+            slope = gradient(shape, point)
+            following = point - slope * (step / max(float(np.linalg.norm(slope)), 1e-12))
+            lower = float(shape(following)[0])
+            if lower >= value:
+                break
+            line.append(point)
+            point, value = following, lower
+    return np.concatenate(line, axis=1)
+
+
+def _saddle(shape: Field, start: FloatArray) -> FloatArray:
+    """Stationary point of the shape near a point of the grid, ``(3, 1)``."""
+    point = start
+    for _ in range(8):
+        slope = gradient(shape, point)
+        point = point - np.linalg.lstsq(_hessian(shape, point), slope, rcond=1e-6)[0]
+    # A shape with kinks has no smooth saddle: then the grid's answer stands.
+    return point if float(np.linalg.norm(point - start)) < 3.0 / _GRID else start
+
+
+def _hessian(shape: Field, point: FloatArray, step: float = 1e-4) -> FloatArray:
+    """Second derivatives at one point ``(3, 1)`` by central differences, ``(3, 3)``."""
+    rows = [
+        (gradient(shape, point + d, step) - gradient(shape, point - d, step))[:, 0] / (2 * step)
+        for d in step * np.eye(3)[:, :, None]
+    ]
+    return 0.5 * (np.stack(rows) + np.stack(rows).T)
