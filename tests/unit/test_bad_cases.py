@@ -235,6 +235,11 @@ def test_contradiction_is_told(tmp_path, old, new, words):
     assert words in refusal(tmp_path, swapped(old, new))
 
 
+def test_too_many_regions(tmp_path):
+    extra = "".join(f'[region.r{i}]\nplane = "x = min"\n' for i in range(300))
+    assert "found 302 regions; expected at most 300" in refusal(tmp_path, CASE + extra)
+
+
 def test_no_load_case_at_all(tmp_path):
     start, end = CASE.index("[[load_case]]"), CASE.index("[limits]")
     message = refusal(tmp_path, CASE[:start] + CASE[end:])

@@ -12,6 +12,7 @@ from gradedesign.case.suggest import shown
 from gradedesign.case.toml_lines import Key
 
 _ANY = "*"
+_MOST_REGIONS = 300
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
     ("load_case", _ANY, "fix", _ANY, "region"),
@@ -38,6 +39,11 @@ def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
     Problem
     """
     regions = _names(data.get("region"))
+    if len(regions) > _MOST_REGIONS:
+        yield Problem(
+            key=("region",),
+            message=f"found {len(regions)} regions; expected at most {_MOST_REGIONS}",
+        )
     for pattern in (*_USES_OF_REGIONS, *_PARTS_OF_REGIONS):
         for key, name in _texts(data, pattern):
             if name not in regions:

@@ -168,7 +168,7 @@ class RegionSpec(Table):
     plane: _AnyPlane | None = None
     """Flat faces on this plane."""
     box: BoxSpec | None = None
-    """Faces that lie in this box with every corner; with ``clip`` their triangles that do."""
+    """Faces that lie in this box with every corner; with ``clip`` what it cuts out of any face."""
     cylinder: CylinderSpec | None = None
     """Cylindrical faces."""
     facing: Direction | None = None
@@ -186,7 +186,7 @@ class RegionSpec(Table):
     not_: RegionNames = Field(default=(), alias="not")
     """Not the faces of these regions."""
     clip: Annotated[bool, Flag()] = False
-    """Cut faces by ``box``: triangles with every corner in the box, instead of whole faces."""
+    """Cut faces by ``box`` instead of taking those that lie in it whole."""
     count: Annotated[int, Whole(1, 100_000)] | None = None
     """Assertion: exactly this many faces."""
     area: Annotated[float, Quantity("area", above=0.0)] | None = None
