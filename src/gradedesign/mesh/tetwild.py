@@ -137,17 +137,24 @@ def tetrahedralize(
     key = content_key(
         surface.vertices, surface.faces, edge_length, epsilon, stop_energy, version, worker_module
     )
-    if cache:
-        found = _from_cache(question, key, clock)
-        if found is not None:
-            return found
-    log.info("meshing %s", question.what)
-    mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, worker_module)
-    log.info("meshed %s: %d tetrahedra in %.1f s", question.what, report.count, clock.elapsed())
-    if cache:
-        text = np.frombuffer(json.dumps(attempts).encode("utf-8"), dtype=np.uint8)
-        store_arrays(_KIND, key, points=mesh.points, tets=mesh.tets, attempts=text)
-    return _answer(question, mesh, report, attempts, clock, from_cache=False)
+    found = _from_cache(question, key) if cache else None
+    if found is None:
+        log.info("meshing %s", question.what)
+        mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, worker_module)
+        log.info("meshed: %d tetrahedra in %.1f s", report.count, clock.elapsed())
+    else:
+        mesh, report, attempts = found
+    if cache and found is None:
+        lines = np.frombuffer(json.dumps(attempts).encode("utf-8"), dtype=np.uint8)
+        store_arrays(_KIND, key, points=mesh.points, tets=mesh.tets, attempts=lines)
+    return MeshedSurface(
+        mesh=mesh,
+        report=report,
+        volume_error=report.volume / question.volume - 1.0,
+        attempts=attempts,
+        seconds=clock.elapsed(),
+        from_cache=found is not None,
+    )
 
 
 def _question(
@@ -158,7 +165,7 @@ def _question(
     volume: float,
     volume_tolerance: float,
 ) -> _Question:
-    """Check what would crash the mesher or make its answer meaningless, and move to the origin."""
+    """Check what would crash the mesher or make its answer meaningless; move to the origin."""
     for name, value in (("edge length", edge_length), ("epsilon", epsilon)):
         if not (value > 0.0 and np.isfinite(value)):
             raise MeshError(f"the {name} of a mesh must be positive, not {value} mm")
@@ -239,7 +246,7 @@ def _given_up(question: _Question, key: str, attempts: list[str]) -> MeshError:
     )
     told = "; ".join(f"attempt {number}: {text}" for number, text in enumerate(attempts, start=1))
     return MeshError(
-        f"meshing {question.what} failed {len(attempts)} times with the same tolerance; "
+        f"meshing {question.what} failed, attempts with the same tolerance: {len(attempts)}; "
         f"{told}; repair the surface, choose another mesh size, or raise run.time; to reproduce: "
         f"{entry_path(_FAILED_KIND, key)}"
     )
@@ -256,49 +263,30 @@ def _checked(question: _Question, arrays: Mapping[str, NDArray[Any]]) -> tuple[T
         mesh = TetMesh(points=points.T + question.centre[:, None], tets=tets.T)
     except ValueError as cause:
         raise MeshError(f"the mesher returned a broken mesh: {cause}") from cause
-    return _sound(question, without_loose_points(mesh))
+    mesh = without_loose_points(mesh)
+    return mesh, _sound(question, mesh)
 
 
-def _sound(question: _Question, mesh: TetMesh) -> tuple[TetMesh, TetReport]:
+def _sound(question: _Question, mesh: TetMesh) -> TetReport:
     """Check volume and orientation."""
-    report = require_sound(
+    return require_sound(
         mesh,
         what="the mesher's result",
         expected_volume=question.volume,
         volume_tolerance=question.volume_tolerance,
     )
-    return mesh, report
 
 
-def _from_cache(question: _Question, key: str, clock: Deadline) -> MeshedSurface | None:
+def _from_cache(question: _Question, key: str) -> tuple[TetMesh, TetReport, tuple[str, ...]] | None:
     """Return the answer given before, if it still passes the checks."""
     stored = load_arrays(_KIND, key)
     if stored is None:
         return None
     try:
-        mesh, report = _sound(question, TetMesh(points=stored["points"], tets=stored["tets"]))
+        mesh = TetMesh(points=stored["points"], tets=stored["tets"])
+        report = _sound(question, mesh)
         attempts = tuple(str(line) for line in json.loads(stored["attempts"].tobytes()))
     except (MeshError, KeyError, ValueError) as cause:
         log.warning("the cached mesh is of no use (%s); meshing again", cause)
         return None
-    return _answer(question, mesh, report, attempts, clock, from_cache=True)
-
-
-def _answer(
-    question: _Question,
-    mesh: TetMesh,
-    report: TetReport,
-    attempts: tuple[str, ...],
-    clock: Deadline,
-    *,
-    from_cache: bool,
-) -> MeshedSurface:
-    """Collect the result."""
-    return MeshedSurface(
-        mesh=mesh,
-        report=report,
-        volume_error=report.volume / question.volume - 1.0,
-        attempts=attempts,
-        seconds=clock.elapsed(),
-        from_cache=from_cache,
-    )
+    return mesh, report, attempts
