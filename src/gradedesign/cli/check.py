@@ -1,0 +1,98 @@
+"""``gradedesign check``: what a run would do, in seconds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.cli.run import read
+from gradedesign.cli.show import print_json, print_table
+from gradedesign.fe.solve import check_supported, predict_memory_bytes
+from gradedesign.ladder.setup import Setup, part_volume, prepare
+from gradedesign.plugin.registry import build_registry
+from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
+
+#: Unknowns solved per second and round, all load cases, on two cores.
+DOFS_PER_SECOND = 3e4
+
+
+def check(path: Path, *, allow_outside: bool, as_json: bool) -> None:
+    """Read, repair, select, and predict; nothing is written."""
+    case = read(path, allow_outside=allow_outside)
+    setup = prepare(case, build_registry())
+    for load_case in setup.model.cases:
+        check_supported(setup.space, load_case.supports)
+    data = describe(setup)
+    if as_json:
+        print_json(data)
+        return
+    typer.echo(f"case {case.name}: the part holds {data['part']['volume_mm3']:.6g} mm^3")
+    repairs = data["part"]["repairs"]
+    typer.echo("repairs: " + (", ".join(f"{k} {v}" for k, v in repairs.items()) or "none"))
+    print_table(
+        "Regions",
+        ("region", "faces", "area mm^2", "centroid mm"),
+        [
+            (r["name"], str(r["faces"]), f"{r['area_mm2']:.4g}", str(r["centroid_mm"]))
+            for r in data["regions"]
+        ],
+    )
+    typer.echo("free rigid motions: none")
+    p = data["prediction"]
+    typer.echo(
+        f"cell {data['cell']}, law {data['law']}, density {p['density'][0]:.3g} to "
+        f"{p['density'][1]:.3g}, thinnest wall {p['thinnest_wall_mm']:.3g} mm"
+    )
+    typer.echo(
+        f"part: {p['part_dofs']} unknowns; explicit lattice at a grid of {p['cube_mm']:.3g} mm: "
+        f"about {p['explicit_dofs'] / 1e6:.2g} M unknowns, {p['memory_GB']:.2g} GB, "
+        f"{p['seconds_per_round']:.0f} s per round"
+    )
+    for warning in setup.warnings:
+        typer.echo(f"warning: {warning}")
+
+
+def describe(setup: Setup) -> dict[str, Any]:
+    """Plain data of a prepared case; the explicit size is predicted at a third of the window."""
+    case = setup.case
+    low, high = setup.bounds
+    wall = float(wall_mm(setup.family, setup.parameters, low, case.lattice.size))
+    cube = case.run.explicit_mesh_size or wall / case.run.mesh_cubes_per_wall
+    guess = low + (high - low) / 3
+    share = setup.model.solid_share
+    solid = float(setup.model.volumes @ (share + (1 - share) * guess))
+    dofs = TETS_PER_CUBE * solid / cube**3 * DOFS_PER_TET
+    report = setup.part.report
+    return {
+        "case": case.name,
+        "cell": setup.family.name,
+        "law": setup.law.name,
+        "part": {
+            "volume_mm3": part_volume(setup),
+            "repairs": {k: v for k, v in report.counts.items() if v},
+        },
+        "regions": [
+            {
+                "name": name,
+                "faces": len(region.faces),
+                "area_mm2": region.area,
+                "centroid_mm": [round(float(c), 3) for c in np.asarray(region.centroid)],
+            }
+            for name, region in sorted(setup.part.regions.items())
+        ],
+        "free_rigid_motions": [],
+        "prediction": {
+            "density": list(setup.bounds),
+            "thinnest_wall_mm": wall,
+            "cube_mm": cube,
+            "part_dofs": setup.space.dof_count,
+            "explicit_dofs": int(dofs),
+            "memory_GB": predict_memory_bytes(int(dofs), 2) / 1e9,
+            "seconds_per_round": dofs / DOFS_PER_SECOND,
+        },
+        "warnings": list(setup.warnings),
+    }

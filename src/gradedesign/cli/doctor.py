@@ -1,0 +1,48 @@
+"""``gradedesign doctor``: what is installed and whether it works."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import typer
+
+from gradedesign.cli.show import print_json, print_table
+from gradedesign.ladder.summary import library_versions
+from gradedesign.output import opengl_works
+from gradedesign.plugin.registry import build_registry
+from gradedesign.workspace.cache import cache_folder
+from gradedesign.workspace.limits import available_memory_bytes
+
+
+def usable_cores() -> int:
+    """Processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def doctor(*, as_json: bool) -> None:
+    """Print versions, plugins, cores, memory and pictures."""
+    registry = build_registry()
+    data: dict[str, Any] = {
+        "versions": library_versions(),
+        "plugins": [str(p) for p in registry.plugins],
+        "failed_plugins": [str(f) for f in registry.failures],
+        "cores": usable_cores(),
+        "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
+        "opengl": opengl_works(),
+        "cache_folder": str(cache_folder()),
+    }
+    if as_json:
+        print_json(data)
+        return
+    print_table("Versions", ("library", "version"), list(data["versions"].items()))
+    typer.echo("plugins: " + (", ".join(data["plugins"]) or "none"))
+    for failure in data["failed_plugins"]:
+        typer.echo(f"disabled: {failure}")
+    typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
+    typer.echo(
+        "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")
+    )
+    typer.echo(f"cache: {data['cache_folder']}")

@@ -1,0 +1,155 @@
+"""The load cases of a case file, put on the tetrahedra of a part or of a lattice.
+
+Regions are found geometrically on the surface of the mesh, never by node numbers, and each load
+arrives with the resultant force and moment that it has on the solid part's own surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.case.schema import Case, LoadSpec
+from gradedesign.errors import SolverError
+from gradedesign.fe.facets import facet_nodes
+from gradedesign.fe.loads import pressure_force, resultant, resultant_load
+from gradedesign.fe.space import TetSpace
+from gradedesign.fe.supports import Supports, supports_on
+from gradedesign.part.regions import Region
+
+#: Resultant force and moment on the mesh may differ from those on the part by this share.
+RESULTANT_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PartLoadCase:
+    """One load case on a discretised part.
+
+    Attributes
+    ----------
+    name : str
+    supports : Supports
+    force : (3, N) array, N
+        Consistent nodal forces that do not depend on density.
+    acceleration : (3,) array, mm/s^2
+        Body acceleration; its force follows the mass of the design.
+    temperature_change : float, K
+    """
+
+    name: str
+    supports: Supports
+    force: FloatArray
+    acceleration: FloatArray
+    temperature_change: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", locked(self.force, (3, None), name="force"))
+        object.__setattr__(self, "acceleration", locked(self.acceleration, (3,)))
+
+
+def case_loads(
+    space: TetSpace, case: Case, regions: Mapping[str, Region], facets: Mapping[str, IntArray]
+) -> tuple[PartLoadCase, ...]:
+    """Supports and forces of every load case.
+
+    Parameters
+    ----------
+    space : TetSpace
+    case : Case
+    regions : mapping of name to Region
+        On the solid part's surface: they define the resultants.
+    facets : mapping of name to (k, 3) int array
+        The same regions on the surface of the mesh.
+
+    Returns
+    -------
+    tuple of PartLoadCase
+
+    Raises
+    ------
+    SolverError
+        If a resultant on the mesh misses the part's by more than 0.1 %.
+    """
+    return tuple(
+        PartLoadCase(
+            name=spec.name,
+            supports=supports_on(space, [(facets[f.region], f.displacement) for f in spec.fix]),
+            force=sum(
+                (region_force(space, regions[s.region], facets[s.region], s) for s in spec.load),
+                np.zeros(space.nodes.shape),
+            ),
+            acceleration=np.asarray(spec.acceleration, dtype=np.float64),
+            temperature_change=spec.temperature_change,
+        )
+        for spec in case.load_case
+    )
+
+
+def region_resultant(region: Region, spec: LoadSpec) -> tuple[FloatArray, FloatArray]:
+    """Force (N) and moment about the region's centroid (N mm) of a load on the solid part."""
+    force = np.zeros(3)
+    moment = np.zeros(3)
+    if spec.force is not None:
+        force += spec.force
+    if spec.moment is not None:
+        moment += spec.moment
+    if spec.pressure is not None:
+        a, b, c = np.moveaxis(region.corners, 1, 0)
+        push = -0.5 * spec.pressure * np.cross(b - a, c - a)
+        arms = (a + b + c) / 3.0 - region.centroid
+        force += push.sum(axis=0)
+        moment += np.cross(arms, push).sum(axis=0)
+    return force, moment
+
+
+def region_force(space: TetSpace, region: Region, facets: IntArray, spec: LoadSpec) -> FloatArray:
+    """Nodal forces of one load with the resultant it has on the solid part, ``(3, N)``, N."""
+    force, moment = region_resultant(region, spec)
+    nodal = np.zeros(space.nodes.shape)
+    if spec.pressure is not None:
+        nodal += pressure_force(space, facets, spec.pressure)
+    have_force, have_moment = resultant(space, nodal, region.centroid)
+    nodal += resultant_load(
+        space, facets, force - have_force, moment - have_moment, region.centroid
+    )
+    _check_resultant(region, facets, space, nodal, force, moment)
+    return nodal
+
+
+def region_nodes(space: TetSpace, facets: IntArray) -> IntArray:
+    """Nodes of a region, edge middles included, ``(k,)``."""
+    return np.unique(facet_nodes(space, facets))
+
+
+def combined_facets(facets: Mapping[str, IntArray], names: Sequence[str]) -> IntArray:
+    """Facets of several regions together, ``(k, 3)``."""
+    return np.concatenate([facets[name] for name in names]) if names else np.zeros((0, 3), int)
+
+
+def _check_resultant(
+    region: Region,
+    facets: IntArray,
+    space: TetSpace,
+    nodal: FloatArray,
+    force: FloatArray,
+    moment: FloatArray,
+) -> None:
+    """Raise unless force and moment arrive to 0.1 %."""
+    got_force, got_moment = resultant(space, nodal, region.centroid)
+    arm = float(np.linalg.norm(np.ptp(region.corners.reshape(-1, 3), axis=0)))
+    scale = max(float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / arm, 1e-300)
+    miss = max(
+        float(np.linalg.norm(got_force - force)),
+        float(np.linalg.norm(got_moment - moment)) / arm,
+    )
+    # Pressure on a closed ring has no resultant: its scale is then the sum of what acts.
+    scale = max(scale, float(np.abs(nodal).sum()) * 1e-3)
+    if miss > RESULTANT_TOLERANCE * scale:
+        raise SolverError(
+            f"the load on region '{region.name}' arrives on the mesh with force {got_force} N "
+            f"and moment {got_moment} N mm, expected {force} N and {moment} N mm within "
+            f"0.1 %; {len(facets)} facets carry it; refine the mesh or widen the region"
+        )

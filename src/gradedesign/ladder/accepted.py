@@ -1,0 +1,171 @@
+"""Judge a design on the surface that is printed: export, read back, re-mesh, analyse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.errors import LatticeError
+from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.round import explicit_displacements
+from gradedesign.ladder.rounds import Analysed, Round, analyse_design
+from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.verdict import (
+    LimitRow,
+    all_hold,
+    limit_rows,
+    scaled_rows,
+    with_resolution,
+)
+from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.lattice import lattice_field
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.stl import write_stl
+from gradedesign.part.repair import build_surface
+from gradedesign.part.stl import read_stl
+from gradedesign.verify.acceptance import (
+    Acceptance,
+    accept_whole,
+    accept_windows,
+    choose_scope,
+)
+from gradedesign.workspace.limits import Deadline
+from gradedesign.workspace.run_folder import RunFolder
+
+#: Grid of the exported surface over the cube of the explicit mesh.
+SURFACE_PER_CUBE = 0.5
+#: Second mesh size of the final design over the first.
+SECOND_SIZE = 1.25
+#: Name of the exported file.
+STL_NAME = "lattice.stl"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Accepted:
+    """The judged design.
+
+    Attributes
+    ----------
+    round : Round
+    analysed : Analysed
+        Explicit analysis that judged it.
+    surface : SurfaceMesh
+        As read back from the exported file.
+    islands : Islands
+    acceptance : Acceptance
+    rows : tuple of LimitRow
+        The values that decide.
+    factors : dict of limit name to float
+        Accepted over explicit values where they differ.
+    holds : bool
+    """
+
+    round: Round
+    analysed: Analysed
+    surface: SurfaceMesh
+    islands: Islands
+    acceptance: Acceptance
+    rows: tuple[LimitRow, ...]
+    factors: dict[str, float]
+    holds: bool
+
+
+def accept_design(
+    setup: Setup,
+    out: RunFolder,
+    done: Round,
+    analysed: Analysed,
+    deadline: Deadline,
+    announce: Announcer,
+) -> Accepted:
+    """Export the surface of a design and let an independent mesh of it decide."""
+    surface, islands = export_surface(setup, out, analysed)
+    second = analyse_design(setup, done.rho, coarser=SECOND_SIZE)
+    coarse = limit_rows(
+        setup, explicit_displacements(setup, second.result), second.result.measures, "coarser"
+    )
+    budget = max(deadline.remaining(), 0.25 * setup.case.run.time)
+    scope = choose_scope(setup.case.run.acceptance, analysed.result, budget)
+    if scope == "whole":
+        acceptance = accept_whole(surface, analysed.judged, analysed.result, time_limit_s=budget)
+        rows, factors = _whole_rows(setup, done, acceptance)
+    else:
+        acceptance = accept_windows(
+            surface,
+            analysed.judged,
+            analysed.result,
+            time_limit_s=budget,
+            on_window=announce.window,
+        )
+        factors = {"stress in lattice": acceptance.stress_factor}
+        rows = scaled_rows(
+            done.rows,
+            factors,
+            f"explicit analysis times the ratio of {len(acceptance.windows)} windows",
+        )
+    rows = with_resolution(rows, coarse)
+    return Accepted(
+        round=done,
+        analysed=analysed,
+        surface=surface,
+        islands=islands,
+        acceptance=acceptance,
+        rows=rows,
+        factors=factors,
+        holds=all_hold(rows),
+    )
+
+
+def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[SurfaceMesh, Islands]:
+    """Extract the surface, drop islands, write the STL file and read it back.
+
+    Raises
+    ------
+    LatticeError
+        If the file's volume differs from the explicit mesh's by more than 5 %.
+    """
+    design = analysed.design
+    step = SURFACE_PER_CUBE * analysed.mesh.cube
+    raw = extract_surface(
+        lattice_field(design, band=3 * step), design.lower - step, design.upper + step, step
+    )
+    surface, islands = remove_islands(raw)
+    path = out.path_of(STL_NAME)
+    write_stl(path, surface)
+    out.adopt(STL_NAME)
+    triangles = read_stl(path, "mm")
+    back, _ = build_surface(triangles.corners, repair="safe", bodies="one")
+    volume, meshed = enclosed_volume(back), analysed.result.volume
+    if not np.isclose(volume, meshed, rtol=0.05):
+        raise LatticeError(
+            f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
+            f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
+            f"for {setup.family.name}: raise [run] mesh_cubes_per_wall"
+        )
+    return back, islands
+
+
+def _whole_rows(
+    setup: Setup, done: Round, acceptance: Acceptance
+) -> tuple[tuple[LimitRow, ...], dict[str, float]]:
+    """Rows judged by the re-meshed whole lattice, and their ratios to the explicit values."""
+    whole = acceptance.whole
+    if whole is None:
+        raise LatticeError("acceptance of the whole lattice returned no analysis")
+    rows = limit_rows(
+        setup, explicit_displacements(setup, whole), whole.measures, "re-meshed whole lattice"
+    )
+    explicit: dict[str, float] = {}
+    for row in done.rows:
+        explicit[row.name] = max(row.value, explicit.get(row.name, 0.0))
+    accepted: dict[str, float] = {}
+    for row in rows:
+        accepted[row.name] = max(row.value, accepted.get(row.name, 0.0))
+    factors = {
+        name: value / explicit[name]
+        for name, value in accepted.items()
+        if explicit.get(name, 0.0) > 0
+    }
+    return rows, factors

@@ -1,0 +1,101 @@
+"""Progress events of a run, and the seconds of its stages."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from gradedesign.ladder.rounds import Round
+from gradedesign.ladder.setup import Setup, part_volume
+from gradedesign.ladder.verdict import LimitRow
+from gradedesign.sizing.size import SizingStep
+from gradedesign.verify.submodel import SubmodelResult
+from gradedesign.workspace.progress import Event, Listener
+
+
+@dataclass(slots=True)
+class Announcer:
+    """Turns what happens into events; collects how long each stage took."""
+
+    listener: Listener
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def timing(self) -> dict[str, float]:
+        """Seconds per stage so far."""
+        return {name: round(value, 3) for name, value in self.seconds.items()}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time a stage; stages of the same name add up."""
+        began = time.perf_counter()
+        self.listener(Event(stage=name, message="started"))
+        try:
+            yield
+        finally:
+            took = time.perf_counter() - began
+            self.seconds[name] = self.seconds.get(name, 0.0) + took
+        self.listener(Event(stage=name, message="done", seconds=took))
+
+    def say(self, stage: str, message: str, **values: float) -> None:
+        """Send one line."""
+        self.listener(Event(stage=stage, message=message, values=values))
+
+    def part(self, setup: Setup) -> None:
+        """Say what was read and found."""
+        mesh = setup.space.mesh
+        self.say(
+            "part",
+            f"{part_volume(setup):.6g} mm^3, {mesh.tets.shape[1]} tets, "
+            f"{setup.space.dof_count} dof; cell {setup.family.name} of "
+            f"{setup.case.lattice.size:g} mm, law {setup.law.name}, density "
+            f"{setup.bounds[0]:.3g} to {setup.bounds[1]:.3g}",
+        )
+        for warning in setup.warnings:
+            self.say("warning", warning)
+
+    def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:
+        """Say how much of each limit is used."""
+        for row in rows:
+            self.say(
+                stage,
+                f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}, "
+                f"{row.use:.1%}{'' if row.passed else '  BROKEN'}",
+                use=row.use,
+            )
+
+    def sizing_step(self, step: SizingStep) -> None:
+        """Report one sizing iteration."""
+        uses = (*step.displacement_use, step.stress_use)
+        self.say(
+            "sizing",
+            f"iteration {step.iteration}: lattice {step.mass_g:.4g} g, density "
+            f"{step.mean_density:.4f}, use {max(uses):.1%}, change {step.change:.2%}",
+            mass_g=step.mass_g,
+            use=max(uses),
+        )
+
+    def round(self, done: Round, *, resumed: bool = False) -> None:
+        """Report one finished round."""
+        it = done.iteration
+        gap = max((abs(g) for g in it.displacement_gap), default=0.0)
+        stress = "" if it.stress_gap is None else f", stress gap {it.stress_gap:+.1%}"
+        self.say(
+            "round",
+            f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
+            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}, displacement gap {gap:.1%}{stress}, "
+            f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
+            mass_g=it.mass_g,
+            use=it.use,
+        )
+
+    def window(self, result: SubmodelResult) -> None:
+        """Report one accepted window."""
+        self.say(
+            "acceptance",
+            f"window at {tuple(round(c, 1) for c in result.window.centre)} mm: "
+            f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the explicit "
+            f"analysis; force {result.force_gap:.1%}, energy {result.energy_gap:.1%}, "
+            f"{result.tets} tets, mesher {result.seconds:.0f} s",
+        )

@@ -1,0 +1,279 @@
+"""Everything a run writes: result.json, log, meshes, pictures, report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.fe.solve import Solution
+from gradedesign.fe.stiffness import IsotropicStiffness
+from gradedesign.fe.stress import element_stress, nodal_average, von_mises
+from gradedesign.ladder.accepted import Accepted
+from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.result import RunResult, as_json
+from gradedesign.ladder.round import build_design, density_grid
+from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.solid import solid_stiffness
+from gradedesign.lattice.islands import remove_islands
+from gradedesign.lattice.lattice import lattice_field
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.output.pictures import (
+    RegionMark,
+    boundary_surface,
+    picture_deformed,
+    picture_density,
+    picture_lattice,
+    picture_loads,
+    picture_stress,
+)
+from gradedesign.output.report import render_report
+from gradedesign.output.stl import write_stl
+from gradedesign.output.vtu import write_vtu
+from gradedesign.verify.explicit import governing_measure
+from gradedesign.workspace.run_folder import RunFolder
+
+RESULT_NAME = "result.json"
+
+
+def write_result(out: RunFolder, result: RunResult) -> None:
+    """Write result.json."""
+    out.write_text(RESULT_NAME, json.dumps(as_json(result), indent=2, allow_nan=False) + "\n")
+
+
+def write_outputs(
+    out: RunFolder,
+    setup: Setup,
+    result: RunResult,
+    announce: Announcer,
+    *,
+    solid: Sequence[Solution] = (),
+    rho: FloatArray | None = None,
+    accepted: Accepted | None = None,
+) -> RunResult:
+    """Write what exists at this point and return the result with its files named."""
+    files: dict[str, str] = {}
+    warnings: list[str] = list(result.warnings)
+    with announce.stage("output"):
+        warnings += _loads_picture(out, setup, files)
+        if solid:
+            _solid_vtu(out, setup, solid, files)
+        density = accepted.round.rho if accepted is not None else rho
+        if density is not None:
+            warnings += _density_files(out, setup, density, files)
+        if accepted is not None:
+            files["stl"] = "lattice.stl"
+            warnings += _lattice_files(out, setup, accepted, files)
+        elif rho is not None and setup.case.run.stop_after == "lattice":
+            warnings += _unjudged_lattice(out, setup, rho, files)
+    formats = setup.case.output.formats
+    if "report" in formats:
+        files["report"] = "report.html"
+    files["log"] = "iterations.csv"
+    files["result"] = RESULT_NAME
+    result = replace(
+        result,
+        folder=out.path,
+        files=files,
+        warnings=tuple(dict.fromkeys(warnings)),
+        timing_s=announce.timing(),
+    )
+    out.write_text("iterations.csv", iteration_log(result))
+    if "report" in formats:
+        pictures = {
+            name: (out.path / path).read_bytes()
+            for name, path in files.items()
+            if path.endswith(".png")
+        }
+        case_text = setup.case.path.read_text(encoding="utf-8")
+        out.write_text("report.html", render_report(as_json(result), pictures, case_text))
+    write_result(out, result)
+    return result
+
+
+def iteration_log(result: RunResult) -> str:
+    """One line per round, comma separated, units in the header."""
+    columns = (
+        "round",
+        "mass_g",
+        "lattice_mass_g",
+        "mean_density",
+        "use",
+        "passed",
+        "stress_gap",
+        "dofs",
+        "mesh_size_mm",
+        "seconds",
+        "stiffness_factor",
+        "stress_factor",
+    )
+    lines = [",".join((*columns, "displacement_gap"))]
+    for it in result.iterations:
+        values = [f"{getattr(it, c)}" for c in columns]
+        values.append(" ".join(f"{g:.6g}" for g in it.displacement_gap))
+        lines.append(",".join(values))
+    return "\n".join(lines) + "\n"
+
+
+def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:
+    files["loads"] = "loads.png"
+    warnings = picture_loads(
+        out.path_of("loads.png"), setup.part.surface, region_marks(setup), title="Loading"
+    )
+    out.adopt("loads.png")
+    return warnings
+
+
+def region_marks(setup: Setup) -> list[RegionMark]:
+    """Supports, loads and kept regions as the picture names them."""
+    marks = []
+    regions = setup.part.regions
+    held = dict.fromkeys(f.region for spec in setup.case.load_case for f in spec.fix)
+    for name in held:
+        marks.append(RegionMark(name=name, role="support", corners=regions[name].corners))
+    for spec in setup.case.load_case:
+        for load in spec.load:
+            direction, text = None, ""
+            if load.force is not None:
+                direction = np.asarray(load.force, dtype=np.float64)
+                text = f"{np.linalg.norm(direction):.4g} N ({spec.name})"
+            elif load.pressure is not None:
+                text = f"{load.pressure:.4g} MPa ({spec.name})"
+            marks.append(
+                RegionMark(
+                    name=load.region,
+                    role="load",
+                    corners=regions[load.region].corners,
+                    text=text,
+                    direction=direction,
+                )
+            )
+    shown = set(held) | {m.name for m in marks}
+    for keep in setup.case.keep:
+        if keep.region not in shown:
+            marks.append(
+                RegionMark(name=keep.region, role="kept", corners=regions[keep.region].corners)
+            )
+    return marks
+
+
+def _solid_vtu(
+    out: RunFolder, setup: Setup, solid: Sequence[Solution], files: dict[str, str]
+) -> None:
+    if "vtu" not in setup.case.output.formats:
+        return
+    stiffness = solid_stiffness(setup)
+    data: dict[str, Any] = {}
+    for solution in solid:
+        data[f"displacement {solution.name} [mm]"] = solution.displacement
+    cells = {
+        f"von_mises {s.name} [MPa]": von_mises(
+            element_stress(setup.space, stiffness, s.displacement)
+        ).mean(axis=1)
+        for s in solid
+    }
+    files["solid_vtu"] = "solid.vtu"
+    write_vtu(
+        out.path_of("solid.vtu"),
+        (setup.space.nodes, setup.space.elements.astype(np.int64)),
+        point_data=data,
+        cell_data=cells,
+    )
+    out.adopt("solid.vtu")
+
+
+def _density_files(
+    out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    shown = np.where(setup.model.solid_share >= 1.0, 1.0, rho)
+    files["density"] = "density.png"
+    warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
+    out.adopt("density.png")
+    if "vtu" in setup.case.output.formats:
+        files["density_vtu"] = "density.vtu"
+        write_vtu(
+            out.path_of("density.vtu"),
+            setup.space.mesh,
+            cell_data={
+                "relative_density [-]": rho,
+                "solid_share [-]": setup.model.solid_share,
+            },
+        )
+        out.adopt("density.vtu")
+    return warnings
+
+
+def _lattice_files(
+    out: RunFolder, setup: Setup, accepted: Accepted, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Pictures and fields of the accepted lattice."""
+    result = accepted.analysed.result
+    worst = governing_measure(result.measures)
+    load_case = worst[0] if worst else result.solutions[0].name
+    solution = next(s for s in result.solutions if s.name == load_case)
+    stiffness = IsotropicStiffness(
+        E=np.full(result.space.element_count, setup.material.youngs_modulus),
+        nu=setup.material.poissons_ratio,
+    )
+    at_vertices = von_mises(
+        element_stress(result.space, stiffness, solution.displacement, at="vertices")
+    )
+    nodal = nodal_average(result.space, at_vertices)
+    surface, vertex = boundary_surface(result.space.mesh)
+    files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
+    warnings = [
+        *picture_lattice(out.path_of("lattice.png"), accepted.surface),
+        *picture_stress(
+            out.path_of("stress.png"),
+            surface,
+            nodal[vertex],
+            limit=setup.stress_limit,
+            title=f"Stress of the lattice, load case {load_case}",
+        ),
+        *picture_deformed(
+            out.path_of("deformed.png"),
+            surface,
+            solution.displacement[:, vertex],
+            title=f"Deformed lattice, load case {load_case}",
+        ),
+    ]
+    for name in ("lattice.png", "stress.png", "deformed.png"):
+        out.adopt(name)
+    if "vtu" in setup.case.output.formats:
+        files["lattice_vtu"] = "lattice.vtu"
+        write_vtu(
+            out.path_of("lattice.vtu"),
+            (result.space.nodes, result.space.elements.astype(np.int64)),
+            point_data={f"displacement {s.name} [mm]": s.displacement for s in result.solutions},
+            cell_data={
+                f"von_mises {name} [MPa]": values.mean(axis=1)
+                for name, values in result.von_mises.items()
+            }
+            | {"phase [0 lattice 1 skin 2 kept]": result.phase.astype(np.float64)},
+        )
+        out.adopt("lattice.vtu")
+    return tuple(warnings)
+
+
+def _unjudged_lattice(
+    out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Surface of a design that no analysis has judged."""
+    design = build_design(setup, density_grid(setup, rho))
+    step = setup.case.lattice.size / 24
+    raw = extract_surface(
+        lattice_field(design, band=3 * step), design.lower - step, design.upper + step, step
+    )
+    surface, islands = remove_islands(raw)
+    files |= {"stl": "lattice.stl", "lattice": "lattice.png"}
+    write_stl(out.path_of("lattice.stl"), surface)
+    out.adopt("lattice.stl")
+    warnings = picture_lattice(out.path_of("lattice.png"), surface)
+    out.adopt("lattice.png")
+    if islands.dropped:
+        return (*warnings, f"{islands.dropped} floating islands were removed")
+    return warnings

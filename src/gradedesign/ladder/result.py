@@ -1,0 +1,126 @@
+"""What a run returns and writes to result.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gradedesign.ladder.verdict import LimitRow
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iteration:
+    """One round: what was predicted, what the explicit analysis said, what it taught.
+
+    Attributes
+    ----------
+    round : int
+        From 1.
+    lattice_mass_g, mass_g : float
+        By the explicit mesh.
+    mean_density : float
+        Of the lattice phase.
+    predicted_displacement, explicit_displacement : tuple of float, mm
+    predicted_stress, explicit_stress : float or None, MPa
+        Lattice stress measure.
+    displacement_gap : tuple of float
+        explicit / predicted - 1, prediction made before the analysis.
+    stress_gap : float or None
+    use : float
+        Largest value over limit.
+    passed : bool
+    dofs : int
+    mesh_size_mm : float
+    seconds : float
+    stiffness_factor, stress_factor : float
+        Corrections that this round's sizing used.
+    sizing_iterations : int
+    sizing_converged : bool
+    """
+
+    round: int
+    lattice_mass_g: float
+    mass_g: float
+    mean_density: float
+    predicted_displacement: tuple[float, ...]
+    explicit_displacement: tuple[float, ...]
+    predicted_stress: float | None
+    explicit_stress: float | None
+    displacement_gap: tuple[float, ...]
+    stress_gap: float | None
+    use: float
+    passed: bool
+    dofs: int
+    mesh_size_mm: float
+    seconds: float
+    stiffness_factor: float
+    stress_factor: float
+    sizing_iterations: int
+    sizing_converged: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    status : {"met", "not_met", "infeasible", "partial", "failed"}
+    lightest : bool
+    reason : str
+        One sentence for a person.
+    limits : tuple of LimitRow
+    mass_g, solid_mass_g, lattice_mass_g : float or None
+    relative_density : float or None
+        Mass over solid mass.
+    lattice_density : float or None
+        Mean density of the lattice phase.
+    iterations : tuple of Iteration
+    acceptance : mapping
+    measures : mapping
+        Stress measures by phase, worst neighbourhood included.
+    files : mapping of what to path below the run folder
+    timing_s : mapping of stage to seconds
+    warnings : tuple of str
+    plugins : tuple of str
+    versions : mapping
+    case_hash : str
+    case_name : str
+    folder : Path
+    law : mapping
+        Name, source, window and coefficients.
+    """
+
+    status: str
+    lightest: bool
+    reason: str
+    limits: tuple[LimitRow, ...] = ()
+    mass_g: float | None = None
+    solid_mass_g: float | None = None
+    lattice_mass_g: float | None = None
+    relative_density: float | None = None
+    lattice_density: float | None = None
+    iterations: tuple[Iteration, ...] = ()
+    acceptance: Mapping[str, Any] = field(default_factory=dict)
+    measures: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    timing_s: Mapping[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    plugins: tuple[str, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    case_hash: str = ""
+    case_name: str = ""
+    folder: Path = Path()
+    law: Mapping[str, Any] = field(default_factory=dict)
+
+
+def as_json(result: RunResult) -> dict[str, Any]:
+    """Plain data for result.json; every number keeps its unit in its name."""
+    data = asdict(result)
+    data["folder"] = str(result.folder)
+    data["limits"] = [
+        {**asdict(row), "use": row.use, "passed": row.passed} for row in result.limits
+    ]
+    return data

@@ -1,0 +1,255 @@
+"""One round of the loop: size, build, predict, analyse, compare."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.errors import LatticeError
+from gradedesign.fe.solve import strain_energy_per_element
+from gradedesign.fe.stiffness import AnisotropicStiffness
+from gradedesign.ladder.setup import Setup
+from gradedesign.lattice.density_grid import (
+    DensityGrid,
+    density_grid_from_elements,
+    grid_density_at_elements,
+)
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.mesh.tet_mesh import centroids
+from gradedesign.sizing.filter import cone_filter, uniform_filter
+from gradedesign.sizing.homogenised import (
+    HomogenisedModel,
+    lattice_mass,
+    lattice_stiffness,
+    solve_homogenised,
+    total_mass,
+)
+from gradedesign.sizing.responses import (
+    DisplacementLimit,
+    adjoint_loads,
+    displacement_values,
+)
+from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
+from gradedesign.sizing.stress_limit import StressLimit, lattice_von_mises, stress_measure
+from gradedesign.verify.correction import Correction
+from gradedesign.verify.explicit import ExplicitResult, JudgedSolid, displacement_on
+from gradedesign.verify.explicit_mesh import ExplicitMesh
+
+#: Sizing aims a little below each limit, so that a small gap does not break it.
+TARGET = 0.985
+#: The density grid resolves a cell by this many nodes.
+NODES_PER_CELL = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """What the corrected homogenised model says of a design before its explicit analysis.
+
+    Attributes
+    ----------
+    displacement : tuple of float, mm
+        Per displacement limit.
+    stress : float or None, MPa
+        Lattice stress measure.
+    lattice_mass, total_mass : float, g
+    lattice_share : float
+        Share of the governing displacement that comes from strain of the lattice phase.
+    """
+
+    displacement: tuple[float, ...]
+    stress: float | None
+    lattice_mass: float
+    total_mass: float
+    lattice_share: float
+
+
+def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
+    """The homogenised model with the stiffness that explicit analyses taught."""
+    return replace(setup.model, stiffness_factor=correction.stiffness)
+
+
+def corrected_limits(setup: Setup, correction: Correction) -> tuple[DisplacementLimit, ...]:
+    """Displacement limits whose predicted values carry their factors."""
+    factors = correction.displacement or (1.0,) * len(setup.displacement_limits)
+    return tuple(
+        replace(limit, factor=factor)
+        for limit, factor in zip(setup.displacement_limits, factors, strict=True)
+    )
+
+
+def corrected_stress_limit(setup: Setup, correction: Correction) -> StressLimit | None:
+    """The lattice stress limit with its factor."""
+    if setup.stress_limit is None:
+        return None
+    return StressLimit(
+        limit=setup.stress_limit,
+        percentile=setup.case.limits.percentile,
+        considered=setup.considered,
+        factor=correction.stress,
+    )
+
+
+def size_round(
+    setup: Setup,
+    correction: Correction,
+    factors: Mapping[str, float],
+    *,
+    start: FloatArray | None,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> SizingResult:
+    """Size the corrected homogenised part.
+
+    ``factors`` are accepted over explicit values by limit name, where acceptance found more than
+    the explicit analysis did: the limits are that much tighter here.
+    """
+    mesh = setup.space.mesh
+    if setup.case.lattice.grading == "uniform":
+        matrix = uniform_filter(mesh.tets.shape[1])
+    else:
+        radius = setup.case.lattice.filter_radius * setup.case.lattice.size
+        weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
+        matrix = cone_filter(centroids(mesh), weights, radius)
+    limits = tuple(
+        replace(limit, limit=limit.limit / factors.get(f"displacement of {limit.name}", 1.0))
+        for limit in corrected_limits(setup, correction)
+    )
+    stress = corrected_stress_limit(setup, correction)
+    if stress is not None:
+        stress = replace(stress, limit=stress.limit / factors.get("stress in lattice", 1.0))
+    problem = SizingProblem(
+        model=corrected_model(setup, correction),
+        displacement_limits=limits,
+        stress_limit=stress,
+        bounds=setup.bounds,
+        filter=matrix,
+        target=TARGET,
+    )
+    return size(problem, start=start, on_step=on_step)
+
+
+def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
+    """The density field from which the lattice is built."""
+    cell = setup.case.lattice.size
+    spacing = min(cell / NODES_PER_CELL, setup.case.part.mesh_size)
+    return density_grid_from_elements(setup.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
+
+
+def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
+    """The lattice of a density field."""
+    points = setup.part.surface.vertices
+    return LatticeDesign(
+        part=setup.distance,
+        shape=setup.family.shape,
+        level_of=setup.calibration.level_of,
+        cell_map=setup.cell_map,
+        cell_size=setup.case.lattice.size,
+        density=grid,
+        lower=points.min(axis=0),
+        upper=points.max(axis=0),
+        parameters=setup.parameters,
+        skin=setup.case.lattice.skin,
+        kept=setup.kept,
+    )
+
+
+def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
+    """What every analysis of the printed solid needs besides its mesh."""
+    regions = {name: setup.part.regions[name] for name in setup.facets}
+    return JudgedSolid(
+        case=setup.case,
+        design=design,
+        material=setup.material,
+        regions=regions,
+        clamped=setup.clamped,
+        exclusion_radius=setup.exclusion_radius,
+        stress_limit=setup.stress_limit,
+        percentile=setup.case.limits.percentile,
+    )
+
+
+def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
+    """Grid of the explicit mesh from the thinnest wall of the design, mm.
+
+    Raises
+    ------
+    LatticeError
+        If the thinnest wall is thinner than [print] min_wall.
+    """
+    case = setup.case
+    if case.run.explicit_mesh_size is not None:
+        return case.run.explicit_mesh_size
+    thinnest = float(
+        wall_mm(setup.family, setup.parameters, float(grid.values.min()), case.lattice.size)
+    )
+    if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
+        raise LatticeError(
+            f"the thinnest wall is {thinnest:.3g} mm at density {grid.values.min():.3g}, less "
+            f"than [print] min_wall {case.print.min_wall:g} mm; raise the lower density"
+        )
+    return thinnest / case.run.mesh_cubes_per_wall
+
+
+def predict(setup: Setup, correction: Correction, grid: DensityGrid) -> Prediction:
+    """Solve the corrected homogenised part for the densities that are built."""
+    model = corrected_model(setup, correction)
+    rho = grid_density_at_elements(grid, setup.space.mesh)
+    limits = corrected_limits(setup, correction)
+    solutions = solve_homogenised(model, rho)
+    values = displacement_values(limits, solutions)
+    limit = corrected_stress_limit(setup, correction)
+    stress = None
+    if limit is not None:
+        stress = stress_measure(limit, model, rho, lattice_von_mises(model, rho, solutions))
+    return Prediction(
+        displacement=tuple(float(v) for v in values),
+        stress=stress,
+        lattice_mass=lattice_mass(model, rho) * 1e6,
+        total_mass=total_mass(model, rho) * 1e6,
+        lattice_share=lattice_share(setup, model, rho, limits),
+    )
+
+
+def lattice_share(
+    setup: Setup,
+    model: HomogenisedModel,
+    rho: FloatArray,
+    limits: tuple[DisplacementLimit, ...],
+) -> float:
+    """Lattice phase's share of the most used displacement, by its mutual energy."""
+    if not limits:
+        return 0.0
+    solutions = solve_homogenised(model, rho)
+    uses = displacement_values(limits, solutions) / [limit.limit for limit in limits]
+    worst = limits[int(np.argmax(uses))]
+    adjoint = solve_homogenised(model, rho, extra=adjoint_loads(model, [worst], solutions))[-1]
+    u = next(s for s in solutions if s.name == worst.load_case).displacement
+    lattice = AnisotropicStiffness(C=(1 - model.solid_share) * lattice_stiffness(model, rho))
+    shared = strain_energy_per_element(setup.space, lattice, u, adjoint.displacement).sum()
+    value = displacement_values([worst], solutions)[0]
+    return float(shared / value) if value > 0 else 0.0
+
+
+def explicit_displacements(setup: Setup, result: ExplicitResult) -> tuple[float, ...]:
+    """Value of every displacement limit in an explicit analysis, mm."""
+    regions = [spec for spec in setup.case.limits.displacement]
+    values = []
+    for spec in regions:
+        for load_case in setup.case.load_case:
+            if spec.load_case in (None, load_case.name):
+                values.append(displacement_on(result, spec.region, load_case.name, spec.component))
+    return tuple(values)
+
+
+def explicit_masses(setup: Setup, mesh: ExplicitMesh, result: ExplicitResult) -> dict[str, float]:
+    """Mass of every phase of the explicit mesh, g."""
+    from gradedesign.mesh.tet_mesh import signed_volumes
+
+    volumes = signed_volumes(mesh.mesh) * setup.material.density * 1e6
+    return {
+        name: float(volumes[result.phase == number].sum())
+        for number, name in enumerate(("lattice", "skin", "kept"))
+    }

@@ -1,0 +1,247 @@
+"""The loop: rounds until limits hold with a limit used, then acceptance, then again if it misses.
+
+State between rounds is small (factors, densities, history), so a killed run resumes from the last
+finished round.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.ladder.result import Iteration
+from gradedesign.ladder.round import (
+    build_design,
+    density_grid,
+    explicit_cube,
+    explicit_displacements,
+    explicit_masses,
+    judged_solid,
+    predict,
+    size_round,
+)
+from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.verdict import LimitRow, limit_rows
+from gradedesign.lattice.density_grid import DensityGrid
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.sizing.size import SizingStep
+from gradedesign.verify.correction import (
+    Correction,
+    Gap,
+    damped,
+    damping_for,
+    gap_between,
+    stiffness_update,
+)
+from gradedesign.verify.explicit import (
+    ExplicitResult,
+    JudgedSolid,
+    analyse_printed_solid,
+    governing_measure,
+)
+from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
+
+#: A density counts as at its lower bound within this relative distance.
+AT_BOUND = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Round:
+    """A finished round: its design, what it taught and how it compares.
+
+    Attributes
+    ----------
+    iteration : Iteration
+    rows : tuple of LimitRow
+        Explicit values.
+    correction : Correction
+        For the next round.
+    variables : (n,) array
+        Design variables, to start the next sizing from.
+    rho : (M,) array
+        Density of every tetrahedron.
+    at_lower_bound : bool
+    gap : Gap
+    """
+
+    iteration: Iteration
+    rows: tuple[LimitRow, ...]
+    correction: Correction
+    variables: FloatArray
+    rho: FloatArray
+    at_lower_bound: bool
+    gap: Gap
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "variables", locked(self.variables, (None,)))
+        object.__setattr__(self, "rho", locked(self.rho, (None,)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Analysed:
+    """The explicit analysis of one design."""
+
+    grid: DensityGrid
+    design: LatticeDesign
+    judged: JudgedSolid
+    mesh: ExplicitMesh
+    result: ExplicitResult
+
+
+def analyse_design(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> Analysed:
+    """Build the lattice of element densities, mesh it and solve it."""
+    grid = density_grid(setup, rho)
+    design = build_design(setup, grid)
+    judged = judged_solid(setup, design)
+    mesh = mesh_lattice(
+        design,
+        coarser * explicit_cube(setup, grid),
+        memory_limit_bytes=setup.case.run.memory,
+    )
+    result = analyse_printed_solid(
+        mesh.mesh, judged, mesh_size=mesh.cube, surface_tolerance=0.5 * mesh.cube
+    )
+    return Analysed(grid=grid, design=design, judged=judged, mesh=mesh, result=result)
+
+
+def play_round(
+    setup: Setup,
+    previous: tuple[Round, ...],
+    factors: Mapping[str, float],
+    *,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> tuple[Round, Analysed]:
+    """Size with what earlier rounds taught, analyse explicitly, and learn.
+
+    ``factors`` are accepted over explicit values by limit name: sizing leaves that much room.
+    """
+    began = time.perf_counter()
+    correction = (
+        previous[-1].correction
+        if previous
+        else Correction(displacement=(1.0,) * len(setup.displacement_limits))
+    )
+    start = previous[-1].variables if previous else None
+    sized = size_round(setup, correction, factors, start=start, on_step=on_step)
+    grid = density_grid(setup, sized.rho)
+    predicted = predict(setup, correction, grid)
+    analysed = analyse_design(setup, sized.rho)
+    result = analysed.result
+    displacements = explicit_displacements(setup, result)
+    rows = limit_rows(setup, displacements, result.measures, "explicit analysis")
+    lattice = governing_measure(result.measures, "lattice")
+    stress = None if lattice is None else lattice[1].value
+    gap = gap_between(predicted.displacement, displacements, predicted.stress, stress)
+    gaps = (*(r.gap for r in previous), gap)
+    learned = _learn(setup, correction, predicted, displacements, gap, gaps, grid)
+    masses = explicit_masses(setup, analysed.mesh, result)
+    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    iteration = Iteration(
+        round=len(previous) + 1,
+        lattice_mass_g=masses["lattice"],
+        mass_g=sum(masses.values()),
+        mean_density=float(weights @ sized.rho / weights.sum()),
+        predicted_displacement=predicted.displacement,
+        explicit_displacement=displacements,
+        predicted_stress=predicted.stress,
+        explicit_stress=stress if predicted.stress is not None else None,
+        displacement_gap=gap.displacement,
+        stress_gap=gap.stress,
+        use=max((row.use for row in rows), default=0.0),
+        passed=all(row.passed for row in rows),
+        dofs=result.space.dof_count,
+        mesh_size_mm=result.mesh_size,
+        seconds=time.perf_counter() - began,
+        stiffness_factor=correction.stiffness,
+        stress_factor=correction.stress,
+        sizing_iterations=len(sized.history),
+        sizing_converged=sized.converged,
+    )
+    low = setup.bounds[0]
+    active = weights > 0
+    done = Round(
+        iteration=iteration,
+        rows=rows,
+        correction=learned,
+        variables=sized.variables,
+        rho=sized.rho,
+        at_lower_bound=bool(sized.rho[active].max(initial=low) <= low * (1 + AT_BOUND)),
+        gap=gap,
+    )
+    return done, analysed
+
+
+def _learn(
+    setup: Setup,
+    correction: Correction,
+    predicted: Any,
+    displacements: tuple[float, ...],
+    gap: Gap,
+    gaps: tuple[Gap, ...],
+    grid: DensityGrid,
+) -> Correction:
+    """Factors that make the homogenised model agree with this explicit analysis."""
+    damping = damping_for(gaps)
+    stress = correction.stress
+    if gap.stress is not None:
+        stress = damped(stress, stress * (1.0 + gap.stress), damping)
+    if not displacements:
+        return replace(correction, stress=stress)
+    limits = np.array([limit.limit for limit in setup.displacement_limits])
+    uses = np.asarray(displacements) / limits
+    worst = int(np.argmax(uses))
+    ratio = stiffness_update(
+        displacements[worst], predicted.displacement[worst], predicted.lattice_share
+    )
+    stiffness = damped(correction.stiffness, correction.stiffness * ratio, damping)
+    # What one stiffness factor leaves goes to each limit's own factor.
+    trial = Correction(
+        stiffness=stiffness, displacement=correction.displacement, stress=correction.stress
+    )
+    again = predict(setup, trial, grid)
+    factors = tuple(
+        damped(old, old * explicit / new, damping)
+        for old, explicit, new in zip(
+            correction.displacement, displacements, again.displacement, strict=True
+        )
+    )
+    # The stiffness changes the homogenised stress too: keep the product right.
+    if again.stress and predicted.stress:
+        stress *= predicted.stress / again.stress
+    return Correction(stiffness=stiffness, displacement=factors, stress=stress)
+
+
+def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
+    """Arrays and plain data of a round for the run folder."""
+    meta = {
+        "iteration": asdict(done.iteration),
+        "rows": [asdict(row) for row in done.rows],
+        "correction": asdict(done.correction),
+        "at_lower_bound": done.at_lower_bound,
+        "gap": asdict(done.gap),
+    }
+    return {"variables": done.variables, "rho": done.rho}, meta
+
+
+def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) -> Round:
+    """The round that `round_to_stage` stored."""
+    iteration = dict(meta["iteration"])
+    for key in ("predicted_displacement", "explicit_displacement", "displacement_gap"):
+        iteration[key] = tuple(iteration[key])
+    correction = dict(meta["correction"])
+    correction["displacement"] = tuple(correction["displacement"])
+    gap = dict(meta["gap"])
+    return Round(
+        iteration=Iteration(**iteration),
+        rows=tuple(LimitRow(**row) for row in meta["rows"]),
+        correction=Correction(**correction),
+        variables=arrays["variables"],
+        rho=arrays["rho"],
+        at_lower_bound=bool(meta["at_lower_bound"]),
+        gap=Gap(displacement=tuple(gap["displacement"]), stress=gap["stress"]),
+    )

@@ -1,0 +1,52 @@
+"""Rounds in the run folder: what a killed run resumes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gradedesign.case.schema import Case
+from gradedesign.ladder.rounds import Round, round_from_stage, round_to_stage
+from gradedesign.ladder.setup import Setup
+from gradedesign.workspace.cache import content_key
+from gradedesign.workspace.run_folder import RunFolder, open_run_folder
+
+#: Raised when what a round stores changes its meaning.
+ROUND_VERSION = 1
+
+
+def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> RunFolder:
+    """Open the run folder of a case; use it in a ``with`` statement."""
+    return open_run_folder(path, case.case_hash, resume=resume, overwrite=overwrite)
+
+
+def round_key(setup: Setup, number: int) -> str:
+    """Content key of everything a round depends on."""
+    return content_key(
+        "round",
+        ROUND_VERSION,
+        number,
+        setup.case.case_hash,
+        setup.family.name,
+        setup.law.name,
+        setup.law.source,
+        setup.space.mesh.points,
+        setup.space.mesh.tets,
+    )
+
+
+def save_round(out: RunFolder, setup: Setup, done: Round) -> None:
+    """Store a finished round."""
+    number = done.iteration.round
+    arrays, meta = round_to_stage(done)
+    out.save_stage(f"round-{number}", round_key(setup, number), arrays, meta)
+
+
+def load_rounds(out: RunFolder, setup: Setup) -> tuple[Round, ...]:
+    """Rounds that an interrupted run finished, in order."""
+    rounds: list[Round] = []
+    while True:
+        number = len(rounds) + 1
+        stored = out.load_stage(f"round-{number}", round_key(setup, number))
+        if stored is None:
+            return tuple(rounds)
+        rounds.append(round_from_stage(*stored))

@@ -1,0 +1,274 @@
+"""From what the loop found to the result that is written."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from gradedesign.ladder.accepted import Accepted
+from gradedesign.ladder.result import RunResult
+from gradedesign.ladder.rounds import Round
+from gradedesign.ladder.setup import Setup, part_volume
+from gradedesign.ladder.verdict import LimitRow, all_hold, is_tight
+from gradedesign.plugin.registry import Registry
+from gradedesign.sizing.homogenised import lattice_mass, total_mass
+from gradedesign.sizing.size import SizingResult
+from gradedesign.workspace.limits import Deadline
+
+#: Libraries whose versions the report names.
+LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
+
+
+def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
+    """The fully solid part breaks a limit."""
+    worst = max(rows, key=lambda row: row.use)
+    return RunResult(
+        status="infeasible",
+        lightest=False,
+        reason=(
+            f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
+            f"{worst.value:.4g} {worst.unit}, {worst.use:.2f} times the allowed "
+            f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
+            f"smaller load or a wider limit would help, a lattice cannot"
+        ),
+        limits=rows,
+        **_common(setup, registry),
+    )
+
+
+def partial_result(
+    setup: Setup,
+    registry: Registry,
+    rows: tuple[LimitRow, ...],
+    stage: str,
+    *,
+    sized: SizingResult | None = None,
+) -> RunResult:
+    """Stopped where the case said."""
+    numbers: dict[str, Any] = {}
+    measures: dict[str, Any] = {}
+    if sized is not None:
+        model = setup.model
+        weights = model.volumes * (1 - model.solid_share)
+        mass = total_mass(model, sized.rho) * 1e6
+        numbers = {
+            "mass_g": mass,
+            "lattice_mass_g": lattice_mass(model, sized.rho) * 1e6,
+            "lattice_density": float(weights @ sized.rho / weights.sum()),
+            "relative_density": mass / _solid_mass(setup),
+        }
+        last = sized.history[-1]
+        measures = {
+            "sizing": {
+                "iterations": len(sized.history),
+                "converged": sized.converged,
+                "displacement_use": list(last.displacement_use),
+                "stress_use": last.stress_use,
+                "density": [float(sized.rho.min()), float(sized.rho.max())],
+            }
+        }
+        rows = tuple(
+            LimitRow(
+                name=f"displacement of {limit.name}",
+                load_case=limit.load_case,
+                value=use * limit.limit,
+                limit=limit.limit,
+                unit="mm",
+                judged_by="homogenised prediction",
+            )
+            for limit, use in zip(setup.displacement_limits, last.displacement_use, strict=True)
+        )
+    return RunResult(
+        status="partial",
+        lightest=False,
+        reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
+        limits=rows,
+        measures=measures,
+        **numbers,
+        **_common(setup, registry),
+    )
+
+
+def verdict_result(
+    setup: Setup,
+    registry: Registry,
+    rounds: Sequence[Round],
+    accepted: Accepted | None,
+    deadline: Deadline,
+) -> RunResult:
+    """Met or not, with the best design that was found."""
+    common = _common(setup, registry)
+    warnings = list(common.pop("warnings"))
+    iterations = tuple(r.iteration for r in rounds)
+    if accepted is None:
+        best = min(rounds, key=lambda r: r.iteration.use)
+        rows, design, tight = best.rows, best, False
+        status, reason = "not_met", _why_not(rows, rounds, deadline)
+    else:
+        rows, design = accepted.rows, accepted.round
+        tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
+        if accepted.holds:
+            status = "met"
+            reason = (
+                f"every limit holds in the accepted analysis; the most used one to "
+                f"{max(r.use for r in rows):.1%}"
+            )
+            if not tight:
+                warnings.append(
+                    "a lighter design may exist: no limit is used to 97 % and rounds or time "
+                    "ran out; raise [run] max_rounds or time"
+                )
+        else:
+            status, reason = "not_met", _why_not(rows, rounds, deadline)
+        warnings += _acceptance_warnings(accepted)
+    it = design.iteration
+    return RunResult(
+        status=status,
+        lightest=status == "met" and tight,
+        reason=reason,
+        limits=rows,
+        mass_g=it.mass_g,
+        lattice_mass_g=it.lattice_mass_g,
+        relative_density=it.mass_g / _solid_mass(setup),
+        lattice_density=it.mean_density,
+        iterations=iterations,
+        acceptance={} if accepted is None else acceptance_data(accepted),
+        measures={} if accepted is None else measure_data(accepted),
+        warnings=tuple(warnings),
+        **common,
+    )
+
+
+def acceptance_data(accepted: Accepted) -> dict[str, Any]:
+    """What the verdict rests on, per limit."""
+    a = accepted.acceptance
+    sizes = [accepted.analysed.result.mesh_size, accepted.analysed.result.mesh_size * 1.25]
+    entries = []
+    for row in accepted.rows:
+        remeshed = a.scope == "whole" or row.name in accepted.factors
+        entries.append(
+            {
+                "limit": row.name,
+                "load_case": row.load_case,
+                "judged_by": row.judged_by,
+                "mesher": "pytetwild" if remeshed else "stuffing",
+                "scope": a.scope if remeshed else "whole",
+                "volume_mm3": a.volume if remeshed else accepted.analysed.result.volume,
+                "mesh_sizes_mm": sizes,
+                "value": row.value,
+                "unit": row.unit,
+                "resolution_error": row.resolution_error,
+            }
+        )
+    return {
+        "scope": a.scope,
+        "share_of_volume": a.share,
+        "limits": entries,
+        "windows": [
+            {
+                "centre_mm": list(w.window.centre),
+                "load_case": w.window.load_case,
+                "value_MPa": w.value,
+                "explicit_MPa": w.driving_value,
+                "force_gap": w.force_gap,
+                "energy_gap": w.energy_gap,
+                "matches": w.matches,
+                "tets": w.tets,
+                "mesher_seconds": w.seconds,
+            }
+            for w in a.windows
+        ],
+        "mesher_attempts": list(a.attempts),
+        "islands_dropped": asdict(accepted.islands),
+        "loose_tet_pieces_dropped": accepted.analysed.mesh.dropped_pieces,
+    }
+
+
+def measure_data(accepted: Accepted) -> dict[str, Any]:
+    """Stress measures by load case and phase, worst neighbourhood included."""
+    result = accepted.acceptance.whole or accepted.analysed.result
+    return {
+        case: {m.phase: asdict(m) for m in measures} for case, measures in result.measures.items()
+    }
+
+
+def _acceptance_warnings(accepted: Accepted) -> list[str]:
+    warnings = []
+    for w in accepted.acceptance.windows:
+        if not w.matches:
+            warnings.append(
+                f"the window at {tuple(round(c, 1) for c in w.window.centre)} mm differs from the "
+                f"explicit analysis by {w.force_gap:.1%} in boundary force and "
+                f"{w.energy_gap:.1%} in strain energy, more than 3 %"
+            )
+    for attempt in accepted.acceptance.attempts:
+        warnings.append(f"mesher of the acceptance: {attempt}")
+    return warnings
+
+
+def _why_not(rows: Sequence[LimitRow], rounds: Sequence[Round], deadline: Deadline) -> str:
+    """Which limit fails, where the loop ended, and what would help."""
+    ended = (
+        f"{len(rounds)} rounds"
+        if deadline.remaining() > 0
+        else f"the time of {deadline.seconds:.0f} s"
+    )
+    if not rows or all_hold(rows):
+        return f"no design was accepted within {ended}; raise [run] max_rounds or time"
+    worst = max(rows, key=lambda row: row.use)
+    return (
+        f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
+        f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}, after {ended}; a higher "
+        f"upper density, smaller cells, a skin, or more rounds would help"
+    )
+
+
+def _solid_mass(setup: Setup) -> float:
+    return part_volume(setup) * setup.material.density * 1e6
+
+
+def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
+    law = setup.law
+    return {
+        "solid_mass_g": _solid_mass(setup),
+        "warnings": setup.warnings,
+        "plugins": tuple(str(p) for p in registry.plugins),
+        "versions": library_versions(),
+        "case_hash": setup.case.case_hash,
+        "case_name": setup.case.name,
+        "law": {
+            "name": law.name,
+            "source": law.source,
+            "test": law.test,
+            "kind": law.kind,
+            "window": list(law.window),
+            "coefficients": {name: value for name, value in law.coefficients},
+            "cell": setup.family.name,
+            "cell_source": setup.family.source,
+            "cell_window": list(setup.calibration.window),
+            "density_bounds": list(setup.bounds),
+            "material": setup.material.name,
+            "material_source": setup.material.source,
+        },
+    }
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of Python, gradedesign and what it computes with."""
+    versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
+    for name in LIBRARIES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            versions[name] = "not installed"
+    return versions
+
+
+def density_range(rho: np.ndarray) -> tuple[float, float]:
+    """Smallest and largest density."""
+    return float(rho.min()), float(rho.max())

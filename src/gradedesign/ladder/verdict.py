@@ -1,0 +1,125 @@
+"""Limits with their values, and the statuses that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from gradedesign.ladder.setup import Setup
+from gradedesign.verify.measures import PHASES, StressMeasure
+
+#: A limit used to this share makes the design the lightest that was found.
+TIGHT = 0.97
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitRow:
+    """One limit beside the value that judged it.
+
+    Attributes
+    ----------
+    name : str
+    load_case : str
+    value : float
+    limit : float
+    unit : str
+    judged_by : str
+        Analysis behind the value.
+    resolution_error : float or None
+        Relative difference between two mesh sizes.
+    """
+
+    name: str
+    load_case: str
+    value: float
+    limit: float
+    unit: str
+    judged_by: str
+    resolution_error: float | None = None
+
+    @property
+    def use(self) -> float:
+        """Value over limit."""
+        return self.value / self.limit
+
+    @property
+    def passed(self) -> bool:
+        """Whether the limit holds."""
+        return self.value <= self.limit
+
+
+def limit_rows(
+    setup: Setup,
+    displacements: Sequence[float],
+    measures: Mapping[str, tuple[StressMeasure, ...]],
+    judged_by: str,
+) -> tuple[LimitRow, ...]:
+    """Every displacement limit, and the stress limit for each phase of the solid."""
+    rows = [
+        LimitRow(
+            name=f"displacement of {limit.name}",
+            load_case=limit.load_case,
+            value=float(value),
+            limit=limit.limit,
+            unit="mm",
+            judged_by=judged_by,
+        )
+        for limit, value in zip(setup.displacement_limits, displacements, strict=True)
+    ]
+    if setup.stress_limit is not None:
+        for phase in PHASES:
+            found = [
+                (m.value, case) for case, ms in measures.items() for m in ms if m.phase == phase
+            ]
+            if found:
+                value, case = max(found)
+                rows.append(
+                    LimitRow(
+                        name=f"stress in {phase}",
+                        load_case=case,
+                        value=value,
+                        limit=setup.stress_limit,
+                        unit="MPa",
+                        judged_by=judged_by,
+                    )
+                )
+    return tuple(rows)
+
+
+def scaled_rows(
+    rows: Sequence[LimitRow], factors: Mapping[str, float], judged_by: str
+) -> tuple[LimitRow, ...]:
+    """Rows whose values carry a factor by name."""
+    return tuple(
+        replace(row, value=row.value * factors[row.name], judged_by=judged_by)
+        if row.name in factors
+        else row
+        for row in rows
+    )
+
+
+def with_resolution(rows: Sequence[LimitRow], coarse: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
+    """Rows with the difference between two mesh sizes, relative to the finer one."""
+    other = {row.name + row.load_case: row.value for row in coarse}
+    by_name = {row.name: row.value for row in coarse}
+    out = []
+    for row in rows:
+        value = other.get(row.name + row.load_case, by_name.get(row.name))
+        error = None if value is None or row.value == 0 else value / row.value - 1.0
+        out.append(replace(row, resolution_error=error))
+    return tuple(out)
+
+
+def all_hold(rows: Sequence[LimitRow]) -> bool:
+    """Every limit holds."""
+    return all(row.passed for row in rows)
+
+
+def worst_use(rows: Sequence[LimitRow]) -> float:
+    """Largest use of any limit."""
+    return max((row.use for row in rows), default=0.0)
+
+
+def is_tight(rows: Sequence[LimitRow], *, at_lower_bound: bool) -> bool:
+    """Some limit is used to 97 %, or no density can fall further."""
+    return at_lower_bound or worst_use(rows) >= TIGHT

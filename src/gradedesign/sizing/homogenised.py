@@ -1,0 +1,202 @@
+"""The part as a homogenised solid: stiffness from density, and what follows from it.
+
+Every tetrahedron holds a share ``solid_share`` of fully dense material (skin, kept regions) and
+the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin loaded
+in its plane; what it misses elsewhere is part of the gap that the correction measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.loads import body_force, thermal_force
+from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
+from gradedesign.fe.space import TetSpace
+from gradedesign.fe.stiffness import AnisotropicStiffness
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
+from gradedesign.mesh.tet_mesh import signed_volumes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HomogenisedModel:
+    """A part whose tetrahedra carry a lattice of given density.
+
+    Attributes
+    ----------
+    space : TetSpace
+        Quadratic tetrahedra of the part.
+    volumes : (M,) array, mm^3
+    solid_share : (M,) array
+        Share of each tetrahedron that stays fully dense, 0 to 1.
+    material : Material
+    law : ScalingLaw
+    rotation : (6, 6) array
+        Bond matrix that takes the law's stiffness from cell axes to global axes.
+    cases : tuple of PartLoadCase
+    stiffness_factor : float
+        Correction of the law's stiffness from explicit analyses; 1 at first.
+    """
+
+    space: TetSpace
+    volumes: FloatArray
+    solid_share: FloatArray
+    material: Material
+    law: ScalingLaw
+    rotation: FloatArray
+    cases: tuple[PartLoadCase, ...]
+    stiffness_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        count = self.space.elements.shape[1]
+        object.__setattr__(self, "volumes", locked(self.volumes, (count,), name="volumes"))
+        object.__setattr__(
+            self, "solid_share", locked(self.solid_share, (count,), name="solid_share")
+        )
+        object.__setattr__(self, "rotation", locked(self.rotation, (6, 6), name="rotation"))
+
+
+def homogenised_model(
+    space: TetSpace,
+    solid_share: FloatArray,
+    material: Material,
+    law: ScalingLaw,
+    cases: Sequence[PartLoadCase],
+    *,
+    rotation: FloatArray | None = None,
+    stiffness_factor: float = 1.0,
+) -> HomogenisedModel:
+    """Build a model; ``rotation`` is a (3, 3) matrix whose columns are the cell axes."""
+    return HomogenisedModel(
+        space=space,
+        volumes=signed_volumes(space.mesh),
+        solid_share=solid_share,
+        material=material,
+        law=law,
+        rotation=bond_matrix(np.eye(3) if rotation is None else rotation),
+        cases=tuple(cases),
+        stiffness_factor=stiffness_factor,
+    )
+
+
+def bond_matrix(rotation: FloatArray) -> FloatArray:
+    """Stress transformation of Voigt vectors, ``(6, 6)``, so that ``C' = M C M^T``.
+
+    Parameters
+    ----------
+    rotation : (3, 3) array
+        Takes cell components to global ones, ``x' = R x``.
+
+    References
+    ----------
+    W. L. Bond, Proc. Phys. Soc. 1943.
+    """
+    pairs = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+    r = np.asarray(rotation, dtype=np.float64)
+    m = np.zeros((6, 6))
+    for a, (i, j) in enumerate(pairs):
+        for b, (p, q) in enumerate(pairs):
+            m[a, b] = r[i, p] * r[j, q] if p == q else r[i, p] * r[j, q] + r[i, q] * r[j, p]
+    return m
+
+
+def solid_stiffness(model: HomogenisedModel) -> FloatArray:
+    """Stiffness of the base material, ``(6, 6)``, MPa."""
+    return isotropic_stiffness(
+        np.asarray(model.material.youngs_modulus), model.material.poissons_ratio
+    )
+
+
+def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the lattice phase in global axes, ``(6, 6, M)``, MPa."""
+    scale = model.material.youngs_modulus * model.stiffness_factor
+    return scale * _rotated(model, model.law.stiffness(rho))
+
+
+def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(lattice stiffness)/d(rho), ``(6, 6, M)``, MPa."""
+    scale = model.material.youngs_modulus * model.stiffness_factor
+    return scale * _rotated(model, model.law.stiffness_derivative(rho))
+
+
+def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Stiffness of every tetrahedron, both phases in parallel, ``(6, 6, M)``, MPa."""
+    share = model.solid_share
+    return (1 - share) * lattice_stiffness(model, rho) + share * solid_stiffness(model)[:, :, None]
+
+
+def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Mass per volume of every tetrahedron, ``(M,)``, t/mm^3."""
+    share = model.solid_share
+    return model.material.density * (share + (1 - share) * rho)
+
+
+def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
+    """Mass of the lattice phase alone, t."""
+    weights = model.volumes * (1 - model.solid_share)
+    return float(model.material.density * (weights @ rho))
+
+
+def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:
+    """Mass of lattice and solid phases, t."""
+    return float(model.volumes @ mass_density(model, rho))
+
+
+def density_loads(model: HomogenisedModel, rho: FloatArray, case: PartLoadCase) -> FloatArray:
+    """Forces that follow the design: inertia and thermal expansion, ``(3, N)``, N."""
+    force = np.zeros_like(case.force)
+    if np.any(case.acceleration):
+        force += body_force(model.space, mass_density(model, rho), case.acceleration)
+    if case.temperature_change:
+        force += thermal_force(
+            model.space,
+            AnisotropicStiffness(C=effective_stiffness(model, rho)),
+            model.material.thermal_expansion,
+            case.temperature_change,
+        )
+    return force
+
+
+def solve_homogenised(
+    model: HomogenisedModel,
+    rho: FloatArray,
+    *,
+    extra: Sequence[LoadVector] = (),
+    rtol: float = 1e-8,
+) -> tuple[Solution, ...]:
+    """Displacements of every load case, then of every ``extra`` load vector.
+
+    Parameters
+    ----------
+    model : HomogenisedModel
+    rho : (M,) array
+        Relative density of the lattice phase.
+    extra : sequence of LoadVector
+        Further right-hand sides on the same stiffness, such as adjoint loads.
+
+    Returns
+    -------
+    tuple of Solution
+    """
+    vectors = [
+        LoadVector(
+            name=case.name,
+            supports=case.supports,
+            force=case.force + density_loads(model, rho, case),
+        )
+        for case in model.cases
+    ]
+    stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
+    return solve_elastic(model.space, stiffness, [*vectors, *extra], rtol=rtol)
+
+
+def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
+    """Turn ``(6, 6, ...)`` from cell to global axes; identity costs nothing."""
+    if np.array_equal(model.rotation, np.eye(6)):
+        return relative
+    return np.einsum("ai,ij...,bj->ab...", model.rotation, relative, model.rotation)

@@ -1,0 +1,274 @@
+"""Sizing: the lightest density field that meets every limit on the homogenised part."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gradedesign.arrays import BoolArray, FloatArray, locked
+from gradedesign.errors import DensityError
+from gradedesign.sizing.homogenised import HomogenisedModel, lattice_mass, solve_homogenised
+from gradedesign.sizing.optimality import optimality_step
+from gradedesign.sizing.responses import (
+    DisplacementLimit,
+    adjoint_loads,
+    displacement_gradient,
+    displacement_values,
+)
+from gradedesign.sizing.stress_limit import StressLimit, density_for_stress, stress_use
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SizingStep:
+    """One line of the history: values are divided by their limits."""
+
+    iteration: int
+    mass_g: float
+    mean_density: float
+    displacement_use: tuple[float, ...]
+    stress_use: float
+    change: float
+    move: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingProblem:
+    """What is minimised and what must hold.
+
+    Attributes
+    ----------
+    model : HomogenisedModel
+    displacement_limits : tuple of DisplacementLimit
+    stress_limit : StressLimit or None
+    bounds : (float, float)
+        Density bounds: the intersection of user, family and law.
+    filter : (M, n) sparse matrix
+        From design variables to element densities, rows summing to 1.
+    target : float
+        Use of the governing limit that sizing aims at, just below 1.
+    """
+
+    model: HomogenisedModel
+    displacement_limits: tuple[DisplacementLimit, ...]
+    stress_limit: StressLimit | None
+    bounds: tuple[float, float]
+    filter: csr_matrix
+    target: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingResult:
+    """A density per tetrahedron with the history that led to it."""
+
+    rho: FloatArray
+    variables: FloatArray
+    history: tuple[SizingStep, ...]
+    converged: bool
+    feasible: bool
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
+        object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
+
+
+def size(
+    problem: SizingProblem,
+    *,
+    start: FloatArray | None = None,
+    max_iterations: int = 60,
+    tolerance: float = 0.004,
+    move: float = 0.3,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> SizingResult:
+    """Minimise the mass of the lattice under displacement and stress limits.
+
+    Parameters
+    ----------
+    problem : SizingProblem
+    start : (n,) array, optional
+        Design variables to begin from; the middle of the bounds by default.
+    max_iterations : int
+    tolerance : float
+        Converged when no density changes by more, relative to the upper bound, and every
+        limit is met to this accuracy.
+    move : float
+        Largest relative change of a variable per iteration.
+    on_step : callable, optional
+
+    Returns
+    -------
+    SizingResult
+
+    Raises
+    ------
+    DensityError
+        If the bounds are empty.
+
+    Notes
+    -----
+    Displacements enter by adjoints through an optimality criterion; the stress limit enters
+    as a lower bound of each density, the stress ratio (Ramirez 2022, A.2.3). Iterates that
+    jump to and fro are recognised and damped by halving the move limit.
+    """
+    lo, hi = problem.bounds
+    if not 0 < lo <= hi < 1:
+        raise DensityError(f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1")
+    model = problem.model
+    weights = model.volumes * (1 - model.solid_share)
+    cost = np.asarray(problem.filter.T @ weights).ravel()
+    active = cost > 0
+    # Variables that no lattice feels stay at the lower bound.
+    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start.copy()
+    x = np.where(active, np.clip(x, lo, hi), lo)
+    history: list[SizingStep] = []
+    previous: list[FloatArray] = []
+    floor = np.full(model.volumes.shape, lo)
+    allowance = 1.0
+    for iteration in range(max_iterations):
+        rho = np.asarray(problem.filter @ x).ravel()
+        use, gradients, stress = _evaluate(problem, rho)
+        worst = stress_use(problem.stress_limit, model, rho, stress)
+        if problem.stress_limit is not None:
+            allowance = _next_allowance(allowance, problem.target, worst)
+            wanted = density_for_stress(problem.stress_limit, model, stress, allowance=allowance)
+            floor = np.clip(wanted, lo, hi)
+        step_lower = np.maximum(x * (1 - move), _variable_floor(problem.filter, floor, lo))
+        step_lower = np.clip(step_lower, lo, hi)
+        step_upper = np.maximum(np.clip(x * (1 + move), lo, hi), step_lower)
+        new = x
+        if len(use):
+            new = x.copy()
+            new[active] = optimality_step(
+                x[active],
+                cost[active],
+                use / problem.target,
+                (gradients / problem.target) @ problem.filter[:, active],
+                step_lower[active],
+                step_upper[active],
+            )[0]
+        else:
+            new = np.where(active, step_lower, lo)
+        change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
+        step = SizingStep(
+            iteration=iteration,
+            mass_g=lattice_mass(model, rho) * 1e6,
+            mean_density=float(weights @ rho / weights.sum()),
+            displacement_use=tuple(float(v) for v in use),
+            stress_use=worst,
+            change=change,
+            move=move,
+        )
+        history.append(step)
+        if on_step is not None:
+            on_step(step)
+        met = all(v <= problem.target * (1 + tolerance) for v in (*use, worst))
+        settled = change < tolerance or _mass_settled(history, tolerance)
+        if settled and iteration > 2:
+            return _result(problem, x, history, converged=True, feasible=met)
+        if len(previous) > 1 and _is_two_cycle(new, x, previous[-1]):
+            move *= 0.5
+        previous.append(x)
+        x = new
+    return _result(problem, x, history, converged=False, feasible=met)
+
+
+def _evaluate(
+    problem: SizingProblem, rho: FloatArray
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
+    """Use and gradient of every displacement limit, and lattice stress per load case."""
+    model, limits = problem.model, problem.displacement_limits
+    solutions = solve_homogenised(model, rho)
+    count = len(rho)
+    stress = (
+        problem.stress_limit.evaluate(model, rho, solutions)
+        if problem.stress_limit is not None
+        else ()
+    )
+    if not limits:
+        return np.zeros(0), np.zeros((0, count)), stress
+    values = displacement_values(limits, solutions)
+    adjoints = solve_homogenised(model, rho, extra=adjoint_loads(model, limits, solutions))[
+        len(model.cases) :
+    ]
+    cases = {case.name: case for case in model.cases}
+    by_name = {s.name: s for s in solutions}
+    gradients = np.array(
+        [
+            displacement_gradient(
+                model, rho, cases[limit.load_case], by_name[limit.load_case], adjoint
+            )
+            / limit.limit
+            for limit, adjoint in zip(limits, adjoints, strict=True)
+        ]
+    )
+    return values / np.array([limit.limit for limit in limits]), gradients, stress
+
+
+def _next_allowance(allowance: float, target: float, use: float) -> float:
+    """Steer the pointwise stress bound so that the percentile lands on its target.
+
+    A percentile below target lets points exceed the limit, by at most a quarter: half a per
+    cent of volume must not hide a failing cell.
+    """
+    if use <= 0:
+        return allowance
+    return float(np.clip(allowance * np.sqrt(target / use), 0.5, 1.25))
+
+
+def _variable_floor(matrix: csr_matrix, floor: FloatArray, lo: float) -> FloatArray:
+    """Lower bound of each variable: the filter-weighted mean of what its elements need.
+
+    A uniform design has one variable; it must serve its neediest element.
+    """
+    if matrix.shape[1] == 1:
+        return np.array([floor.max()])
+    columns = np.asarray(matrix.sum(axis=0)).ravel()
+    mean = np.asarray(matrix.T @ floor).ravel() / np.where(columns > 0, columns, 1.0)
+    return np.maximum(np.where(columns > 0, mean, lo), floor)
+
+
+def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
+    """Mass and uses have stood still for five iterations."""
+    if len(history) < 8:
+        return False
+    mass = np.array([h.mass_g for h in history[-5:]])
+    uses = np.array([(*h.displacement_use, h.stress_use) for h in history[-5:]])
+    return bool(
+        np.ptp(mass) <= 0.1 * tolerance * mass[-1] and np.ptp(uses, axis=0).max() <= tolerance
+    )
+
+
+def _is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
+    """The step nearly undoes the last one."""
+    forward, back = new - now, now - before
+    size_back = float(np.linalg.norm(back))
+    return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back
+
+
+def _result(
+    problem: SizingProblem,
+    x: FloatArray,
+    history: Sequence[SizingStep],
+    *,
+    converged: bool,
+    feasible: bool,
+) -> SizingResult:
+    log.info("sizing ended after %d iterations, converged=%s", len(history), converged)
+    return SizingResult(
+        rho=np.asarray(problem.filter @ x).ravel(),
+        variables=x,
+        history=tuple(history),
+        converged=converged,
+        feasible=feasible,
+    )
+
+
+def active_elements(model: HomogenisedModel) -> BoolArray:
+    """Elements that hold any lattice, ``(M,)``."""
+    return model.solid_share < 1

@@ -1,0 +1,184 @@
+"""Acceptance: the exported surface, read back, meshed by an independent route and analysed."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray
+from gradedesign.errors import MeshError
+from gradedesign.lattice.islands import largest_piece
+from gradedesign.mesh.quality import tet_report
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.tet_mesh import centroids, signed_volumes
+from gradedesign.mesh.tetwild import tetrahedralize
+from gradedesign.verify.explicit import (
+    ExplicitResult,
+    JudgedSolid,
+    analyse_printed_solid,
+    governing_measure,
+)
+from gradedesign.verify.phases import LATTICE, considered_at
+from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
+from gradedesign.verify.windows import most_stressed_windows
+
+log = logging.getLogger(__name__)
+
+#: Edge of pytetwild's tetrahedra over the cube of the explicit mesh.
+EDGE_PER_CUBE = 1.2
+#: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
+TETWILD_RATE = 400.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Acceptance:
+    """What the independent route says.
+
+    Attributes
+    ----------
+    scope : {"whole", "windows"}
+    whole : ExplicitResult or None
+        The analysis of the whole re-meshed lattice.
+    windows : tuple of SubmodelResult
+    stress_factor : float
+        Accepted over explicit value of the lattice's stress measure.
+    volume : float, mm^3
+        Solid volume that was re-meshed and judged.
+    share : float
+        That volume over the whole solid's.
+    attempts : tuple of str
+        What the mesher needed.
+    """
+
+    scope: str
+    whole: ExplicitResult | None
+    windows: tuple[SubmodelResult, ...]
+    stress_factor: float
+    volume: float
+    share: float
+    attempts: tuple[str, ...]
+
+
+def choose_scope(asked: str, explicit: ExplicitResult, remaining_s: float) -> str:
+    """Whole where the mesher is likely to end in half of the time that is left, else windows."""
+    if asked != "auto":
+        return asked
+    seconds = explicit.space.element_count / EDGE_PER_CUBE**3 / TETWILD_RATE
+    return "whole" if seconds < 0.5 * remaining_s else "windows"
+
+
+def accept_whole(
+    surface: SurfaceMesh,
+    judged: JudgedSolid,
+    explicit: ExplicitResult,
+    *,
+    time_limit_s: float,
+) -> Acceptance:
+    """Re-mesh and analyse the whole exported surface."""
+    cube = explicit.mesh_size
+    meshed = tetrahedralize(
+        surface,
+        edge_length=EDGE_PER_CUBE * cube,
+        epsilon=ENVELOPE * cube,
+        time_limit_s=time_limit_s,
+        memory_limit_bytes=judged.case.run.memory,
+    )
+    mesh, _, _ = largest_piece(meshed.mesh, max_share=0.01)
+    result = analyse_printed_solid(
+        mesh, judged, mesh_size=EDGE_PER_CUBE * cube, surface_tolerance=0.5 * cube
+    )
+    return Acceptance(
+        scope="whole",
+        whole=result,
+        windows=(),
+        stress_factor=_stress_ratio(result, explicit),
+        volume=tet_report(mesh).volume,
+        share=tet_report(mesh).volume / enclosed_volume(surface),
+        attempts=meshed.attempts,
+    )
+
+
+def accept_windows(
+    surface: SurfaceMesh,
+    judged: JudgedSolid,
+    explicit: ExplicitResult,
+    *,
+    time_limit_s: float,
+    on_window: Callable[[SubmodelResult], None] | None = None,
+) -> Acceptance:
+    """Re-mesh and analyse the most stressed windows as submodels.
+
+    Raises
+    ------
+    MeshError
+        If no window can be chosen.
+    """
+    run = judged.case.run
+    windows = most_stressed_windows(
+        centroids(explicit.space.mesh),
+        signed_volumes(explicit.space.mesh),
+        explicit.von_mises,
+        eligible_lattice(judged, explicit),
+        percentile=judged.percentile,
+        cell_size=judged.design.cell_size,
+        count=run.window_count,
+    )
+    if not windows:
+        raise MeshError(
+            "no window can be chosen: all lattice lies within the exclusion radius of a clamped "
+            'region; reduce [limits] exclusion_radius or set [run] acceptance = "whole"'
+        )
+    displacement = {s.name: s.displacement for s in explicit.solutions}
+    results = []
+    for window in windows:
+        result = analyse_window(
+            surface,
+            window,
+            explicit.space,
+            displacement[window.load_case],
+            judged.material,
+            percentile=judged.percentile,
+            cube=explicit.mesh_size,
+            time_limit_s=time_limit_s / len(windows),
+            memory_limit_bytes=run.memory,
+        )
+        results.append(result)
+        if on_window is not None:
+            on_window(result)
+    volume = sum(r.volume for r in results)
+    return Acceptance(
+        scope="windows",
+        whole=None,
+        windows=tuple(results),
+        stress_factor=max(r.value / r.driving_value for r in results),
+        volume=volume,
+        share=volume / explicit.volume,
+        attempts=tuple(a for r in results for a in r.attempts),
+    )
+
+
+def eligible_lattice(judged: JudgedSolid, explicit: ExplicitResult) -> BoolArray:
+    """Lattice elements where windows may lie: away from clamped and from loaded regions."""
+    points = centroids(explicit.space.mesh)
+    half = 0.5 * judged.design.cell_size
+    loaded = {s.region for spec in judged.case.load_case for s in spec.load}
+    fields = judged.clamped
+    keep = (explicit.phase == LATTICE) & considered_at(points, fields, judged.exclusion_radius)
+    for name in sorted(loaded):
+        low = judged.regions[name].corners.reshape(-1, 3).min(axis=0) - 0.1 * half
+        high = judged.regions[name].corners.reshape(-1, 3).max(axis=0) + 0.1 * half
+        inside = np.all((points > low[:, None]) & (points < high[:, None]), axis=0)
+        keep &= ~inside
+    return keep
+
+
+def _stress_ratio(accepted: ExplicitResult, explicit: ExplicitResult) -> float:
+    """Accepted over explicit lattice stress measure; 1 without lattice stress."""
+    new = governing_measure(accepted.measures, "lattice")
+    old = governing_measure(explicit.measures, "lattice")
+    if new is None or old is None or old[1].value <= 0:
+        return 1.0
+    return new[1].value / old[1].value

@@ -1,0 +1,215 @@
+"""Analysis of the explicit lattice: the same loads and supports on its own surface."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray, IntArray
+from gradedesign.case.schema import Case
+from gradedesign.errors import LatticeError
+from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
+from gradedesign.fe.loads import body_force, thermal_force
+from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
+from gradedesign.fe.space import TetSpace, tet_space
+from gradedesign.fe.stiffness import IsotropicStiffness
+from gradedesign.fe.stress import element_von_mises
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.material.material import Material
+from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
+from gradedesign.part.part_mesh import region_facets
+from gradedesign.part.regions import Region
+from gradedesign.verify.measures import StressMeasure, stress_measures
+from gradedesign.verify.phases import considered_at, phase_at
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JudgedSolid:
+    """What every analysis of a printed solid needs besides its mesh.
+
+    Attributes
+    ----------
+    case : Case
+    design : LatticeDesign
+    material : Material
+    regions : mapping of name to Region
+    clamped : tuple of callable
+        Unsigned distances to the clamped regions.
+    exclusion_radius : float, mm
+    stress_limit : float or None, MPa
+    percentile : float
+    """
+
+    case: Case
+    design: LatticeDesign
+    material: Material
+    regions: Mapping[str, Region]
+    clamped: tuple[Field, ...]
+    exclusion_radius: float
+    stress_limit: float | None
+    percentile: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ExplicitResult:
+    """Displacements and stresses of one tetrahedral mesh of the printed solid.
+
+    Attributes
+    ----------
+    space : TetSpace
+    solutions : tuple of Solution
+        One per load case.
+    von_mises : dict of load case to (M, 4) array, MPa
+        At the Gauss points.
+    measures : dict of load case to tuple of StressMeasure
+    facets : dict of region to (k, 3) int array
+    phase : (M,) int array
+    volume : float, mm^3
+    mesh_size : float, mm
+    seconds : float
+    """
+
+    space: TetSpace
+    solutions: tuple[Solution, ...]
+    von_mises: dict[str, FloatArray]
+    measures: dict[str, tuple[StressMeasure, ...]]
+    facets: dict[str, IntArray]
+    phase: IntArray
+    volume: float
+    mesh_size: float
+    seconds: float
+
+
+def analyse_printed_solid(
+    mesh: TetMesh, judged: JudgedSolid, *, mesh_size: float, surface_tolerance: float
+) -> ExplicitResult:
+    """Solve every load case on a mesh of the printed solid and measure its stress.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    judged : JudgedSolid
+    mesh_size : float, mm
+        Reported beside the values.
+    surface_tolerance : float, mm
+        How far the mesh's surface may lie from a region of the part to count as that region.
+
+    Returns
+    -------
+    ExplicitResult
+
+    Raises
+    ------
+    LatticeError
+        If a loaded or supported region carries no lattice.
+    SolverError
+        If a solve fails one of its checks.
+    """
+    start = time.perf_counter()
+    material = judged.material
+    space = tet_space(mesh, 2)
+    facets = found_regions(mesh, judged.regions, surface_tolerance)
+    cases = case_loads(space, judged.case, judged.regions, facets)
+    stiffness = IsotropicStiffness(
+        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
+    )
+    vectors = [_load_vector(space, stiffness, material, case) for case in cases]
+    solutions = solve_elastic(space, stiffness, vectors)
+    points = centroids(mesh)
+    phase = phase_at(judged.design, points)
+    considered = considered_at(points, judged.clamped, judged.exclusion_radius)
+    volumes = signed_volumes(mesh)
+    von_mises: dict[str, FloatArray] = {}
+    measures: dict[str, tuple[StressMeasure, ...]] = {}
+    for case, solution in zip(cases, solutions, strict=True):
+        stress = element_von_mises(
+            space,
+            stiffness,
+            solution.displacement,
+            thermal_strain=material.thermal_expansion * case.temperature_change,
+        )
+        von_mises[case.name] = stress
+        measures[case.name] = stress_measures(
+            points,
+            volumes,
+            stress,
+            phase,
+            considered,
+            limit=judged.stress_limit or np.inf,
+            percentile=judged.percentile,
+            cell_size=judged.design.cell_size,
+        )
+    return ExplicitResult(
+        space=space,
+        solutions=solutions,
+        von_mises=von_mises,
+        measures=measures,
+        facets=facets,
+        phase=phase,
+        volume=float(volumes.sum()),
+        mesh_size=mesh_size,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def found_regions(
+    mesh: TetMesh, regions: Mapping[str, Region], tolerance: float
+) -> dict[str, IntArray]:
+    """Facets of every region on the surface of the mesh.
+
+    Raises
+    ------
+    LatticeError
+        If a region has no facets.
+    """
+    found: dict[str, IntArray] = {}
+    for name, region in regions.items():
+        facets = region_facets(mesh, region.corners, tolerance=tolerance).facets
+        if len(facets) == 0:
+            raise LatticeError(
+                f"region '{name}' carries no solid in the lattice, so nothing can be held or "
+                f"loaded there; keep it solid with a [[keep]] table, or raise the density"
+            )
+        found[name] = facets
+    return found
+
+
+def displacement_on(
+    result: ExplicitResult, region: str, load_case: str, component: int | None
+) -> float:
+    """Largest displacement of a region, magnitude or absolute component, mm."""
+    solution = next(s for s in result.solutions if s.name == load_case)
+    u = solution.displacement[:, region_nodes(result.space, result.facets[region])]
+    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
+    return float(values.max())
+
+
+def governing_measure(
+    measures: Mapping[str, tuple[StressMeasure, ...]], phase: str | None = None
+) -> tuple[str, StressMeasure] | None:
+    """Load case and measure with the largest judged value, of one phase or of all."""
+    every = [
+        (case, m) for case, ms in measures.items() for m in ms if phase is None or m.phase == phase
+    ]
+    return max(every, key=lambda pair: pair[1].value) if every else None
+
+
+def _load_vector(
+    space: TetSpace, stiffness: IsotropicStiffness, material: Material, case: PartLoadCase
+) -> LoadVector:
+    """Forces of one load case on fully dense material."""
+    force = np.array(case.force)
+    if np.any(case.acceleration):
+        density = np.full(space.element_count, material.density)
+        force += body_force(space, density, case.acceleration)
+    if case.temperature_change:
+        force += thermal_force(
+            space, stiffness, material.thermal_expansion, case.temperature_change
+        )
+    return LoadVector(name=case.name, supports=case.supports, force=force)

@@ -1,0 +1,137 @@
+"""Stress measures of an explicit analysis: volume percentiles, by phase and by neighbourhood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.fe.stress import weighted_percentile
+
+#: Phases of the printed solid, in the order of their numbers.
+PHASES = ("lattice", "skin", "kept")
+
+#: Neighbourhoods with less solid than this share of the median one are slivers at the border.
+LEAST_NEIGHBOURHOOD = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StressMeasure:
+    """Von Mises stress in one phase of the printed solid.
+
+    Attributes
+    ----------
+    phase : str
+        "lattice", "skin" or "kept".
+    value : float, MPa
+        Volume percentile that is judged.
+    maximum : float, MPa
+        Largest Gauss-point value: grows with refinement, reported only.
+    share_above : float
+        Share of the phase's considered volume above the limit.
+    volume : float, mm^3
+        Considered volume.
+    worst_cell : float, MPa
+        Largest percentile of any single neighbourhood of one cell.
+    worst_cell_centre : (float, float, float), mm
+    """
+
+    phase: str
+    value: float
+    maximum: float
+    share_above: float
+    volume: float
+    worst_cell: float
+    worst_cell_centre: tuple[float, float, float]
+
+
+def stress_measures(
+    points: FloatArray,
+    volumes: FloatArray,
+    von_mises: FloatArray,
+    phase: IntArray,
+    considered: BoolArray,
+    *,
+    limit: float,
+    percentile: float,
+    cell_size: float,
+) -> tuple[StressMeasure, ...]:
+    """Measure every phase that has considered volume.
+
+    Parameters
+    ----------
+    points : (3, M) array, mm
+        Centroids.
+    volumes : (M,) array, mm^3
+    von_mises : (M, 4) array, MPa
+        At the four Gauss points, each standing for a quarter of the volume.
+    phase : (M,) int array
+        Index into `PHASES`.
+    considered : (M,) bool array
+        Outside the exclusion radius of clamped regions.
+    limit : float, MPa
+    percentile : float
+    cell_size : float, mm
+        Edge of a neighbourhood.
+
+    Returns
+    -------
+    tuple of StressMeasure
+    """
+    measures = []
+    for number, name in enumerate(PHASES):
+        chosen = considered & (phase == number)
+        if not chosen.any():
+            continue
+        values = von_mises[chosen].ravel()
+        weights = np.repeat(volumes[chosen] / 4.0, 4)
+        worst, centre = worst_neighbourhood(
+            points[:, chosen], volumes[chosen], von_mises[chosen], percentile, cell_size
+        )
+        measures.append(
+            StressMeasure(
+                phase=name,
+                value=weighted_percentile(values, weights, percentile),
+                maximum=float(values.max()),
+                share_above=float(weights[values > limit].sum() / weights.sum()),
+                volume=float(weights.sum()),
+                worst_cell=worst,
+                worst_cell_centre=centre,
+            )
+        )
+    return tuple(measures)
+
+
+def worst_neighbourhood(
+    points: FloatArray,
+    volumes: FloatArray,
+    von_mises: FloatArray,
+    percentile: float,
+    cell_size: float,
+) -> tuple[float, tuple[float, float, float]]:
+    """Largest percentile over cubes of one cell, on two grids half a cell apart.
+
+    Returns
+    -------
+    value : float, MPa
+    centre : (float, float, float), mm
+    """
+    best = (0.0, (0.0, 0.0, 0.0))
+    for shift in (0.0, 0.5):
+        index = np.floor(points / cell_size + shift).astype(np.int64)
+        keys, inverse = np.unique(index, axis=1, return_inverse=True)
+        inverse = np.asarray(inverse).ravel()
+        solid = np.bincount(inverse, weights=volumes, minlength=keys.shape[1])
+        order = np.argsort(inverse, kind="stable")
+        starts = np.searchsorted(inverse[order], np.arange(keys.shape[1] + 1))
+        enough = solid >= LEAST_NEIGHBOURHOOD * np.median(solid)
+        for b in np.flatnonzero(enough):
+            members = order[starts[b] : starts[b + 1]]
+            value = weighted_percentile(
+                von_mises[members].ravel(), np.repeat(volumes[members] / 4.0, 4), percentile
+            )
+            if value > best[0]:
+                x, y, z = (keys[:, b] - shift + 0.5) * cell_size
+                best = (value, (float(x), float(y), float(z)))
+    return best

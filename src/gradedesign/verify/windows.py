@@ -1,0 +1,202 @@
+"""Submodel windows: the most stressed cells, cut from the exported surface and meshed anew."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import MeshError
+from gradedesign.fe.stress import weighted_percentile
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.verify.measures import LEAST_NEIGHBOURHOOD
+
+log = logging.getLogger(__name__)
+
+#: A window reaches this share of a cell beyond the cube that it judges.
+MARGIN = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """A cube of one cell that is judged, and the larger box that is analysed around it.
+
+    Attributes
+    ----------
+    centre : (float, float, float), mm
+    half : float, mm
+        Half the edge of the judged cube.
+    value : float, MPa
+        Stress percentile of the driving analysis in the judged cube.
+    load_case : str
+        The load case with that value.
+    """
+
+    centre: tuple[float, float, float]
+    half: float
+    value: float
+    load_case: str
+
+
+def window_box(window: Window) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corner of the analysed box, mm."""
+    reach = window.half * (1 + 2 * MARGIN)
+    centre = np.asarray(window.centre)
+    return centre - reach, centre + reach
+
+
+def inside_cube(points: FloatArray, window: Window) -> BoolArray:
+    """Points of the judged cube, ``(n,)``."""
+    gap = np.abs(points - np.asarray(window.centre)[:, None]).max(axis=0)
+    return np.asarray(gap <= window.half)
+
+
+def most_stressed_windows(
+    points: FloatArray,
+    volumes: FloatArray,
+    von_mises: dict[str, FloatArray],
+    eligible: BoolArray,
+    *,
+    percentile: float,
+    cell_size: float,
+    count: int,
+) -> tuple[Window, ...]:
+    """Choose the cells with the highest stress percentile, none overlapping another.
+
+    Parameters
+    ----------
+    points : (3, M) array, mm
+        Centroids of the driving analysis.
+    volumes : (M,) array, mm^3
+    von_mises : dict of load case to (M, 4) array, MPa
+    eligible : (M,) bool array
+        Lattice outside the exclusion radius of supports and loads.
+    percentile : float
+    cell_size : float, mm
+    count : int
+
+    Returns
+    -------
+    tuple of Window
+        At most ``count``, the most stressed first.
+    """
+    if not eligible.any():
+        return ()
+    candidates: list[Window] = []
+    position, volume = points[:, eligible], volumes[eligible]
+    for name, field in von_mises.items():
+        stress = field[eligible]
+        for shift in (0.0, 0.5):
+            candidates += _cube_windows(
+                position, volume, stress, name, shift, percentile, cell_size
+            )
+    chosen: list[Window] = []
+    for window in sorted(candidates, key=lambda w: -w.value):
+        apart = all(
+            np.abs(np.subtract(window.centre, other.centre)).max() >= 0.99 * cell_size
+            for other in chosen
+        )
+        if apart:
+            chosen.append(window)
+        if len(chosen) == count:
+            break
+    return tuple(chosen)
+
+
+def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> SurfaceMesh:
+    """Cut a closed surface with a box; the result is closed.
+
+    Raises
+    ------
+    MeshError
+        If the Boolean kernel refuses the surface or nothing is left.
+    """
+    from manifold3d import Manifold, Mesh64
+
+    solid = Manifold(
+        Mesh64(
+            vert_properties=np.ascontiguousarray(surface.vertices),
+            tri_verts=np.ascontiguousarray(surface.faces.astype(np.uint64)),
+        )
+    )
+    if solid.status().name != "NoError":
+        raise MeshError(
+            f"the exported surface cannot be cut into windows: the Boolean kernel reports "
+            f"{solid.status().name}; it must be closed and manifold"
+        )
+    size = np.asarray(upper) - np.asarray(lower)
+    box = Manifold.cube(tuple(float(s) for s in size)).translate(tuple(float(v) for v in lower))
+    cut = (solid ^ box).to_mesh64()
+    vertices = np.asarray(cut.vert_properties)[:, :3]
+    faces = np.asarray(cut.tri_verts).astype(np.int64)
+    if len(faces) == 0:
+        raise MeshError(f"the window from {lower} to {upper} mm holds no material")
+    return SurfaceMesh(vertices=vertices, faces=faces)
+
+
+def cut_facets(
+    points: FloatArray,
+    facets: IntArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    tolerance: float,
+) -> tuple[IntArray, IntArray]:
+    """Boundary facets on the six planes of a window.
+
+    Parameters
+    ----------
+    points : (3, n) array, mm
+    facets : (k, 3) int array
+    lower, upper : (3,) array, mm
+    tolerance : float, mm
+
+    Returns
+    -------
+    facets : (j, 3) int array
+    plane : (j,) int array
+        0 to 5: x low, x high, y low, ...
+    """
+    corners = points[:, facets]
+    planes = np.full(len(facets), -1)
+    for axis in range(3):
+        for side, bound in enumerate((lower[axis], upper[axis])):
+            on = np.abs(corners[axis] - bound).max(axis=1) <= tolerance
+            planes[on] = 2 * axis + side
+    chosen = planes >= 0
+    return facets[chosen], planes[chosen]
+
+
+def _cube_windows(
+    points: FloatArray,
+    volumes: FloatArray,
+    von_mises: FloatArray,
+    load_case: str,
+    shift: float,
+    percentile: float,
+    cell_size: float,
+) -> list[Window]:
+    """Every cube of one grid that holds enough solid, with its percentile."""
+    index = np.floor(points / cell_size + shift).astype(np.int64)
+    keys, inverse = np.unique(index, axis=1, return_inverse=True)
+    inverse = np.asarray(inverse).ravel()
+    solid = np.bincount(inverse, weights=volumes, minlength=keys.shape[1])
+    order = np.argsort(inverse, kind="stable")
+    starts = np.searchsorted(inverse[order], np.arange(keys.shape[1] + 1))
+    windows = []
+    for b in np.flatnonzero(solid >= LEAST_NEIGHBOURHOOD * np.median(solid)):
+        members = order[starts[b] : starts[b + 1]]
+        value = weighted_percentile(
+            von_mises[members].ravel(), np.repeat(volumes[members] / 4.0, 4), percentile
+        )
+        x, y, z = (keys[:, b] - shift + 0.5) * cell_size
+        windows.append(
+            Window(
+                centre=(float(x), float(y), float(z)),
+                half=cell_size / 2,
+                value=value,
+                load_case=load_case,
+            )
+        )
+    return windows
