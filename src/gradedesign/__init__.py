@@ -14,6 +14,7 @@ from gradedesign.errors import (
     ResourceError,
     SolverError,
 )
+from gradedesign.material.cubic_law import cubic_law, cubic_table_law
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import ScalingLaw
@@ -40,6 +41,8 @@ __all__ = [
     "ScalingLaw",
     "SolverError",
     "SurfaceMesh",
+    "cubic_law",
+    "cubic_table_law",
     "hookimpl",
     "power_law",
 ]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, hookimpl
+from gradedesign import CellFamily, ScalingLaw, hookimpl
 from gradedesign_cells_tpms import diamond, gyroid, primitive
+from gradedesign_cells_tpms.laws import scaling_laws
 
 
 @hookimpl
@@ -13,3 +14,9 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
     """Register sheet, network and wall of every surface."""
     for surface in (diamond, gyroid, primitive):
         yield from surface.families()
+
+
+@hookimpl
+def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
+    """Register laws from the literature and from homogenisation."""
+    return scaling_laws()

@@ -1,0 +1,104 @@
+"""Which scaling law describes a cell over the densities a case asks for."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from gradedesign.case.suggest import instead
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.plugin.registry import Registry, lookup
+
+log = logging.getLogger(__name__)
+
+#: Kinds that ``law = "auto"`` may take, best first. Test laws hold for their machine and
+#: specimen, 5 to 8 times below ideal ones, so they are used only by name.
+AUTO_KINDS = ("computed", "fe")
+
+
+def choose_law(
+    registry: Registry, family: str, law: str, density: tuple[float, float]
+) -> ScalingLaw:
+    """Find the law a case names, or pick one.
+
+    ``auto`` takes, of the laws for the family whose window meets the asked densities and that
+    give both stiffness and strength, the first by
+
+    1. kind: ``computed``, then ``fe``, never ``experiment``;
+    2. the share of the asked densities that the window covers, largest first;
+    3. name.
+
+    Parameters
+    ----------
+    registry : Registry
+    family : str
+        Name of the cell family.
+    law : str
+        ``auto`` or the name of a law.
+    density : (float, float)
+        Range the case asks for. The law need not cover all of it: sizing stays within the window.
+
+    Raises
+    ------
+    CaseError
+        For an unknown law, or one for other families; lists those for this one.
+    DensityError
+        If no window meets the densities; lists the laws with their windows.
+    """
+    for_family = {n: k for n, k in registry.scaling_laws.items() if family in k.families}
+    if law != "auto":
+        if law in for_family:
+            _require_overlap([for_family[law]], family, density)
+            return for_family[law]
+        if law in registry.scaling_laws:
+            others = ", ".join(registry.scaling_laws[law].families)
+            raise CaseError(
+                f"law '{law}' describes {others}, not '{family}'; "
+                f"{instead(law, ['auto', *for_family])}"
+            )
+        if registry.failures:
+            lookup(registry, "scaling_laws", law)
+        raise CaseError(f"no law named '{law}'; {instead(law, ['auto', *for_family])}")
+    usable = [k for k in for_family.values() if k.kind in AUTO_KINDS and has_strength(k)]
+    if not usable:
+        named = ", ".join(for_family) or "none"
+        raise CaseError(
+            f"no computed or finite-element law with stiffness and strength describes cell "
+            f"'{family}', so law = \"auto\" has no choice; laws that can be named: {named}"
+        )
+    meeting = _require_overlap(usable, family, density)
+    chosen = min(
+        meeting, key=lambda k: (AUTO_KINDS.index(k.kind), -round(_overlap(k, density), 6), k.name)
+    )
+    log.info("law for cell %s: %s (%s)", family, chosen.name, chosen.source)
+    return chosen
+
+
+def has_strength(law: ScalingLaw) -> bool:
+    """Whether a law gives strengths, not stiffness alone."""
+    try:
+        law.strength(np.asarray(sum(law.window) / 2))
+    except DensityError:
+        return False
+    return True
+
+
+def _overlap(law: ScalingLaw, density: tuple[float, float]) -> float:
+    """Length of the densities asked for that a law's window covers; negative where apart."""
+    return min(law.window[1], density[1]) - max(law.window[0], density[0])
+
+
+def _require_overlap(
+    laws: list[ScalingLaw], family: str, density: tuple[float, float]
+) -> list[ScalingLaw]:
+    """Return the laws whose window meets the densities; a single density may lie on its edge."""
+    meeting = [law for law in laws if _overlap(law, density) >= -1e-9]
+    if not meeting:
+        windows = "; ".join(f"{k.name} {k.window[0]:g} to {k.window[1]:g}" for k in laws)
+        raise DensityError(
+            f"no law for cell '{family}' is supported between densities {density[0]:g} and "
+            f"{density[1]:g}; windows: {windows}; change [lattice] density"
+        )
+    return meeting
