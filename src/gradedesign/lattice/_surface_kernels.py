@@ -1,0 +1,180 @@
+"""Compiled loops of the surface extraction: marching, edge pairing, shell labels."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+
+_EDGE_AXIS = np.array([0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2], dtype=np.int64)
+_EDGE_BASE = np.array(
+    [
+        [0, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1],
+        [0, 0, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1],
+        [0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0],
+    ],
+    dtype=np.int64,
+)  # fmt: skip
+
+
+@njit(cache=True)
+def cube_case(values: FloatArray, i: int, j: int, k: int) -> int:
+    """Case number of one cube: bit ``a + 2 b + 4 c`` is set where the corner is inside."""
+    case = 0
+    if values[i, j, k] < 0.0:
+        case |= 1
+    if values[i + 1, j, k] < 0.0:
+        case |= 2
+    if values[i, j + 1, k] < 0.0:
+        case |= 4
+    if values[i + 1, j + 1, k] < 0.0:
+        case |= 8
+    if values[i, j, k + 1] < 0.0:
+        case |= 16
+    if values[i + 1, j, k + 1] < 0.0:
+        case |= 32
+    if values[i, j + 1, k + 1] < 0.0:
+        case |= 64
+    if values[i + 1, j + 1, k + 1] < 0.0:
+        case |= 128
+    return case
+
+
+@njit(cache=True)
+def count_brick(values: FloatArray, counts: NDArray[np.int8]) -> int:
+    """Number of triangles in a brick of node values."""
+    total = 0
+    for i in range(values.shape[0] - 1):
+        for j in range(values.shape[1] - 1):
+            for k in range(values.shape[2] - 1):
+                total += counts[cube_case(values, i, j, k)]
+    return total
+
+
+@njit(cache=True)
+def march_brick(
+    values: FloatArray,
+    start: IntArray,
+    grid: IntArray,
+    triangles: NDArray[np.int8],
+    counts: NDArray[np.int8],
+    total: int,
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Triangles of one brick over vertices named by the grid edge they lie on.
+
+    Returns the edge keys (n,), the node values at both ends (n, 2) and faces (total, 3) into
+    the keys. A key is ``3 (linear index of the edge's lower node) + axis``.
+    """
+    nx, ny, nz = values.shape
+    number = np.full((nx, ny, nz, 3), -1, dtype=np.int64)
+    keys = np.zeros(3 * total, dtype=np.int64)
+    ends = np.zeros((3 * total, 2))
+    faces = np.zeros((total, 3), dtype=np.int64)
+    used, row = 0, 0
+    for i in range(nx - 1):
+        for j in range(ny - 1):
+            for k in range(nz - 1):
+                case = cube_case(values, i, j, k)
+                for t in range(counts[case]):
+                    for c in range(3):
+                        e = triangles[case, t, c]
+                        axis = _EDGE_AXIS[e]
+                        p = i + _EDGE_BASE[e, 0]
+                        q = j + _EDGE_BASE[e, 1]
+                        r = k + _EDGE_BASE[e, 2]
+                        if number[p, q, r, axis] < 0:
+                            number[p, q, r, axis] = used
+                            node = ((start[0] + p) * grid[1] + start[1] + q) * grid[2]
+                            keys[used] = 3 * (node + start[2] + r) + axis
+                            ends[used, 0] = values[p, q, r]
+                            if axis == 0:
+                                ends[used, 1] = values[p + 1, q, r]
+                            elif axis == 1:
+                                ends[used, 1] = values[p, q + 1, r]
+                            else:
+                                ends[used, 1] = values[p, q, r + 1]
+                            used += 1
+                        faces[row, c] = number[p, q, r, axis]
+                    row += 1
+    return keys[:used].copy(), ends[:used].copy(), faces
+
+
+@njit(cache=True)
+def unpaired_edges(faces: IntArray, vertices: int) -> tuple[int, int]:
+    """Edges not shared by exactly two opposed triangles: (open or misoriented, overloaded).
+
+    The directed edges are bucketed by their lower vertex; a sound edge is met exactly once in
+    each direction.
+    """
+    first = np.zeros(vertices + 1, dtype=np.int64)
+    for f in range(len(faces)):
+        for c in range(3):
+            first[min(faces[f, c], faces[f, (c + 1) % 3]) + 1] += 1
+    for v in range(vertices):
+        first[v + 1] += first[v]
+    fill = first[:-1].copy()
+    other = np.zeros(3 * len(faces), dtype=np.int64)
+    for f in range(len(faces)):
+        for c in range(3):
+            a, b = faces[f, c], faces[f, (c + 1) % 3]
+            lower = min(a, b)
+            other[fill[lower]] = b + 1 if a < b else -(a + 1)
+            fill[lower] += 1
+    torn, overloaded = 0, 0
+    for v in range(vertices):
+        for m in range(first[v], first[v + 1]):
+            name = abs(other[m])
+            ahead, back, earlier = 0, 0, False
+            for n in range(first[v], first[v + 1]):
+                if abs(other[n]) == name:
+                    earlier = earlier or n < m
+                    if other[n] > 0:
+                        ahead += 1
+                    else:
+                        back += 1
+            if earlier:
+                continue
+            if ahead + back > 2:
+                overloaded += 1
+            elif ahead != 1 or back != 1:
+                torn += 1
+    return torn, overloaded
+
+
+@njit(cache=True)
+def vertex_shells(faces: IntArray, vertices: int) -> IntArray:
+    """Number of the connected shell of every vertex, in order of the shells' lowest vertex.
+
+    Union-find with path halving; ``-1`` for a vertex without a triangle.
+    """
+    parent = np.arange(vertices)
+    for f in range(len(faces)):
+        for c in range(1, 3):
+            a, b = faces[f, 0], faces[f, c]
+            while parent[a] != a:
+                parent[a] = parent[parent[a]]
+                a = parent[a]
+            while parent[b] != b:
+                parent[b] = parent[parent[b]]
+                b = parent[b]
+            if a != b:
+                parent[max(a, b)] = min(a, b)
+    used = np.zeros(vertices, dtype=np.bool_)
+    for f in range(len(faces)):
+        for c in range(3):
+            used[faces[f, c]] = True
+    label = np.full(vertices, -1, dtype=np.int64)
+    count = 0
+    for v in range(vertices):
+        if not used[v]:
+            continue
+        root = v
+        while parent[root] != root:
+            root = parent[root]
+        if label[root] < 0:
+            label[root] = count
+            count += 1
+        label[v] = label[root]
+    return label

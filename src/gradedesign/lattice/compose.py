@@ -1,0 +1,102 @@
+"""Joining part, cells, skin and kept regions, and distances that are exact only where needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.errors import LatticeError
+from gradedesign.lattice._density_kernels import nearest_bounds
+from gradedesign.lattice.sample import checked_values, grid_points
+
+
+def compose(
+    part: FloatArray,
+    cell: FloatArray,
+    *,
+    skin: float | None = None,
+    kept: Sequence[FloatArray] = (),
+) -> FloatArray:
+    """Values of the whole lattice from the values of its pieces, all in mm, negative inside.
+
+    ``max(part, min(cell, -(part + skin), kept...))``: cells, skin and kept regions are united,
+    then trimmed by the part once.
+
+    Parameters
+    ----------
+    part : (...) array, mm
+        Signed distance of the part.
+    cell : (...) array, mm
+        The infinite lattice.
+    skin : float, optional, mm
+        Depth below the part's surface that is solid.
+    kept : sequence of (...) arrays, mm
+        Regions that stay solid.
+
+    Examples
+    --------
+    >>> compose(np.array([-5.0, -1.0, 2.0]), np.array([3.0, 3.0, -3.0]), skin=2.0)
+    array([ 3., -1.,  2.])
+    """
+    united = np.array(cell, dtype=np.float64)
+    if skin is not None:
+        np.minimum(united, -(part + skin), out=united)
+    for region in kept:
+        np.minimum(united, region, out=united)
+    return np.maximum(part, united, out=united)
+
+
+def banded_distance(
+    distance: Field,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    *,
+    spacing: float,
+    inner: float,
+    outer: float,
+) -> Field:
+    """Evaluate a distance exactly only where ``-inner <= distance <= outer``.
+
+    A distance changes by at most 1 mm per mm, so its value at the nearest node of a coarse grid
+    bounds it. Where the bound settles that a point is outside the band, the bound is returned:
+    it has the right sign and lies on the right side of ``-inner`` or ``outer``.
+
+    Parameters
+    ----------
+    distance : callable
+        A true distance (at most 1 mm per mm), mm.
+    lower, upper : (3,) array_like, mm
+        Box covered by the coarse grid; points beyond it are right too, only slower.
+    spacing : float, mm
+        Of the coarse grid, which is evaluated here once.
+    inner, outer : float, mm
+        Half widths of the band in which values are exact.
+
+    Returns
+    -------
+    callable
+        Points ``(3, ...)`` to values ``(...)``.
+
+    Raises
+    ------
+    LatticeError
+        If the box or the spacing is unusable.
+    """
+    lower, upper = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
+    if not spacing > 0 or not (upper > lower).all():
+        raise LatticeError(f"band over the box {lower} to {upper} mm at {spacing:g} mm is empty")
+    x, y, z = (int(n) + 1 for n in np.ceil((upper - lower) / spacing))
+    nodes = checked_values(distance, grid_points(lower, (0, 0, 0), (x, y, z), spacing))
+
+    def banded(points: FloatArray) -> FloatArray:
+        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
+        values, unsure = nearest_bounds(nodes, lower, spacing, flat, inner, outer)
+        if unsure:
+            exact = np.isnan(values)
+            values[exact] = distance(flat[:, exact])
+        return values.reshape(points.shape[1:])
+
+    return banded

@@ -1,0 +1,208 @@
+"""Loose pieces of a lattice: found, removed, and refused when they are more than crumbs."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import LatticeError
+from gradedesign.lattice._surface_kernels import vertex_shells
+from gradedesign.mesh.quality import piece_labels
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+
+log = logging.getLogger(__name__)
+
+#: Largest share of the volume that may be dropped as loose pieces.
+MAX_SHARE = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Islands:
+    """What was found when loose pieces were removed.
+
+    Attributes
+    ----------
+    dropped : int
+        Loose solids removed.
+    dropped_volume : float, mm^3
+        Their volume, closed pockets inside them subtracted.
+    dropped_share : float
+        Their share of the solid volume before removal.
+    pockets : int
+        Closed voids inside the kept solid; no powder or resin leaves them.
+    pocket_volume : float, mm^3
+        Their volume.
+    """
+
+    dropped: int
+    dropped_volume: float
+    dropped_share: float
+    pockets: int
+    pocket_volume: float
+
+
+def remove_islands(
+    surface: SurfaceMesh, *, keep: int = 1, max_share: float = MAX_SHARE
+) -> tuple[SurfaceMesh, Islands]:
+    """Keep the largest solids of a closed surface with their voids, drop the others.
+
+    A shell of positive volume bounds a solid from outside. A shell of negative volume is a void;
+    it belongs to the smallest solid around it and goes or stays with it.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        Closed and outward oriented.
+    keep : int
+        Number of solids to keep, by volume; the number of bodies of the part.
+    max_share : float
+        Largest share of the volume that may be dropped.
+
+    Returns
+    -------
+    surface : SurfaceMesh
+    islands : Islands
+
+    Raises
+    ------
+    LatticeError
+        If nothing is solid, or more than ``max_share`` would be dropped.
+    """
+    vertex_shell = vertex_shells(surface.faces, len(surface.vertices))
+    shell = vertex_shell[surface.faces[:, 0]]
+    volume = _shell_volumes(surface, shell)
+    solids = np.flatnonzero(volume > 0)
+    if not solids.size:
+        raise LatticeError("the surface encloses no solid; a field is negative inside the solid")
+    by_size = solids[np.argsort(-volume[solids], kind="stable")]
+    kept = np.zeros(len(volume), dtype=bool)
+    kept[by_size[:keep]] = True
+    loose = by_size[keep:]
+    voids = np.flatnonzero(volume <= 0)
+    owner = _void_owners(surface, shell, voids, loose, int(by_size[0]))
+    kept[voids] = kept[owner]
+    gone = float(volume[~kept].sum())
+    share = gone / float(volume.sum())
+    report = Islands(
+        dropped=len(loose),
+        dropped_volume=gone,
+        dropped_share=share,
+        pockets=int(np.count_nonzero(kept[voids])),
+        pocket_volume=-float(volume[voids][kept[voids]].sum()),
+    )
+    _refuse_large(report.dropped, share, max_share)
+    if not loose.size:
+        return surface, report
+    log.info("dropped %d loose pieces, %.3g mm^3 (%.2g of the volume)", len(loose), gone, share)
+    return _faces_only(surface, kept[shell]), report
+
+
+def largest_piece(mesh: TetMesh, *, max_share: float = MAX_SHARE) -> tuple[TetMesh, int, float]:
+    """Keep the largest face-connected piece of a tetrahedral mesh.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    max_share : float
+        Largest share of the volume that may be dropped.
+
+    Returns
+    -------
+    mesh : TetMesh
+        Without the points that nothing uses.
+    dropped : int
+        Number of pieces removed.
+    share : float
+        Their share of the volume.
+
+    Raises
+    ------
+    LatticeError
+        If the mesh is empty, or more than ``max_share`` would be dropped.
+    """
+    if mesh.tets.shape[1] == 0:
+        raise LatticeError("the mesh holds no tetrahedra; use a finer grid")
+    label = np.asarray(piece_labels(mesh))
+    volume = np.bincount(label, weights=signed_volumes(mesh))
+    main = int(np.argmax(volume))
+    dropped = int(np.count_nonzero(np.bincount(label))) - 1
+    share = 1.0 - float(volume[main] / volume.sum())
+    if not dropped:
+        return mesh, 0, 0.0
+    _refuse_large(dropped, share, max_share)
+    log.info("dropped %d loose pieces of tets, %.2g of the volume", dropped, share)
+    tets = mesh.tets[:, label == main]
+    used, packed = np.unique(tets, return_inverse=True)
+    kept = TetMesh(points=mesh.points[:, used], tets=packed.reshape(tets.shape))
+    return kept, dropped, share
+
+
+def _refuse_large(dropped: int, share: float, max_share: float) -> None:
+    if share > max_share:
+        raise LatticeError(
+            f"the lattice falls apart: {dropped} loose pieces hold {100 * share:.3g} % of its "
+            f"volume, at most {100 * max_share:.3g} % may be dropped; raise the lower density, "
+            f"enlarge the cells or use a finer grid, or add a skin"
+        )
+
+
+def _shell_volumes(surface: SurfaceMesh, shell: IntArray) -> FloatArray:
+    """Signed volume of every shell, mm^3."""
+    a, b, c = np.moveaxis((surface.vertices - surface.vertices.mean(axis=0))[surface.faces], 1, 0)
+    cones = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    return np.asarray(np.bincount(shell, weights=cones), dtype=np.float64)
+
+
+def _void_owners(
+    surface: SurfaceMesh, shell: IntArray, voids: IntArray, loose: IntArray, main: int
+) -> IntArray:
+    """The smallest loose solid around each void, else the main solid."""
+    owner = np.full(len(voids), main)
+    if not loose.size or not voids.size:
+        return owner
+    order = np.argsort(shell, kind="stable")
+    edge = np.searchsorted(shell[order], np.arange(shell.max() + 2))
+    corners = surface.vertices[surface.faces]
+
+    def triangles(n: int) -> FloatArray:
+        return corners[order[edge[n] : edge[n + 1]]]
+
+    solid = {int(n): triangles(int(n)) for n in loose}
+    box = {n: (t.min(axis=(0, 1)), t.max(axis=(0, 1))) for n, t in solid.items()}
+    for v, void in enumerate(voids):
+        point = triangles(int(void))[0, 0]
+        for n in loose:  # from large to small: the last hit is the innermost
+            low, high = box[int(n)]
+            if (low < point).all() and (point < high).all() and winding(solid[int(n)], point) > 0.5:
+                owner[v] = n
+    return owner
+
+
+def winding(corners: FloatArray, point: FloatArray) -> float:
+    """Winding number of triangles ``(m, 3, 3)`` round a point ``(3,)``: 1 inside, 0 outside.
+
+    References
+    ----------
+    A. van Oosterom, J. Strackee (1983), The solid angle of a plane triangle, IEEE Trans. Biomed.
+    Eng. 30, 125-126.
+    """
+    a, b, c = np.moveaxis(corners - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    up = np.einsum("ij,ij->i", a, np.cross(b, c))
+    down = (
+        la * lb * lc
+        + np.einsum("ij,ij->i", a, b) * lc
+        + np.einsum("ij,ij->i", b, c) * la
+        + np.einsum("ij,ij->i", c, a) * lb
+    )
+    return float(np.arctan2(up, down).sum() / (2 * np.pi))
+
+
+def _faces_only(surface: SurfaceMesh, chosen: BoolArray) -> SurfaceMesh:
+    faces = surface.faces[chosen]
+    used, packed = np.unique(faces, return_inverse=True)
+    return SurfaceMesh(vertices=surface.vertices[used], faces=packed.reshape(faces.shape))

@@ -1,0 +1,159 @@
+"""Scenes drawn by VTK, off screen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.output.scene import Arrow, ColourBar, Layer, Lines, Scene, scene_box
+
+if TYPE_CHECKING:
+    import pyvista
+
+#: Triangles that are drawn of one layer at most.
+MOST_TRIANGLES = 2_000_000
+SIZE = (1200, 900)
+
+_VIEW = np.array([1.0, -1.35, 0.85])
+_BAR_AREA = 0.14
+
+
+def draw_opengl(scene: Scene) -> bytes:
+    """PNG of a scene."""
+    import pyvista
+
+    with _quiet_vtk():
+        plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
+        try:
+            plotter.set_background("white")
+            _add_all(plotter, scene)
+            _set_camera(plotter, scene)
+            picture = BytesIO()
+            plotter.screenshot(picture)
+        finally:
+            plotter.close()
+    return picture.getvalue()
+
+
+@contextmanager
+def _quiet_vtk() -> Iterator[None]:
+    """Keep VTK's remark on a missing display off the terminal."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    before = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(before)
+
+
+def _add_all(plotter: pyvista.Plotter, scene: Scene) -> None:
+    for layer in scene.layers:
+        _add_layer(plotter, layer, scene.bar)
+    for lines in scene.lines:
+        _add_lines(plotter, lines)
+    for arrow in scene.arrows:
+        plotter.add_mesh(_arrow(arrow), color=arrow.colour, smooth_shading=True, ambient=0.45)
+    for label in scene.labels:
+        plotter.add_point_labels(
+            np.array([label.point]),
+            [label.text],
+            font_size=20,
+            bold=True,
+            text_color="white",
+            shape_color=label.colour,
+            shape_opacity=0.9,
+            margin=5,
+            show_points=False,
+            always_visible=True,
+        )
+    plotter.add_text(scene.title, position=(20, SIZE[1] - 48), font_size=16, color="black")
+    if scene.caption:
+        plotter.add_text(scene.caption, position=(190, 14), font_size=11, color="#333333")
+    plotter.add_axes(line_width=3, color="black", viewport=(0.0, 0.0, 0.15, 0.2))
+
+
+def _polydata(vertices: FloatArray, faces: IntArray) -> pyvista.PolyData:
+    import pyvista
+
+    return pyvista.PolyData.from_regular_faces(vertices, faces)
+
+
+def _add_layer(plotter: pyvista.Plotter, layer: Layer, bar: ColourBar | None) -> None:
+    data = _polydata(layer.vertices, layer.faces)
+    shading = {"smooth_shading": layer.smooth, "opacity": layer.opacity, "ambient": 0.35}
+    if layer.values is None or bar is None:
+        plotter.add_mesh(data, color=layer.colour, specular=0.2, **shading)
+        return
+    (data.cell_data if layer.per_face else data.point_data)["values"] = layer.values
+    plotter.add_mesh(
+        data,
+        scalars="values",
+        cmap=bar.colours,
+        clim=(bar.low, bar.high),
+        above_color=bar.above,
+        show_scalar_bar=True,
+        scalar_bar_args={
+            "title": f"{bar.title}\n",  # a line between title and first label
+            "vertical": True,
+            "position_x": 0.86,
+            "position_y": 0.2,
+            "width": 0.09,
+            "height": 0.6,
+            "title_font_size": 18,
+            "label_font_size": 20,
+            "n_labels": 6,
+            "fmt": "%.4g",
+            "color": "black",
+            "above_label": "above" if bar.above else None,
+        },
+        **shading,
+    )
+
+
+def _add_lines(plotter: pyvista.Plotter, lines: Lines) -> None:
+    if len(lines.segments):
+        plotter.add_lines(
+            lines.segments.reshape(-1, 3), color=lines.colour, width=lines.width, connected=False
+        )
+
+
+def _arrow(arrow: Arrow) -> pyvista.PolyData:
+    import pyvista
+
+    direction = arrow.tip - arrow.tail
+    return pyvista.Arrow(
+        start=arrow.tail,
+        direction=direction,
+        scale=float(np.linalg.norm(direction)),
+        tip_length=0.3,
+        tip_radius=0.1,
+        shaft_radius=0.04,
+    )
+
+
+def _set_camera(plotter: pyvista.Plotter, scene: Scene) -> None:
+    """Look along a fixed oblique direction and fit the box between title, caption and bar."""
+    low, high = scene_box(scene)
+    back = _VIEW / np.linalg.norm(_VIEW)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1)
+    wide, tall = np.ptp(right @ corners), np.ptp(up @ corners)
+    area = 1.0 - (_BAR_AREA if scene.bar else 0.0)
+    height = max(tall / 0.76, wide / (0.9 * area * SIZE[0] / SIZE[1]))
+    middle = 0.5 * (low + high) + right * (height * SIZE[0] / SIZE[1]) * 0.5 * (1 - area)
+    reach = float(np.linalg.norm(high - low)) or 1.0
+    plotter.camera.parallel_projection = True
+    plotter.camera.focal_point = tuple(middle)
+    plotter.camera.position = tuple(middle + 3 * reach * back)
+    plotter.camera.up = (0.0, 0.0, 1.0)
+    plotter.camera.parallel_scale = 0.5 * height
+    plotter.renderer.ResetCameraClippingRange()

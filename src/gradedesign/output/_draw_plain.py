@@ -1,0 +1,93 @@
+"""Scenes drawn without OpenGL: plain, slow, and on every machine."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gradedesign.output.scene import ColourBar, Layer, Scene, scene_box
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Triangles that are drawn of one layer at most.
+MOST_TRIANGLES = 30_000
+
+_LIGHT = np.array([0.4, -0.7, 0.6])
+
+
+def draw_plain(scene: Scene) -> bytes:
+    """PNG of a scene."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+
+    figure = Figure(figsize=(12, 9), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    # Tight placement: a long part would otherwise fill a third of the picture.
+    axes: Any = figure.add_axes((0.0, 0.05, 0.88 if scene.bar else 1.0, 0.9), projection="3d")
+    for layer in scene.layers:
+        _add_layer(axes, layer, scene.bar)
+    for lines in (found for found in scene.lines if len(found.segments)):
+        axes.add_collection3d(Line3DCollection(lines.segments, colors=lines.colour, linewidths=1))
+    for arrow in scene.arrows:
+        axes.quiver(*arrow.tail, *(arrow.tip - arrow.tail), color=arrow.colour, linewidth=3)
+    for label in scene.labels:
+        box = {"facecolor": label.colour, "edgecolor": "none", "pad": 2}
+        axes.text(*label.point, label.text, color="white", bbox=box, zorder=10)
+    _frame(axes, scene)
+    if scene.bar:
+        _add_bar(figure, scene.bar)
+    figure.text(0.02, 0.95, scene.title, fontsize=16)
+    figure.text(0.02, 0.02, scene.caption, fontsize=10, color="#333333")
+    picture = BytesIO()
+    figure.savefig(picture, format="png")
+    return picture.getvalue()
+
+
+def _frame(axes: Any, scene: Scene) -> None:
+    low, high = scene_box(scene)
+    span = np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-9))
+    axes.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]))
+    axes.set(zlim=(low[2], low[2] + span[2]), xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
+    axes.set_box_aspect(span, zoom=1.1)
+    axes.set_proj_type("ortho")
+    axes.view_init(elev=27, azim=-53)
+
+
+def _add_layer(axes: Any, layer: Layer, bar: ColourBar | None) -> None:
+    from matplotlib.colors import to_rgb
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    corners = layer.vertices[layer.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    toward = np.divide(normal @ _LIGHT, length, out=np.zeros_like(length), where=length > 0)
+    shade = 0.55 + 0.45 * np.clip(toward / np.linalg.norm(_LIGHT), 0.0, 1.0)
+    if layer.values is None or bar is None:
+        colour = np.tile(to_rgb(layer.colour), (len(corners), 1))
+    else:
+        values = layer.values if layer.per_face else layer.values[layer.faces].mean(axis=1)
+        colour = _colours(bar)(values)[:, :3]
+    opaque = np.full((len(corners), 1), layer.opacity)
+    face = np.concatenate([colour * shade[:, None], opaque], axis=1)
+    axes.add_collection3d(Poly3DCollection(corners, facecolors=face, edgecolors="none"))
+
+
+def _colours(bar: ColourBar) -> Any:
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    colours = colormaps[bar.colours].with_extremes(over=bar.above)
+    high = bar.high if bar.high > bar.low else bar.low + 1.0
+    return ScalarMappable(norm=Normalize(bar.low, high), cmap=colours).to_rgba
+
+
+def _add_bar(figure: Figure, bar: ColourBar) -> None:
+    side: Axes = figure.add_axes((0.89, 0.2, 0.025, 0.6))
+    mappable = _colours(bar).__self__
+    figure.colorbar(mappable, cax=side, label=bar.title, extend="max" if bar.above else "neither")

@@ -1,0 +1,193 @@
+"""What a picture shows, apart from how it is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Layer:
+    """One triangle surface.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+    values : (n,) or (m,) array, optional
+        Coloured by the scene's bar; per vertex or per face.
+    per_face : bool
+        Whether ``values`` belong to faces.
+    colour : str
+        Used without ``values``.
+    opacity : float
+    smooth : bool
+        Shade with vertex normals.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    values: FloatArray | None = None
+    per_face: bool = False
+    colour: str = "#b8bec6"
+    opacity: float = 1.0
+    smooth: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lines:
+    """Straight strokes ``(k, 2, 3)``, mm, such as a hatch."""
+
+    segments: FloatArray
+    colour: str
+    width: float = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arrow:
+    """An arrow from ``tail`` to ``tip``, both ``(3,)`` mm."""
+
+    tail: FloatArray
+    tip: FloatArray
+    colour: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Label:
+    """A text at a point ``(3,)`` mm, never hidden by the part."""
+
+    point: FloatArray
+    text: str
+    colour: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColourBar:
+    """How values become colours; values above ``high`` are drawn in ``above`` if given."""
+
+    title: str
+    low: float
+    high: float
+    colours: str = "viridis"
+    above: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scene:
+    """A whole picture."""
+
+    title: str
+    caption: str = ""
+    layers: tuple[Layer, ...] = ()
+    lines: tuple[Lines, ...] = ()
+    arrows: tuple[Arrow, ...] = ()
+    labels: tuple[Label, ...] = ()
+    bar: ColourBar | None = None
+
+
+def scene_box(scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corner ``(3,)`` of everything drawn, mm."""
+    pieces = [layer.vertices for layer in scene.layers if len(layer.vertices)]
+    pieces += [np.stack([a.tail, a.tip]) for a in scene.arrows]
+    points = np.concatenate(pieces)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def thinned(layer: Layer, most: int) -> Layer:
+    """A layer of about ``most`` triangles or fewer, vertices clustered on a cubic grid.
+
+    For pictures only: thin walls may close or open. The grid is sized so that a surface with
+    this area would keep ``most`` triangles, and coarsened until it does.
+    """
+    if len(layer.faces) <= most:
+        return layer
+    corners = layer.vertices[layer.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    spacing = float(np.sqrt(np.linalg.norm(across, axis=1).sum() / most))
+    while True:
+        vertices, number = _clustered(layer.vertices, spacing)
+        faces = number[layer.faces]
+        kept = _unrepeated(faces)
+        if np.count_nonzero(kept) <= most:
+            break
+        spacing *= 1.2
+    values = layer.values
+    if values is not None and layer.per_face:
+        values = values[kept]
+    elif values is not None:
+        peaks = np.full(len(vertices), -np.inf)
+        np.maximum.at(peaks, number, values)  # peaks must not vanish
+        values = peaks
+    return Layer(
+        vertices=vertices,
+        faces=faces[kept],
+        values=values,
+        per_face=layer.per_face,
+        colour=layer.colour,
+        opacity=layer.opacity,
+        smooth=layer.smooth,
+    )
+
+
+def _clustered(vertices: FloatArray, spacing: float) -> tuple[FloatArray, IntArray]:
+    """Mean of the vertices in every used box, and the box number of every vertex."""
+    box = np.floor((vertices - vertices.min(axis=0)) / spacing).astype(np.int64)
+    size = box.max(axis=0) + 1
+    key = (box[:, 0] * size[1] + box[:, 1]) * size[2] + box[:, 2]
+    _, number, count = np.unique(key, return_inverse=True, return_counts=True)
+    mean = np.stack([np.bincount(number, weights=vertices[:, n]) / count for n in range(3)], axis=1)
+    return mean, number
+
+
+def _unrepeated(faces: IntArray) -> BoolArray:
+    a, b, c = faces.T
+    return (a != b) & (b != c) & (c != a)
+
+
+def hatch(corners: FloatArray, spacing: float) -> FloatArray:
+    """Parallel strokes ``(k, 2, 3)`` over triangles ``(m, 3, 3)``: cuts by tilted planes."""
+    normal = np.array([1.0, 0.8, 1.3]) / np.linalg.norm([1.0, 0.8, 1.3])
+    height = corners @ normal / spacing
+    first = np.ceil(height.min(axis=1)).astype(np.int64)
+    count = np.floor(height.max(axis=1)).astype(np.int64) - first + 1
+    count = np.maximum(count, 0)
+    which = np.repeat(np.arange(len(corners)), count)
+    step = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    level = first[which] + step
+    # Sorted by height, a plane cuts the long edge 0-2 and one of the short edges.
+    order = np.argsort(height, axis=1)
+    high = np.take_along_axis(height, order, axis=1)[which]
+    tri = np.take_along_axis(corners, order[:, :, None], axis=1)[which]
+    upper = level > high[:, 1]
+    start = _between(tri[:, 0], tri[:, 2], high[:, 0], high[:, 2], level)
+    low_side = _between(tri[:, 0], tri[:, 1], high[:, 0], high[:, 1], level)
+    high_side = _between(tri[:, 1], tri[:, 2], high[:, 1], high[:, 2], level)
+    return np.stack([start, np.where(upper[:, None], high_side, low_side)], axis=1)
+
+
+def _between(
+    p: FloatArray, q: FloatArray, a: FloatArray, b: FloatArray, level: FloatArray
+) -> FloatArray:
+    rise = b - a
+    share = np.divide(level - a, rise, out=np.zeros_like(rise), where=rise != 0)
+    return p + np.clip(share, 0.0, 1.0)[:, None] * (q - p)
+
+
+def sharp_edges(layer: Layer, angle_deg: float = 30.0) -> FloatArray:
+    """Edges ``(k, 2, 3)`` mm where two triangles meet at more than an angle, or none meets."""
+    corners = layer.vertices[layer.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    edges = np.sort(layer.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], np.repeat(np.arange(len(normal)), 3)[order]
+    same = (edges[1:] == edges[:-1]).all(axis=1)
+    cosine = np.einsum("ij,ij->i", normal[owner[1:]], normal[owner[:-1]])
+    bent = same & (cosine < np.cos(np.radians(angle_deg)))
+    alone = ~np.append(same, False) & ~np.append(False, same)
+    shown = alone | np.append(bent, False)
+    return layer.vertices[edges[shown]]

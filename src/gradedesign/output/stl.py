@@ -1,0 +1,113 @@
+"""The printed surface as binary STL."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.workspace.atomic import replacing
+
+log = logging.getLogger(__name__)
+
+#: First bytes of every file; must not begin with "solid", which would announce ASCII.
+HEADER = b"gradedesign lattice, unit mm, binary STL"
+#: Largest relative change of the enclosed volume by rounding to float32.
+VOLUME_TOLERANCE = 1e-3
+
+_RECORD = np.dtype(
+    [("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+)  # 50 bytes, as the format wants
+_BATCH = 1 << 18
+
+
+def write_stl(path: Path, surface: SurfaceMesh) -> None:
+    """Write a closed surface as binary STL, atomically, and read it back.
+
+    Coordinates are float32. Vertices that would fall together in float32 are moved apart by the
+    smallest steps it can hold, so a reader that joins equal corners finds the same surface.
+
+    Parameters
+    ----------
+    path : Path
+    surface : SurfaceMesh
+        mm, outward oriented.
+
+    Raises
+    ------
+    LatticeError
+        If the surface is empty, too large for the format or too fine for float32.
+    CaseError, ResourceError
+        If the file cannot be written, or what is read back differs.
+    """
+    count = len(surface.faces)
+    if not 0 < count < 2**32:
+        raise LatticeError(f"STL holds 1 to 4294967295 triangles, the surface has {count}")
+    vertices = float32_vertices(surface.vertices)
+    with replacing(path) as handle:
+        handle.write(HEADER.ljust(80, b" "))
+        handle.write(np.array(count, dtype="<u4").tobytes())
+        for low in range(0, count, _BATCH):
+            handle.write(_records(vertices[surface.faces[low : low + _BATCH]]).tobytes())
+    _read_back(path, count, enclosed_volume(surface), surface.vertices.mean(axis=0))
+    log.info("wrote %s: %d triangles, %.3g MB", path, count, (84 + 50 * count) / 1e6)
+
+
+def float32_vertices(vertices: FloatArray) -> FloatArray:
+    """Vertices ``(n, 3)`` rounded to values that float32 holds, all still different.
+
+    Raises
+    ------
+    LatticeError
+        If some stay together after 8 steps.
+    """
+    rounded = np.asarray(vertices, dtype=np.float32)
+    for step in range(8):
+        _, first, number = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+        repeated = first[number.ravel()] != np.arange(len(rounded))
+        if not repeated.any():
+            return rounded.astype(np.float64)
+        if step == 0:
+            log.info("moved %d vertices apart to survive float32", np.count_nonzero(repeated))
+        axis = step % 3
+        away = np.where(step < 3, np.float32(np.inf), np.float32(-np.inf))
+        rounded = rounded.copy()
+        rounded[repeated, axis] = np.nextafter(rounded[repeated, axis], away)
+    raise LatticeError(
+        f"{np.count_nonzero(repeated)} vertices fall together in the float32 of STL; the detail "
+        f"is too fine for coordinates up to {np.abs(vertices).max():g} mm: use a coarser grid or "
+        f"move the part to the origin"
+    )
+
+
+def _records(corners: FloatArray) -> np.ndarray:
+    records = np.zeros(len(corners), dtype=_RECORD)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    records["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    records["corners"] = corners
+    return records
+
+
+def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> None:
+    """Compare size, count and enclosed volume of the file with what was meant."""
+    size = path.stat().st_size
+    found, enclosed = -1, 0.0
+    if size == 84 + 50 * count:
+        with path.open("rb") as handle:
+            handle.seek(80)
+            found = int(np.frombuffer(handle.read(4), dtype="<u4")[0])
+            while block := handle.read(50 * _BATCH):
+                corners = np.frombuffer(block, dtype=_RECORD)["corners"].astype(np.float64)
+                a, b, c = np.moveaxis(corners - middle, 1, 0)
+                enclosed += float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    if found != count or abs(enclosed - volume) > VOLUME_TOLERANCE * abs(volume):
+        raise ResourceError(
+            f"{path} reads back as {size} bytes, {found} triangles, {enclosed:g} mm^3; expected "
+            f"{84 + 50 * count} bytes, {count} triangles, {volume:g} mm^3 within 0.1 %; check "
+            f"the disk and write it again"
+        )

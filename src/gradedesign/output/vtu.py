@@ -1,0 +1,92 @@
+"""Fields on tetrahedra as VTU files, for ParaView and its relatives."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.workspace.atomic import replacing
+
+_NAME = re.compile(r"\S.* \[\S+( \S+)*\]")
+_CELL_TYPES = {4: "tetra", 10: "tetra10"}
+
+
+def write_vtu(
+    path: Path,
+    mesh: TetMesh | tuple[FloatArray, IntArray],
+    *,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+) -> None:
+    """Write a tetrahedral mesh with fields, atomically; fields are stored as float32.
+
+    Parameters
+    ----------
+    path : Path
+    mesh : TetMesh or (points, elements)
+        Points ``(3, N)`` mm and elements ``(4 or 10, M)``; of ten nodes the last six lie on the
+        edges 01, 12, 02, 03, 13, 23, which is VTK's order as well.
+    point_data : mapping
+        Field name to values ``(..., N)``, components first.
+    cell_data : mapping
+        Field name to values ``(..., M)``.
+
+    Raises
+    ------
+    ValueError
+        If a field's name lacks its unit, as in ``"displacement [mm]"`` (``[-]`` for none), or
+        its last axis does not match the mesh.
+    CaseError, ResourceError
+        If the file cannot be written.
+    """
+    import meshio
+
+    points, elements = (mesh.points, mesh.tets) if isinstance(mesh, TetMesh) else mesh
+    if points.ndim != 2 or len(points) != 3 or len(elements) not in _CELL_TYPES:
+        raise ValueError(
+            f"points {points.shape} and elements {elements.shape}: expected (3, N) and (4, M) "
+            f"or (10, M)"
+        )
+    at_points = _fields(point_data or {}, points.shape[1], "points")
+    in_cells = _fields(cell_data or {}, elements.shape[1], "elements")
+    grid = meshio.Mesh(
+        np.ascontiguousarray(points.T),
+        [(_CELL_TYPES[len(elements)], np.ascontiguousarray(elements.T))],
+        point_data=at_points,
+        cell_data={name: [values] for name, values in in_cells.items()},
+    )
+    # Opened first: it reports a folder that is missing or read-only as the case's error.
+    with (
+        replacing(path) as target,
+        tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder,
+    ):
+        draft = Path(folder) / "draft.vtu"
+        meshio.vtu.write(draft, grid, header_type="UInt64")
+        with draft.open("rb") as source:
+            shutil.copyfileobj(source, target)
+
+
+def _fields(
+    data: Mapping[str, ArrayLike], count: int, where: str
+) -> dict[str, NDArray[np.float32]]:
+    """Fields as ``(count,)`` or ``(count, components)`` float32 arrays."""
+    fields = {}
+    for name, given in data.items():
+        values = np.asarray(given, dtype=np.float32)
+        if not _NAME.fullmatch(name):
+            raise ValueError(f"field '{name}' lacks its unit; write for example '{name} [mm]'")
+        if values.ndim == 0 or values.shape[-1] != count:
+            raise ValueError(
+                f"field '{name}' has shape {values.shape}, expected (..., {count}) for {where}"
+            )
+        flat = values.reshape(-1, count).T
+        fields[name] = np.ascontiguousarray(flat[:, 0] if values.ndim == 1 else flat)
+    return fields

@@ -1,0 +1,216 @@
+"""Pictures exist, show what they should, and never end a run."""
+
+from io import BytesIO
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
+from gradedesign.output import _opengl, pictures
+from gradedesign.output.pictures import (
+    RegionMark,
+    boundary_surface,
+    picture_deformed,
+    picture_density,
+    picture_lattice,
+    picture_loads,
+    picture_stress,
+    round_factor,
+)
+from gradedesign.output.scene import Layer, hatch, sharp_edges, thinned
+
+BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.1)
+
+
+def kuhn_box(size):
+    """Six tetrahedra in a box."""
+    points = size * np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]).T
+    pairs = ((1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1))
+    tets = np.array([[0, a, b, 7] for a, b in pairs]).T
+    flipped = signed_volumes(TetMesh(points=points, tets=tets)) < 0
+    tets[2:, flipped] = tets[[3, 2]][:, flipped]
+    return TetMesh(points=points, tets=tets)
+
+
+BOX = kuhn_box(np.array([[4.0], [1], [1]]))
+
+
+@pytest.fixture(params=["opengl", "plain"])
+def drawn(request, monkeypatch, tmp_path):
+    """A path, and the warnings expected from drawing there."""
+    if request.param == "plain":
+        monkeypatch.setattr(pictures, "opengl_works", lambda: False)
+    elif not _opengl.opengl_works():
+        pytest.skip("no OpenGL on this machine")
+    return tmp_path / "picture.png", int(request.param == "plain")
+
+
+def image(path):
+    picture = imread(BytesIO(path.read_bytes()))[:, :, :3]
+    assert picture.shape == (900, 1200, 3)
+    return picture
+
+
+def share(picture, match):
+    return float(np.mean(match(*np.moveaxis(picture, 2, 0))))
+
+
+def red(r, g, b):
+    return (r > 0.5) & (g < 0.35) & (b < 0.35)
+
+
+def blue(r, g, b):
+    return (b > r + 0.12) & (b > g + 0.05)
+
+
+def magenta(r, g, b):
+    return (r > 0.5) & (g < 0.3) & (b > 0.4)
+
+
+def ends():
+    surface, _ = boundary_surface(BOX)
+    corners = corner_points(surface)
+    return surface, *(corners[(corners[:, :, 0] == x).all(axis=1)] for x in (0, 4))
+
+
+def test_loads_show_supports_and_arrows(drawn):
+    path, warnings = drawn
+    surface, root, tip = ends()
+    support = RegionMark(name="root", role="support", corners=root)
+    load = RegionMark(name="tip", role="load", corners=tip, text="5 kN", direction=[0, 0, -1])
+    assert len(picture_loads(path, surface, [support])) == warnings
+    bare = image(path)
+    assert share(bare, red) < 1e-4
+    assert share(bare, blue) > 5e-3
+    picture_loads(path, surface, [support, load])
+    assert share(image(path), red) > 8e-3
+
+
+def test_density_uses_the_colours_of_its_bar(drawn):
+    path, warnings = drawn
+    rho = np.linspace(0.1, 0.6, 6)
+    assert len(picture_density(path, BOX, rho)) == warnings
+    picture = image(path)
+    assert share(picture, lambda r, g, b: np.ptp([r, g, b], axis=0) > 0.2) > 0.02
+
+
+def test_lattice_fills_the_picture(drawn):
+    path, warnings = drawn
+    assert len(picture_lattice(path, BALL)) == warnings
+    picture = image(path)
+    filled = share(picture, blue)
+    assert 0.1 < filled < 0.6
+    assert (picture[:40, -40:] == 1).all()  # white background
+
+
+def test_stress_above_the_limit_is_magenta(drawn):
+    path, warnings = drawn
+    values = 50.0 * (1 + BALL.vertices[:, 2])
+    assert len(picture_stress(path, BALL, values, limit=80.0)) == warnings
+    assert share(image(path), magenta) > 5e-3
+    picture_stress(path, BALL, values, limit=120.0)
+    assert share(image(path), magenta) < 1e-3
+
+
+def test_deformed_shape_differs_from_rest(drawn):
+    path, warnings = drawn
+    shift = np.zeros((3, len(BALL.vertices)))
+    picture_deformed(path, BALL, shift)
+    rest = image(path)
+    shift[2] = 0.01 * BALL.vertices[:, 0]
+    assert len(picture_deformed(path, BALL, shift)) == warnings
+    assert np.abs(image(path) - rest).max() > 0.3
+
+
+@pytest.mark.parametrize(
+    ("faces", "value", "match"),
+    [(BALL.faces[:0], 1.0, "there are no triangles"), (BALL.faces, np.nan, "not finite")],
+)
+def test_what_cannot_be_drawn_is_a_warning(tmp_path, caplog, faces, value, match):
+    surface = SurfaceMesh(vertices=BALL.vertices, faces=faces)
+    warnings = picture_stress(tmp_path / "a.png", surface, np.full(len(BALL.vertices), value))
+    assert len(warnings) == 1
+    assert match in warnings[0]
+    assert warnings[0] in caplog.text
+    assert not list(tmp_path.iterdir())
+
+
+def test_failure_while_drawing_is_a_warning(tmp_path, monkeypatch):
+    def fail(scene):
+        raise RuntimeError("the driver gave up")
+
+    monkeypatch.setattr(pictures, "opengl_works", lambda: False)
+    monkeypatch.setattr(pictures._draw_plain, "draw_plain", fail)
+    assert picture_lattice(tmp_path / "a.png", BALL) == ("a.png: not drawn: the driver gave up",)
+
+
+def test_probe_that_ends_badly_means_no_opengl(monkeypatch):
+    """As a segmentation fault would: the answer comes from the exit status of a process."""
+    monkeypatch.setattr(_opengl, "_PROBE", "import os; os.abort()")
+    assert _opengl.opengl_works.__wrapped__() is False
+    monkeypatch.setattr(_opengl, "_PROBE", "import time; time.sleep(60)")
+    assert _opengl.opengl_works.__wrapped__(0.5) is False
+    monkeypatch.setattr(_opengl, "_PROBE", "pass")
+    assert _opengl.opengl_works.__wrapped__() is True
+
+
+def test_boundary_surface_knows_its_points():
+    surface, used = boundary_surface(BOX)
+    np.testing.assert_array_equal(surface.vertices, BOX.points[:, used].T)
+    assert len(surface.faces) == len(boundary_facets(BOX)[0]) == 12
+
+
+@pytest.mark.parametrize(
+    ("wanted", "largest", "factor"),
+    [(100, 2.1, 20), (100, 1.0, 100), (100, 0.051, 1000), (1, 30, 0.02), (5, 0, 1)],
+)
+def test_factor_is_round(wanted, largest, factor):
+    assert round_factor(wanted, largest) == pytest.approx(factor)
+
+
+def test_thinning_keeps_the_shape_and_the_peak():
+    values = np.zeros(len(BALL.vertices))
+    values[17] = 9.0
+    layer = Layer(vertices=BALL.vertices, faces=BALL.faces, values=values)
+    thin = thinned(layer, 800)
+    assert 200 < len(thin.faces) <= 800
+    assert thin.values.max() == 9.0
+    radius = np.linalg.norm(thin.vertices, axis=1)
+    assert radius.min() > 0.9
+    assert radius.max() < 1.01
+    assert thinned(layer, 10**6) is layer
+
+
+def test_thinning_keeps_the_values_of_faces():
+    layer = Layer(
+        vertices=BALL.vertices,
+        faces=BALL.faces,
+        values=BALL.vertices[BALL.faces].mean(axis=1)[:, 2],
+        per_face=True,
+    )
+    thin = thinned(layer, 800)
+    middle = thin.vertices[thin.faces].mean(axis=1)[:, 2]
+    assert np.abs(middle - thin.values).max() < 0.35
+
+
+def test_hatch_lies_on_parallel_planes_of_the_triangles():
+    corners = np.random.default_rng(3).normal(size=(20, 3, 3))
+    strokes = hatch(corners, 0.25)
+    normal = np.array([1.0, 0.8, 1.3]) / np.linalg.norm([1.0, 0.8, 1.3])
+    height = strokes @ normal / 0.25
+    np.testing.assert_allclose(height, np.round(height), atol=1e-9)
+    levels = corners @ normal / 0.25
+    expected = np.floor(levels.max(axis=1)) - np.ceil(levels.min(axis=1)) + 1
+    assert len(strokes) == expected.sum()
+
+
+def test_sharp_edges_of_a_box_are_its_twelve():
+    surface, _ = boundary_surface(BOX)
+    edges = sharp_edges(Layer(vertices=surface.vertices, faces=surface.faces))
+    length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    np.testing.assert_array_equal(np.sort(length), [1] * 8 + [4] * 4)
+    open_box = Layer(vertices=surface.vertices, faces=surface.faces[1:])
+    assert len(sharp_edges(open_box)) == 12 + 1  # the diagonal is a rim now
