@@ -1,8 +1,8 @@
 """Where elements are evaluated, and their shape functions there.
 
 Each tetrahedron has two sets of four points: the Gauss points of the rule of degree 2, which stand
-for a quarter of the volume each (Zienkiewicz and Taylor, The Finite Element Method, 5th ed., vol. 1,
-table 9.3), and the vertices.
+for a quarter of the volume each (Zienkiewicz and Taylor, The Finite Element Method, 5th ed.,
+vol. 1, table 9.3), and the vertices.
 """
 
 from __future__ import annotations

@@ -80,11 +80,11 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
     touching = np.flatnonzero(np.count_nonzero(corners >= 0, axis=0) >= 3)
     corners = corners[:, touching]
     keys, owners, sides = [], [], []
-    for side, three in enumerate(LOCAL_FACETS):
+    for opposite, three in enumerate(LOCAL_FACETS):
         hit = np.flatnonzero((corners[three] >= 0).all(axis=0))
         keys.append(_keys(corners[np.ix_(three, hit)].T, base))
         owners.append(touching[hit])
-        sides.append(np.full(len(hit), side, dtype=np.int64))
+        sides.append(np.full(len(hit), opposite, dtype=np.int64))
     key, owner, side = np.concatenate(keys), np.concatenate(owners), np.concatenate(sides)
     order = np.argsort(key, kind="stable")
     key, owner, side = key[order], owner[order], side[order]
