@@ -17,6 +17,8 @@ _FEW_EDGES = 4
 _SMALL_RIM = 0.01
 #: Largest change of volume that closing a hole may mean, as a share of the part's.
 _VOLUME_SHARE = 0.005
+#: Missing facets beyond this share of those present are no accident.
+_MISSING_SHARE = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -116,11 +118,12 @@ def fill_rims(
             f"{describe_rims(large)}; close the part in CAD"
         )
     added = [_patch(vertices, rim, len(vertices) + k) for k, rim in enumerate(rims)]
-    count = sum(len(patch) for patch in added)
-    if count > max(_FEW_EDGES, 0.05 * len(faces)):
+    wide = [rim for rim in rims if rim.perimeter >= _SMALL_RIM * diagonal]
+    missing = sum(rim.size - 2 for rim in wide)
+    if missing > max(_FEW_EDGES, _MISSING_SHARE * len(faces)):
         raise PartError(
-            f"{source}: closing {len(rims)} holes would take {count} facets beside the "
-            f"{len(faces)} there are; too much is missing: {describe_rims(rims)}; "
+            f"{source}: about {missing} facets are missing beside the {len(faces)} there are, "
+            f"too many to be an accident: {len(rims)} holes: {describe_rims(rims)}; "
             "export the part again"
         )
     centres = np.array([rim.centroid for rim in rims])

@@ -71,6 +71,7 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
         stray = flat & (edges.count % 2 == 1)[edges.edge_of].reshape(3, -1).any(axis=0)
         flipped = _flip_flat(vertices, kept[~stray], flat[~stray])
         kept = plain if odd_edge_count(plain) <= odd_edge_count(flipped) else flipped
+        return kept, len(faces) - len(plain)
     return kept, len(faces) - len(kept)
 
 

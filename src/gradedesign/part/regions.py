@@ -176,6 +176,8 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
     triangles = np.flatnonzero(selection.faces[part.faces.label])
     corners = corner_points(part.surface)[triangles]
     for box in selection.clips:
+        if len(corners) == 0:
+            break
         lower, upper = _snapped(part, corners, box)
         corners, kept = clip_to_box(corners, lower, upper)
         triangles = triangles[kept]

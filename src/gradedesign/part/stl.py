@@ -121,7 +121,9 @@ def _parse_binary(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
         )
     warnings = [f"{source}: {trailing} trailing bytes after the triangles ignored"]
     records = np.frombuffer(data, dtype=_RECORD, count=count, offset=_HEADER)
-    return records["corners"].astype(np.float64), warnings if trailing else []
+    with np.errstate(invalid="ignore"):  # a signalling NaN; refused with the other NaN
+        corners = records["corners"].astype(np.float64)
+    return corners, warnings if trailing else []
 
 
 def _is_ascii_stl(data: bytes) -> bool:
@@ -143,4 +145,4 @@ def _looks_like(data: bytes) -> str | None:
     lines = start.splitlines()
     if any(line.startswith((b"v ", b"vn ", b"mtllib ", b"usemtl ")) for line in lines):
         return "an OBJ mesh"
-    return "a text file that does not begin with 'solid'" if len(start) > 0 else "blank text"
+    return "a text file that does not begin with 'solid'" if len(data) >= _HEADER else None

@@ -1,0 +1,98 @@
+"""The part of a case: from a box or a file, with its regions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gradedesign.case.part_schema import PartSpec
+from gradedesign.case.regions_schema import RegionSpec
+from gradedesign.errors import CaseError, PartError
+from gradedesign.mesh.surface_mesh import corner_points
+from gradedesign.part.box import box_surface
+from gradedesign.part.part import read_part
+from gradedesign.part.stl import read_stl
+
+READERS = {".stl": read_stl}
+BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
+
+
+def write_stl(path: Path, corners) -> Path:
+    records = np.zeros(len(corners), dtype=[("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    records["c"] = corners
+    count = np.array(len(corners), dtype="<u4").tobytes()
+    path.write_bytes(b"solid".ljust(80) + count + records.tobytes())
+    return path
+
+
+def case(folder: Path, part: dict, **regions):
+    spec = PartSpec.model_validate({"mesh_size": "5 mm", **part}, context={"folder": folder})
+    models = {name: RegionSpec.model_validate(value) for name, value in regions.items()}
+    return SimpleNamespace(part=spec, region=models, folder=folder)
+
+
+def test_box_part(tmp_path):
+    part = read_part(
+        case(tmp_path, {"box": ["1500 mm", "300 mm", "200 mm"]}, root={"plane": "x = min"}), {}
+    )
+    assert part.source == "box"
+    assert part.volume == pytest.approx(1500.0 * 300.0 * 200.0)
+    assert part.diagonal == pytest.approx(np.sqrt(1500.0**2 + 300.0**2 + 200.0**2))
+    assert part.regions["root"].area == pytest.approx(300.0 * 200.0)
+    assert part.report.warnings == ()
+
+
+def test_file_part_in_inches(tmp_path):
+    write_stl(tmp_path / "block.STL", BOX)
+    asked = case(
+        tmp_path,
+        {"file": "block.STL", "units": "inch"},
+        top={"plane": "z = max"},
+        side={"facing": "+x"},
+    )
+    part = read_part(asked, READERS)
+    assert part.source == "block.STL"
+    assert part.volume == pytest.approx(6000.0 * 25.4**3)
+    assert list(part.regions) == ["top", "side"]
+    assert part.regions["top"].centroid[2] == pytest.approx(30 * 25.4)
+
+
+def test_warnings_of_reading_and_of_repair_are_collected(tmp_path):
+    path = write_stl(tmp_path / "block.stl", np.concatenate([BOX, BOX[:1]]))
+    path.write_bytes(path.read_bytes() + b"  ")
+    part = read_part(case(tmp_path, {"file": "block.stl", "units": "mm"}), READERS)
+    assert [w.split(":")[0] for w in part.report.warnings] == ["block.stl"] * 2
+    assert "trailing" in part.report.warnings[0]
+    assert "duplicate" in part.report.warnings[1]
+
+
+def test_options_of_repair_reach_it(tmp_path):
+    write_stl(tmp_path / "open.stl", BOX[1:])
+    with pytest.raises(PartError, match=r"open\.stl: the surface is open"):
+        read_part(case(tmp_path, {"file": "open.stl", "units": "mm"}), READERS)
+    part = read_part(case(tmp_path, {"file": "open.stl", "units": "mm", "repair": "auto"}), READERS)
+    assert part.volume == pytest.approx(6000.0)
+    write_stl(tmp_path / "two.stl", np.concatenate([BOX, BOX + 50]))
+    with pytest.raises(PartError, match="separate solids"):
+        read_part(case(tmp_path, {"file": "two.stl", "units": "mm"}), READERS)
+    part = read_part(case(tmp_path, {"file": "two.stl", "units": "mm", "bodies": "all"}), READERS)
+    assert part.volume == pytest.approx(12000.0)
+
+
+def test_no_reader(tmp_path):
+    write_stl(tmp_path / "block.stl", BOX)
+    with pytest.raises(CaseError, match=r"readable: \.obj, \.ply"):
+        read_part(
+            case(tmp_path, {"file": "block.stl", "units": "mm"}), {".ply": None, ".obj": None}
+        )
+
+
+def test_row_27_missing_unit(tmp_path):
+    write_stl(tmp_path / "block.stl", BOX)
+    asked = case(tmp_path, {"file": "block.stl", "units": "mm"})
+    asked.part = asked.part.model_copy(update={"units": None})
+    with pytest.raises(CaseError, match="carries no unit"):
+        read_part(asked, READERS)
