@@ -56,7 +56,7 @@ def test_points_outside_are_refused_unless_within_reach():
     # Beyond vertex 4 along the line from the opposite facet's centroid: nearest is the vertex.
     away = MESH.points[:, 4] - MESH.points[:, [1, 2, 3]].mean(axis=1)
     place = MESH.points[:, 4] + 0.1 * away / np.linalg.norm(away)
-    with pytest.raises(SolverError, match="1 of 2 points lie outside.*is 0.1 mm away"):
+    with pytest.raises(SolverError, match=r"1 of 2 points lie outside.*is 0.1 mm away"):
         displacement_at(space, field, np.array([place, MESH.points[:, 4]]).T)
     found = displacement_at(space, field, place[:, None], reach=0.11)
     assert found[:, 0] == pytest.approx(field[:, 4], abs=1e-12)
