@@ -31,9 +31,9 @@ from gradedesign.fields import Field, gradient, level_set_points
 #: Share of the middle surface of a sheet that may be thinner than the size returned.
 THIN_SHARE = 0.01
 
-_STEPS = 17
-_GRID = 64
-_MIDDLE_POINTS = 2000
+_STEPS = 13
+_GRID = 48
+_MIDDLE_POINTS = 1500
 
 
 def wall_mm(

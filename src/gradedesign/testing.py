@@ -1,0 +1,232 @@
+"""Conformance kit for plugin authors: call it from the tests of a plugin."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.shape import evaluate_shape, grid_nodes
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.errors import PluginError
+from gradedesign.fields import gradient
+from gradedesign.material.scaling_law import ScalingLaw
+
+__all__ = ["check_cell_family", "check_scaling_law"]
+
+#: Proper and mirror operations whose invariance each declared symmetry needs of the power
+#: spectrum; rows of signed permutation matrices.
+_SWAP_XY = ((0, 1, 0), (1, 0, 0), (0, 0, 1))
+_CYCLE = ((0, 1, 0), (0, 0, 1), (1, 0, 0))
+_MIRRORS = (((-1, 0, 0), (0, 1, 0), (0, 0, 1)), ((1, 0, 0), (0, -1, 0), (0, 0, 1)))
+_OPERATIONS = {
+    "none": (),
+    "orthotropic": _MIRRORS,
+    "tetragonal": (*_MIRRORS, _SWAP_XY),
+    "cubic": (*_MIRRORS, _CYCLE),
+}
+
+
+def check_cell_family(family: CellFamily) -> None:
+    """Check that a cell family keeps every promise of `CellFamily`.
+
+    The name; output that follows the shape of the input, for one point, a list and a grid; finite
+    values; period 1 along each axis; an unmodified input; the declared symmetry; a usable window
+    of densities; a level that rises with density and gives that density; walls that thicken; for
+    ``distance=True`` a gradient of length 1; for ``sides=2`` values of 0 and more that reach 0.
+
+    Parameters
+    ----------
+    family : CellFamily
+        Checked with its default parameters.
+
+    Raises
+    ------
+    PluginError
+        Naming the family, what was found and what was expected.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import CellFamily
+    >>> def sheet(u):
+    ...     return np.abs(np.cos(2 * np.pi * u).sum(axis=0))
+    >>> check_cell_family(CellFamily(name="p-sheet", shape=sheet, sides=2))
+    >>> check_cell_family(CellFamily(name="P sheet", shape=sheet, sides=2))
+    Traceback (most recent call last):
+    gradedesign.errors.PluginError: cell 'P sheet': the name must be lower case with dashes
+    """
+    if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", family.name):
+        raise PluginError(f"cell '{family.name}': the name must be lower case with dashes")
+    rng = np.random.default_rng(20220701)
+    points = rng.uniform(-2.0, 2.0, size=(3, 500))
+    values = _check_output(family, points)
+    _check_period(family, points, values)
+    _check_sides(family, values)
+    if family.distance:
+        _check_distance(family, points)
+    _check_symmetry(family)
+    calibration = calibrate(family)
+    _check_level(calibration)
+    _check_wall(calibration)
+
+
+def check_scaling_law(law: ScalingLaw) -> None:
+    """Check that a scaling law keeps every promise of `ScalingLaw`.
+
+    The name; shapes; a symmetric, positive definite stiffness that rises with density and stays
+    below that of the solid's share (the Voigt bound); derivatives that match differences.
+
+    Parameters
+    ----------
+    law : ScalingLaw
+        A law without strength is checked for stiffness only.
+
+    Raises
+    ------
+    PluginError
+        Naming the law, what was found and what was expected.
+    """
+    if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", law.name):
+        raise PluginError(f"law '{law.name}': the name must be lower case with dashes")
+    a, b = law.window
+    if not 0 < a < b <= 1:
+        raise PluginError(f"law '{law.name}': window {law.window} must be within 0 to 1")
+    rho = np.linspace(a, b, 9)
+    c = law.stiffness(rho)
+    if c.shape != (6, 6, 9) or law.stiffness(np.asarray(rho[4])).shape != (6, 6):
+        raise PluginError(f"law '{law.name}': stiffness has shape {c.shape}, expected (6, 6, ...)")
+    matrices = np.moveaxis(c, -1, 0)
+    eigenvalues = np.linalg.eigvalsh(matrices)
+    if not np.allclose(matrices, matrices.transpose(0, 2, 1)) or eigenvalues.min() <= 0:
+        raise PluginError(
+            f"law '{law.name}': the stiffness must be symmetric and positive definite, but its "
+            f"smallest eigenvalue is {eigenvalues.min():.3g}"
+        )
+    if (np.diff(np.diagonal(matrices, axis1=1, axis2=2), axis=0) <= 0).any():
+        raise PluginError(f"law '{law.name}': the stiffness must rise with density")
+    step = 1e-6 * (b - a)
+    inner = rho[1:-1]
+    slope = (law.stiffness(inner + step) - law.stiffness(inner - step)) / (2 * step)
+    found = law.stiffness_derivative(inner)
+    if not np.allclose(found, slope, rtol=1e-4, atol=1e-6):
+        raise PluginError(
+            f"law '{law.name}': the stiffness derivative is off by "
+            f"{np.abs(found - slope).max():.3g} from differences"
+        )
+
+
+def _check_output(family: CellFamily, points: FloatArray) -> FloatArray:
+    """Shape, finiteness and an unmodified input."""
+    before = points.copy()
+    values = evaluate_shape(family, family.parameters, points)
+    evaluate_shape(family, family.parameters, points[:, 0])
+    grid = evaluate_shape(family, family.parameters, points[:, :60].reshape(3, 3, 4, 5))
+    if not np.array_equal(points, before):
+        raise PluginError(f"cell '{family.name}': the shape function changed its input")
+    if not np.allclose(grid.ravel(), values[:60], rtol=1e-12, atol=1e-12):
+        raise PluginError(
+            f"cell '{family.name}': values depend on the shape of the array of points; "
+            f"use axis 0 for the coordinates only"
+        )
+    return values
+
+
+def _check_period(family: CellFamily, points: FloatArray, values: FloatArray) -> None:
+    """Period 1 along each axis."""
+    spread = float(np.ptp(values))
+    for axis in range(3):
+        shift = np.zeros((3, 1))
+        shift[axis] = 1.0
+        error = np.abs(evaluate_shape(family, family.parameters, points + shift) - values).max()
+        if error > 1e-6 * spread:
+            raise PluginError(
+                f"cell '{family.name}': values change by {error:.3g} over one cell along "
+                f"{'xyz'[axis]}; the period must be 1, so use 2 pi u inside sin and cos"
+            )
+
+
+def _check_sides(family: CellFamily, values: FloatArray) -> None:
+    """Two-sided shapes are 0 on the middle of the wall and positive elsewhere."""
+    if family.sides != 2:
+        return
+    grid = evaluate_shape(family, family.parameters, grid_nodes(48, (0.31, 0.57, 0.83)))
+    if values.min() < 0 or grid.min() < 0 or grid.min() > 0.1 * grid.max():
+        raise PluginError(
+            f"cell '{family.name}' declares sides=2, so its shape must be 0 on the middle of the "
+            f"wall and positive elsewhere, but it lies between {grid.min():.3g} and "
+            f"{grid.max():.3g}; use abs(f), or sides=1"
+        )
+
+
+def _check_distance(family: CellFamily, points: FloatArray) -> None:
+    """A distance has a gradient of length 1 except near ridges and the zero set."""
+
+    def shape(u: FloatArray) -> FloatArray:
+        return evaluate_shape(family, family.parameters, u)
+
+    length = np.linalg.norm(gradient(shape, points, 1e-5), axis=0)
+    middle = float(np.median(length))
+    close = float(np.mean(np.abs(length - 1.0) < 0.05))
+    if abs(middle - 1.0) > 0.01 or close < 0.75:
+        raise PluginError(
+            f"cell '{family.name}' declares distance=True, but its gradient has length "
+            f"{middle:.3f} in the middle and only {close:.0%} of it lies within 5 % of 1; "
+            f"walls in mm would be wrong: return a distance in cell units, or distance=False"
+        )
+
+
+def _check_symmetry(family: CellFamily, count: int = 24) -> None:
+    """Compare the power spectrum of the density rank with its image under each operation.
+
+    The power spectrum does not see translations (screw axes, glide planes) or inversion, and
+    neither does the effective stiffness.
+    """
+    values = evaluate_shape(family, family.parameters, grid_nodes(count))
+    # Averaged ranks of rounded values: monotone in the level, and equal values stay equal.
+    rounded = np.round(values / max(float(np.ptp(values)), 1e-300), 5)
+    _, inverse, counts = np.unique(rounded, return_inverse=True, return_counts=True)
+    rank = ((np.cumsum(counts) - counts / 2) / values.size)[inverse].reshape(values.shape)
+    power = np.abs(np.fft.fftn(rank - rank.mean())) ** 2
+    waves = np.stack(np.meshgrid(*[np.arange(count)] * 3, indexing="ij")).reshape(3, -1)
+    for operation in _OPERATIONS[family.symmetry]:
+        image = np.mod(np.array(operation) @ waves, count)
+        moved = power[image[0], image[1], image[2]].reshape(power.shape)
+        error = float(np.abs(moved - power).sum() / power.sum())
+        if error > 0.02:
+            raise PluginError(
+                f"cell '{family.name}' declares symmetry '{family.symmetry}', but {error:.1%} of "
+                f"its spectrum changes under {operation}; declare a lower symmetry"
+            )
+
+
+def _check_level(calibration: Calibration) -> None:
+    """The level rises strictly and gives the density asked for."""
+    family = calibration.family
+    density = np.linspace(*calibration.window, 41)
+    level = calibration.level_of(density)
+    if (np.diff(level) <= 0).any():
+        raise PluginError(f"cell '{family.name}': the level does not rise with density")
+    grid = evaluate_shape(family, calibration.parameters, grid_nodes(80, (0.5, 0.5, 0.5)))
+    for rho, t in zip(density[::8], level[::8], strict=True):
+        share = float(np.mean(grid <= t))
+        if abs(share - rho) > 0.006:
+            raise PluginError(
+                f"cell '{family.name}': density {rho:.4f} was asked for, a count of 80 voxels per "
+                f"cell gives {share:.4f}; the shape is too rough to be calibrated"
+            )
+
+
+def _check_wall(calibration: Calibration) -> None:
+    """Walls are positive inside the window and thicken with density."""
+    family = calibration.family
+    a, b = calibration.window
+    wall = wall_mm(family, calibration.parameters, np.linspace(a, b, 12)[1:], 1.0)
+    if wall[0] <= 0 or any(after < before for before, after in pairwise(wall)):
+        raise PluginError(
+            f"cell '{family.name}': the thinnest wall does not grow with density: {wall}"
+        )

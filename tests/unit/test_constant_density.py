@@ -1,0 +1,69 @@
+"""Constant density and density from stress; numbers of Ramirez Salazar, section 4.3 (R9)."""
+
+import numpy as np
+import pytest
+
+from gradedesign import DensityError, power_law
+from gradedesign.material.constant_density import (
+    constant_density,
+    density_for_displacement,
+    density_for_stress,
+)
+from gradedesign.material.density_from_stress import density_from_stress
+
+NOTES = {"kind": "fe", "source": "tables 4.1 and 4.2", "test": "4x4x4 cells"}
+P = power_law("p", ("primitive-wall",), 0.371, 1.415, 0.289, 1.225, (0.095, 0.473), **NOTES)
+G = power_law("g", ("gyroid-wall",), 0.402, 1.176, 0.426, 1.537, (0.125, 0.624), **NOTES)
+
+
+@pytest.mark.parametrize(("law", "by_u", "by_s"), [(P, 0.310, 0.327), (G, 0.228, 0.319)])
+def test_cantilever_of_the_thesis(law, by_u, by_s):
+    # Solid beam: 0.1413 mm and 3.6705 MPa; limits 2 mm and 50 MPa. Printed to three digits.
+    assert density_for_displacement(law, 0.1413, 2.0) == pytest.approx(by_u, abs=5e-4)
+    assert density_for_stress(law, 3.6705, 50.0) == pytest.approx(by_s, abs=5e-4)
+    rho, governing = constant_density(
+        law, displacement=0.1413, permitted_displacement=2.0, von_mises=3.6705, permitted_stress=50
+    )
+    assert (round(rho, 3), governing) == (by_s, "stress")
+
+
+def test_inversion_is_that_of_the_power_law():
+    # Eq. 1.11: (sigma / (c3 sigma_perm))^(1/n3).
+    assert density_for_stress(P, 4.0, 50.0) == pytest.approx((4 / 50 / 0.289) ** (1 / 1.225))
+
+
+def test_the_floor_is_enough_or_the_top_is_not():
+    assert density_for_displacement(G, 1e-6, 2.0) == 0.125
+    with pytest.raises(DensityError, match=r"0\.473"):
+        density_for_stress(P, 40.0, 50.0)
+    with pytest.raises(DensityError):
+        density_for_displacement(G, np.nan, 2.0)
+    with pytest.raises(DensityError):
+        density_for_displacement(G, 0.1, 0.0)
+
+
+def test_displacement_may_govern():
+    rho, governing = constant_density(
+        G, displacement=0.4, permitted_displacement=2.0, von_mises=1.0, permitted_stress=50.0
+    )
+    assert governing == "displacement"
+    assert rho == pytest.approx((0.2 / 0.402) ** (1 / 1.176))
+
+
+def test_density_field_matches_the_scalar_rule():
+    stress = np.array([[0.1, 3.6705], [5.0, 2.0]])
+    rho = density_from_stress(G, stress, 50.0)
+    expected = np.maximum((stress / 50 / 0.426) ** (1 / 1.537), 0.125)
+    np.testing.assert_allclose(rho, expected, atol=2e-5)
+
+
+def test_too_much_stress_is_an_error_unless_asked_for():
+    stress = np.array([1.0, 30.0])
+    with pytest.raises(DensityError, match="1 of 2 points"):
+        density_from_stress(G, stress, 50.0)
+    rho = density_from_stress(G, stress, 50.0, bounds=(0.2, 0.5), above="limit")
+    np.testing.assert_allclose(rho, [0.2, 0.5])
+    with pytest.raises(DensityError, match="is supported for"):
+        density_from_stress(G, stress, 50.0, bounds=(0.05, 0.5))
+    with pytest.raises(DensityError):
+        density_from_stress(G, np.array([np.nan]), 50.0)
