@@ -1,4 +1,8 @@
-"""Compiled kernels of the multigrid solver: products with block-sparse matrices, smoothing."""
+"""Compiled kernels of the multigrid solver: products with block-sparse matrices, smoothing.
+
+Small problems run on one thread: starting several costs more than it saves below a millisecond of
+work, and far more when other programs keep the processors busy.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,10 @@ from numpy.typing import NDArray
 
 #: Only fused multiply-add. Reordering of sums makes the compiler gather across blocks, 2.6x slower.
 FAST = {"contract"}
+#: Matrix entries from which threads pay.
+THREADED = 3_000_000
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
 def multiply(
     row: NDArray[np.int32],
     column: NDArray[np.int32],
@@ -33,45 +38,160 @@ def multiply(
     x, keep, y : arrays of the type of `blocks`
     add : float
     """
+    kernel = _multiply_threaded if blocks.size >= THREADED else _multiply_serial
+    kernel(row, column, blocks, x, keep, blocks.dtype.type(add), y)
+
+
+def relax(
+    inverse: NDArray[np.float32],
+    f: NDArray[np.float32],
+    y: NDArray[np.float32],
+    momentum: float,
+    step: float,
+    d: NDArray[np.float32],
+    x: NDArray[np.float32],
+) -> None:
+    """One step of Chebyshev's iteration: ``d = momentum d + step D^-1 (f - y)``, ``x += d``.
+
+    `inverse` holds the inverses ``(n, b, b)`` of the diagonal blocks, zero where fixed.
+    """
+    kernel = _relax_threaded if inverse.size >= THREADED // 4 else _relax_serial
+    kernel(inverse, f, y, np.float32(momentum), np.float32(step), d, x)
+
+
+@njit(fastmath=FAST, cache=True)
+def _row_product(
+    i: int, row: Any, column: Any, blocks: Any, x: Any, keep: Any, add: Any, y: Any
+) -> None:
+    """One block row of `multiply`."""
     r = blocks.shape[1]
     c = blocks.shape[2]
     zero = blocks.dtype.type(0)
-    scale = blocks.dtype.type(add)
+    k = r * i
+    if r == 3 and c == 3:
+        s0, s1, s2 = zero, zero, zero
+        for p in range(row[i], row[i + 1]):
+            j = 3 * column[p]
+            u, v, w = x[j], x[j + 1], x[j + 2]
+            s0 += blocks[p, 0, 0] * u + blocks[p, 0, 1] * v + blocks[p, 0, 2] * w
+            s1 += blocks[p, 1, 0] * u + blocks[p, 1, 1] * v + blocks[p, 1, 2] * w
+            s2 += blocks[p, 2, 0] * u + blocks[p, 2, 1] * v + blocks[p, 2, 2] * w
+        y[k] = add * y[k] + keep[k] * s0
+        y[k + 1] = add * y[k + 1] + keep[k + 1] * s1
+        y[k + 2] = add * y[k + 2] + keep[k + 2] * s2
+    elif r == 1 and c == 1:
+        s0, s1, s2 = zero, zero, zero
+        for p in range(row[i], row[i + 1]):
+            j = 3 * column[p]
+            weight = blocks[p, 0, 0]
+            s0 += weight * x[j]
+            s1 += weight * x[j + 1]
+            s2 += weight * x[j + 2]
+        k = 3 * i
+        y[k] = add * y[k] + keep[k] * s0
+        y[k + 1] = add * y[k + 1] + keep[k + 1] * s1
+        y[k + 2] = add * y[k + 2] + keep[k + 2] * s2
+    else:
+        for a in range(r):
+            total = zero
+            for p in range(row[i], row[i + 1]):
+                j = c * column[p]
+                for b in range(c):
+                    total += blocks[p, a, b] * x[j + b]
+            y[k + a] = add * y[k + a] + keep[k + a] * total
+
+
+@njit(parallel=True, fastmath=FAST, cache=True)
+def _multiply_threaded(
+    row: Any, column: Any, blocks: Any, x: Any, keep: Any, add: Any, y: Any
+) -> None:
+    """`multiply` on all threads."""
     for i in prange(row.size - 1):
-        if r == 3 and c == 3:
-            s0 = zero
-            s1 = zero
-            s2 = zero
-            for p in range(row[i], row[i + 1]):
-                j = 3 * column[p]
-                b = blocks[p]
-                x0, x1, x2 = x[j], x[j + 1], x[j + 2]
-                s0 += b[0, 0] * x0 + b[0, 1] * x1 + b[0, 2] * x2
-                s1 += b[1, 0] * x0 + b[1, 1] * x1 + b[1, 2] * x2
-                s2 += b[2, 0] * x0 + b[2, 1] * x1 + b[2, 2] * x2
-            k = 3 * i
-            y[k] = scale * y[k] + keep[k] * s0
-            y[k + 1] = scale * y[k + 1] + keep[k + 1] * s1
-            y[k + 2] = scale * y[k + 2] + keep[k + 2] * s2
-        elif r == 1 and c == 1:
-            s0 = zero
-            s1 = zero
-            s2 = zero
-            for p in range(row[i], row[i + 1]):
-                j = 3 * column[p]
-                w = blocks[p, 0, 0]
-                s0 += w * x[j]
-                s1 += w * x[j + 1]
-                s2 += w * x[j + 2]
-            k = 3 * i
-            y[k] = scale * y[k] + keep[k] * s0
-            y[k + 1] = scale * y[k + 1] + keep[k + 1] * s1
-            y[k + 2] = scale * y[k + 2] + keep[k + 2] * s2
-        else:
-            for a in range(r):
-                s0 = zero
-                for p in range(row[i], row[i + 1]):
-                    for b2 in range(c):
-                        s0 += blocks[p, a, b2] * x[c * column[p] + b2]
-                k = r * i + a
-                y[k] = scale * y[k] + keep[k] * s0
+        _row_product(i, row, column, blocks, x, keep, add, y)
+
+
+@njit(fastmath=FAST, cache=True)
+def _multiply_serial(
+    row: Any, column: Any, blocks: Any, x: Any, keep: Any, add: Any, y: Any
+) -> None:
+    """`multiply` on one thread."""
+    for i in range(row.size - 1):
+        _row_product(i, row, column, blocks, x, keep, add, y)
+
+
+@njit(fastmath=FAST, cache=True)
+def _relax_node(
+    i: int, inverse: Any, f: Any, y: Any, momentum: Any, step: Any, d: Any, x: Any
+) -> None:
+    """One block row of `relax`."""
+    b = inverse.shape[1]
+    k = b * i
+    for r in range(b):
+        total = np.float32(0.0)
+        for c in range(b):
+            total += inverse[i, r, c] * (f[k + c] - y[k + c])
+        d[k + r] = momentum * d[k + r] + step * total
+    for r in range(b):
+        x[k + r] += d[k + r]
+
+
+@njit(parallel=True, fastmath=FAST, cache=True)
+def _relax_threaded(inverse: Any, f: Any, y: Any, momentum: Any, step: Any, d: Any, x: Any) -> None:
+    """`relax` on all threads."""
+    for i in prange(inverse.shape[0]):
+        _relax_node(i, inverse, f, y, momentum, step, d, x)
+
+
+@njit(fastmath=FAST, cache=True)
+def _relax_serial(inverse: Any, f: Any, y: Any, momentum: Any, step: Any, d: Any, x: Any) -> None:
+    """`relax` on one thread."""
+    for i in range(inverse.shape[0]):
+        _relax_node(i, inverse, f, y, momentum, step, d, x)
+
+
+@njit(cache=True)
+def inverse_diagonal(
+    row: NDArray[np.int32],
+    column: NDArray[np.int32],
+    blocks: NDArray[np.float64],
+    keep: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """Invert the diagonal blocks over the free unknowns; zero rows and columns elsewhere.
+
+    Gauss-Jordan sweeps skip pivots that vanish, which leaves a generalised inverse for blocks of
+    deficient rank (an aggregate of two nodes cannot turn about the line through them).
+    """
+    n = row.size - 1
+    b = blocks.shape[1]
+    inverse = np.zeros((n, b, b), np.float32)
+    a = np.zeros((b, b))
+    used = np.zeros(b, np.bool_)
+    for i in range(n):
+        a[:] = 0.0
+        for p in range(row[i], row[i + 1]):
+            if column[p] == i:
+                for r in range(b):
+                    for c in range(b):
+                        a[r, c] = blocks[p, r, c] * keep[b * i + r] * keep[b * i + c]
+        scale = 0.0
+        for r in range(b):
+            scale = max(scale, a[r, r])
+        for k in range(b):
+            pivot = a[k, k]
+            used[k] = pivot > 1e-9 * scale
+            if not used[k]:
+                continue
+            a[k, k] = 1.0
+            for c in range(b):
+                a[k, c] /= pivot
+            for r in range(b):
+                if r != k:
+                    factor = a[r, k]
+                    a[r, k] = 0.0
+                    for c in range(b):
+                        a[r, c] -= factor * a[k, c]
+        for r in range(b):
+            for c in range(b):
+                if used[r] and used[c]:
+                    inverse[i, r, c] = a[r, c]
+    return inverse
