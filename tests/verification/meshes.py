@@ -13,7 +13,9 @@ from itertools import permutations
 import numpy as np
 
 from gradedesign.fe.element_points import ScalarField
-from gradedesign.fe.facets import facet_nodes
+from gradedesign.fe.facets import facet_areas, facet_nodes
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average
@@ -96,3 +98,17 @@ def stress_at_vertex(
 def uniform(space: TetSpace, E: float, nu: float) -> IsotropicStiffness:
     """The same material everywhere."""
     return IsotropicStiffness(E=np.full(space.element_count, E), nu=nu)
+
+
+def solve_one(space, stiffness, supports, force, **options) -> Solution:
+    """The solution of a single load."""
+    (solution,) = solve_elastic(
+        space, stiffness, [LoadVector(name="load", supports=supports, force=force)], **options
+    )
+    return solution
+
+
+def mean_on(space: TetSpace, facets: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Mean displacement of facets by area, (3,): their work on a unit uniform traction."""
+    weights = traction_force(space, facets, (1.0, 1.0, 1.0)) / facet_areas(space, facets).sum()
+    return (weights * displacement).sum(axis=1)

@@ -1,0 +1,79 @@
+"""The same mesh and nodal forces in CalculiX, an independent solver."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from meshes import box_mesh, face, solve_one, uniform
+
+from gradedesign.fe.loads import pressure_force, resultant_load
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.mesh.tet_mesh import TetMesh
+
+YOUNG, POISSON = 70e3, 0.33
+
+#: C3D10 numbers the mid-edge nodes 12, 23, 31, 14, 24, 34 (CalculiX CrunchiX manual): our order.
+EDGE_PAIRS = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+
+
+def bent_mesh():
+    """A box bent and twisted a little, so that no two elements are alike."""
+    mesh = box_mesh((60.0, 10.0, 8.0), (12, 3, 2))
+    x, y, z = mesh.points
+    return TetMesh(
+        points=np.array([x, y + 0.002 * x**2, z + 0.004 * x * y]),
+        tets=mesh.tets,
+    )
+
+
+def input_deck(space, force, fixed):
+    """Text of a CalculiX job."""
+    lines = ["*NODE"]
+    lines += [f"{i + 1},{x:.12g},{y:.12g},{z:.12g}" for i, (x, y, z) in enumerate(space.nodes.T)]
+    lines.append("*ELEMENT,TYPE=C3D10,ELSET=ALL")
+    for e, nodes in enumerate(space.elements.T + 1):
+        lines.append(",".join(str(n) for n in [e + 1, *nodes]))
+    lines += ["*MATERIAL,NAME=M", "*ELASTIC", f"{YOUNG},{POISSON}"]
+    lines += ["*SOLID SECTION,ELSET=ALL,MATERIAL=M", "*BOUNDARY"]
+    lines += [f"{node + 1},{c + 1},{c + 1}" for c, node in np.argwhere(fixed)]
+    lines += ["*STEP", "*STATIC", "*CLOAD"]
+    # CalculiX reads at most 20 characters per number, and stops on very small ones.
+    lines += [
+        f"{node + 1},{c + 1},{force[c, node]:.10e}"
+        for c, node in np.argwhere(np.abs(force) > 1e-13 * np.abs(force).max())
+    ]
+    lines += ["*NODE PRINT,NSET=NALL", "U", "*END STEP"]
+    lines.insert(1 + space.node_count, f"*NSET,NSET=NALL,GENERATE\n1,{space.node_count},1")
+    return "\n".join(lines) + "\n"
+
+
+def run_calculix(folder, deck, count):
+    """Displacements (3, N) from CalculiX."""
+    (folder / "job.inp").write_text(deck)
+    done = subprocess.run(
+        ["ccx", "job"], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stdout[-2000:]
+    rows = [line.split() for line in (folder / "job.dat").read_text().splitlines()]
+    table = np.array([[float(v) for v in r] for r in rows if len(r) == 4 and r[0].isdigit()])
+    assert np.array_equal(table[:, 0], np.arange(1, count + 1))
+    return table[:, 1:].T
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+def test_displacements_are_calculixs(tmp_path):
+    mesh = bent_mesh()
+    space = tet_space(mesh)
+    for column, (i, j) in enumerate(EDGE_PAIRS):  # our order of edges is CalculiX's
+        ends = space.nodes[:, space.elements[[i, j]]].mean(axis=1)
+        assert np.allclose(space.nodes[:, space.elements[4 + column]], ends, atol=1e-12)
+    tip = face(mesh, 0, 60.0)
+    force = resultant_load(space, tip, (100.0, 200.0, -300.0), (4e3, -5e3, 6e3), (60.0, 0.0, 0.0))
+    force += pressure_force(space, tip, 3.0)
+    held = supports_on(space, [(face(mesh, 0, 0.0), (0.0, 0.0, 0.0))])
+    u = solve_one(space, uniform(space, YOUNG, POISSON), held, force, rtol=1e-10).displacement
+    reference = run_calculix(tmp_path, input_deck(space, force, held.fixed), space.node_count)
+    # CalculiX prints seven digits.
+    assert np.abs(u - reference).max() <= 1e-6 * np.abs(reference).max()
