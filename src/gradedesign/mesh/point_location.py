@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import MeshError
@@ -13,7 +14,7 @@ from gradedesign.mesh.closest import TriangleTree, build_triangle_tree, closest_
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 
 #: Tetrahedra per bin of the grid, on average, were they spread evenly.
-PER_BIN = 4
+PER_BIN = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,7 +43,7 @@ class TetLocator:
     size: float
     shape: IntArray
     first: IntArray
-    members: IntArray
+    members: NDArray[np.int32]
     tree: TriangleTree
     owners: IntArray
 
@@ -66,10 +67,10 @@ def build_locator(mesh: TetMesh) -> TetLocator:
     size = float((extent.prod() * PER_BIN / m) ** (1 / 3))
     shape = np.maximum(np.ceil(extent / size), 1).astype(np.int64)
     first = np.zeros(int(shape.prod()) + 1, dtype=np.int64)
-    members = np.zeros(0, dtype=np.int64)
+    members = np.zeros(0, dtype=np.int32)
     kernels.bin_tets(False, points, tets, lower, size, shape, first[1:], members)
     np.cumsum(first, out=first)
-    members = np.zeros(int(first[-1]), dtype=np.int64)
+    members = np.zeros(int(first[-1]), dtype=np.int32)
     kernels.bin_tets(True, points, tets, lower, size, shape, first[:-1].copy(), members)
     facets, owners = boundary_facets(mesh)
     return TetLocator(
