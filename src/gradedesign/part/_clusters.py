@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.part._edges import Edges, face_edges
-from gradedesign.part._face_fits import Patch, flatness
+from gradedesign.part._face_fits import Patch
 
 #: Neighbours within this angle are coplanar, degrees; the second value splits again what
 #: turned out curved: a very fine facetting.
@@ -83,23 +83,21 @@ def find_clusters(surface: SurfaceMesh, angle_deg: float) -> Clusters:
     size = len(surface.faces)
     label = _components(edges.pairs[turn < _COPLANAR[0]], size)
     label = _split_curved(surface, label, edges, turn, normals, areas, noise)
-    order = np.argsort(label, kind="stable")
-    facets = tuple(np.split(order, np.cumsum(np.bincount(label))[:-1]))
-    weighted = np.stack([np.bincount(label, normals[:, k] * areas) for k in range(3)], axis=1)
-    normal = weighted / np.maximum(np.linalg.norm(weighted, axis=1, keepdims=True), 1e-300)
+    facets = _grouped(label, np.arange(size))
+    normal = _mean_normals(label, normals, areas)
     smooth = turn <= angle_deg + 1e-3
-    region = _components(edges.pairs[smooth], size)[[f[0] for f in facets]]
+    region = _components(edges.pairs[smooth], size)[np.unique(label, return_index=True)[1]]
     neighbours, turns = _adjacency(label[first[smooth]], label[second[smooth]], normal)
     return Clusters(
         surface=surface,
         label=label,
         facets=facets,
-        vertices=tuple(np.unique(surface.faces[f]) for f in facets),
+        vertices=_grouped(*np.unique(np.stack([label.repeat(3), surface.faces.ravel()]), axis=1)),
         facet_normals=normals,
         facet_areas=areas,
         normal=normal,
         area=np.bincount(label, areas).astype(np.float64),
-        flat=_flat(surface, facets, normals, areas, noise),
+        flat=_flat(surface, label, normal, areas, noise),
         neighbours=neighbours,
         turns=turns,
         region=region,
@@ -110,7 +108,13 @@ def find_clusters(surface: SurfaceMesh, angle_deg: float) -> Clusters:
 def patch_of(clusters: Clusters, members: Iterable[int]) -> Patch:
     """Gather the facets of some clusters."""
     facets = np.concatenate([clusters.facets[k] for k in members])
-    return _patch(clusters.surface, facets, clusters.facet_normals, clusters.facet_areas)
+    faces = clusters.surface.faces[facets]
+    return Patch(
+        points=clusters.surface.vertices[np.unique(faces)],
+        centres=clusters.surface.vertices[faces].mean(axis=1),
+        normals=clusters.facet_normals[facets],
+        areas=clusters.facet_areas[facets],
+    )
 
 
 def connected_sets(clusters: Clusters, members: Iterable[int]) -> list[list[int]]:
@@ -131,14 +135,10 @@ def connected_sets(clusters: Clusters, members: Iterable[int]) -> list[list[int]
     return result
 
 
-def _patch(surface: SurfaceMesh, facets: IntArray, normals: FloatArray, areas: FloatArray) -> Patch:
-    faces = surface.faces[facets]
-    return Patch(
-        points=surface.vertices[np.unique(faces)],
-        centres=surface.vertices[faces].mean(axis=1),
-        normals=normals[facets],
-        areas=areas[facets],
-    )
+def _grouped(label: IntArray, values: IntArray) -> tuple[IntArray, ...]:
+    """Values of every label, in their order."""
+    order = np.argsort(label, kind="stable")
+    return tuple(np.split(values[order], np.cumsum(np.bincount(label))[:-1]))
 
 
 def _components(pairs: IntArray, size: int) -> IntArray:
@@ -192,29 +192,35 @@ def _split_curved(
     noise: float,
 ) -> IntArray:
     """Split clusters that are not flat with a smaller angle."""
-    order = np.argsort(label, kind="stable")
-    facets = tuple(np.split(order, np.cumsum(np.bincount(label))[:-1]))
-    curved = ~_flat(surface, facets, normals, areas, noise)
+    curved = ~_flat(surface, label, _mean_normals(label, normals, areas), areas, noise)
     if not curved.any():
         return label
     limit = np.where(curved[label[edges.pairs[:, 0]]], _COPLANAR[1], _COPLANAR[0])
     return _components(edges.pairs[turn < limit], len(label))
 
 
+def _mean_normals(label: IntArray, normals: FloatArray, areas: FloatArray) -> FloatArray:
+    """Area-weighted mean normals of clusters, ``(c, 3)``; zero where they cancel."""
+    sums = np.stack([np.bincount(label, normals[:, k] * areas) for k in range(3)], axis=1)
+    lengths = np.linalg.norm(sums, axis=1)
+    lengths[lengths < 0.5 * np.bincount(label, areas)] = np.inf
+    return sums / np.maximum(lengths, 1e-300)[:, None]
+
+
 def _flat(
-    surface: SurfaceMesh,
-    facets: tuple[IntArray, ...],
-    normals: FloatArray,
-    areas: FloatArray,
-    noise: float,
+    surface: SurfaceMesh, label: IntArray, normal: FloatArray, areas: FloatArray, noise: float
 ) -> BoolArray:
-    """Which sets of facets lie in a plane: to rounding, or to a thousandth of their size."""
-    result = np.ones(len(facets), dtype=bool)
-    for k, members in enumerate(facets):
-        if len(members) > 1:
-            patch = _patch(surface, members, normals, areas)
-            result[k] = flatness(patch) < noise + 1e-3 * np.sqrt(patch.areas.sum())
-    return result
+    """Which clusters lie in a plane: to rounding, or to a thousandth of their size."""
+    order = np.argsort(label, kind="stable")
+    start = np.searchsorted(label[order], np.arange(len(normal)))
+    origin = surface.vertices[surface.faces[order[start], 0]]
+    offset = corner_points(surface) - origin[label][:, None]
+    height = np.einsum("fkd,fd->fk", offset, normal[label])[order]
+    extent = np.maximum.reduceat(height.max(axis=1), start) - np.minimum.reduceat(
+        height.min(axis=1), start
+    )
+    defined = normal.any(axis=1)
+    return defined & (extent < noise + 1e-3 * np.sqrt(np.bincount(label, areas)))
 
 
 def _adjacency(

@@ -64,12 +64,13 @@ def _classify(clusters: Clusters, members: list[int]) -> Piece:
 def _split_planes(clusters: Clusters, members: list[int]) -> list[Piece]:
     """Part flat pieces that are too large to be facets from the curved rest."""
     inside = set(members)
-    total = clusters.area[members].sum()
+    area = dict(zip(members, clusters.area[members].tolist(), strict=True))
+    total = sum(area.values())
     large = []
     for k in members:
-        around = [j for j in clusters.neighbours[k].tolist() if j in inside]
-        ratio = clusters.area[k] / max(float(np.median(clusters.area[around])), 1e-300)
-        big = ratio > _LARGE_RATIO or clusters.area[k] > _LARGE_SHARE * total
+        around = sorted(area[j] for j in clusters.neighbours[k].tolist() if j in inside)
+        typical = around[len(around) // 2] if around else 0.0
+        big = area[k] > _LARGE_RATIO * typical or area[k] > _LARGE_SHARE * total
         if clusters.flat[k] and (big or len(members) == 2):
             large.append(k)
     pieces: list[Piece] = [("plane", [k], None) for k in large]

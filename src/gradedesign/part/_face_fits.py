@@ -61,16 +61,6 @@ class Cylinder:
     concave: bool
 
 
-def flatness(patch: Patch) -> float:
-    """Largest distance of a vertex from the plane through the patch, mm."""
-    normal = np.average(patch.normals, axis=0, weights=patch.areas)
-    length = np.linalg.norm(normal)
-    if length < 0.5:
-        return float("inf")
-    along = (patch.points - patch.points.mean(axis=0)) @ (normal / length)
-    return float(along.max() - along.min())
-
-
 def fit_cylinder(patch: Patch) -> Cylinder | None:
     """Fit the cylinder whose facets a patch may be.
 
