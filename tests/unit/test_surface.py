@@ -9,7 +9,13 @@ from scipy.ndimage import map_coordinates
 
 from gradedesign.errors import LatticeError
 from gradedesign.lattice import _marching_table as table
-from gradedesign.lattice._surface_kernels import _EDGE_AXIS, _EDGE_BASE, unpaired_edges
+from gradedesign.lattice._surface_kernels import (
+    _EDGE_AXIS,
+    _EDGE_BASE,
+    shell_volumes,
+    unpaired_edges,
+    vertex_shells,
+)
 from gradedesign.lattice.surface import END_GAP, extract_surface, require_closed
 from gradedesign.mesh.surface_mesh import (
     SurfaceMesh,
@@ -179,3 +185,40 @@ def test_field_without_solid_is_refused():
 def test_empty_box_is_refused():
     with pytest.raises(LatticeError, match="is empty"):
         extract_surface(sheet, [0] * 3, [1, 1, 0], 0.2)
+
+
+def test_shell_volumes_equal_the_plain_sum():
+    ball = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.25)
+    shells = np.zeros(len(ball.vertices), dtype=np.int64)
+    volume = shell_volumes(ball.vertices, ball.faces, shells, 1)[0]
+    assert volume == pytest.approx(enclosed_volume(ball), rel=1e-12)
+
+
+def test_inside_corners_of_an_ambiguous_face_are_joined():
+    """Two inside nodes diagonal on one face: one shell; on a space diagonal: two."""
+
+    def shells(*inside):
+        nodes = np.ones((5, 5, 5))
+        for node in inside:
+            nodes[node] = -1.0
+        surface = extract_surface(
+            lambda p: map_coordinates(nodes, p + 0.5, order=0), [0] * 3, [3] * 3, 1.0
+        )
+        assert open_edge_count(surface) == 0
+        return vertex_shells(surface.faces, len(surface.vertices)).max() + 1
+
+    assert shells((2, 2, 2), (3, 3, 2)) == 1
+    assert shells((2, 2, 2), (3, 3, 3)) == 2
+
+
+def test_rounding_on_a_plane_of_nodes_leaves_no_crumbs():
+    """Half space x < 1 with nodes on x = 1, whose values are rounding of either sign."""
+    rng = np.random.default_rng(29)
+
+    def field(noise):
+        return lambda p: p[0] - 1.0 + noise * rng.choice([-1.0, 1.0], size=p.shape[1:])
+
+    box = ([-0.25, 0, 0], [2, 2, 2], 0.5)
+    exact, noisy = extract_surface(field(0.0), *box), extract_surface(field(1e-14), *box)
+    assert len(noisy.faces) == len(exact.faces)
+    np.testing.assert_allclose(noisy.vertices, exact.vertices, atol=1e-12)

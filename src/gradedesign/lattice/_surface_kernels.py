@@ -178,3 +178,26 @@ def vertex_shells(faces: IntArray, vertices: int) -> IntArray:
             count += 1
         label[v] = label[root]
     return label
+
+
+@njit(cache=True)
+def shell_volumes(
+    vertices: FloatArray, faces: IntArray, shells: IntArray, count: int
+) -> FloatArray:
+    """Signed volume of every shell ``(count,)``; ``shells`` numbers the shell of each vertex."""
+    x, y, z = 0.0, 0.0, 0.0  # the mean vertex: near the surface, cones round off less
+    for v in range(len(vertices)):
+        x += vertices[v, 0] / len(vertices)
+        y += vertices[v, 1] / len(vertices)
+        z += vertices[v, 2] / len(vertices)
+    volumes = np.zeros(count)
+    for f in range(len(faces)):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        bx, by, bz = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
+        cx, cy, cz = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
+        volumes[shells[i]] += (
+            (vertices[i, 0] - x) * (by * cz - bz * cy)
+            + (vertices[i, 1] - y) * (bz * cx - bx * cz)
+            + (vertices[i, 2] - z) * (bx * cy - by * cx)
+        ) / 6.0
+    return volumes

@@ -9,7 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import LatticeError
-from gradedesign.lattice._surface_kernels import vertex_shells
+from gradedesign.lattice._surface_kernels import shell_volumes, vertex_shells
 from gradedesign.mesh.quality import piece_labels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
@@ -74,7 +74,8 @@ def remove_islands(
     """
     vertex_shell = vertex_shells(surface.faces, len(surface.vertices))
     shell = vertex_shell[surface.faces[:, 0]]
-    volume = _shell_volumes(surface, shell)
+    count = int(vertex_shell.max()) + 1
+    volume = shell_volumes(surface.vertices, surface.faces, vertex_shell, count)
     solids = np.flatnonzero(volume > 0)
     if not solids.size:
         raise LatticeError("the surface encloses no solid; a field is negative inside the solid")
@@ -148,13 +149,6 @@ def _refuse_large(dropped: int, share: float, max_share: float) -> None:
             f"volume, at most {100 * max_share:.3g} % may be dropped; raise the lower density, "
             f"enlarge the cells or use a finer grid, or add a skin"
         )
-
-
-def _shell_volumes(surface: SurfaceMesh, shell: IntArray) -> FloatArray:
-    """Signed volume of every shell, mm^3."""
-    a, b, c = np.moveaxis((surface.vertices - surface.vertices.mean(axis=0))[surface.faces], 1, 0)
-    cones = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
-    return np.asarray(np.bincount(shell, weights=cones), dtype=np.float64)
 
 
 def _void_owners(

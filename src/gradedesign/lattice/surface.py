@@ -11,9 +11,14 @@ from numpy.typing import ArrayLike
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice._marching_table import marching_table
-from gradedesign.lattice._surface_kernels import count_brick, march_brick, unpaired_edges
+from gradedesign.lattice._surface_kernels import (
+    count_brick,
+    march_brick,
+    shell_volumes,
+    unpaired_edges,
+)
 from gradedesign.lattice.sample import Shape, checked_values, sample_bricks
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 log = logging.getLogger(__name__)
 
@@ -90,7 +95,8 @@ def require_closed(surface: SurfaceMesh) -> float:
             f"the surface is not closed: {torn} open or misoriented edges and {overloaded} "
             f"edges with more than two triangles, expected none; use a finer grid"
         )
-    volume = enclosed_volume(surface)
+    shells = np.zeros(len(surface.vertices), dtype=np.int64)
+    volume = float(shell_volumes(surface.vertices, surface.faces, shells, 1)[0])
     if not volume > 0:
         raise LatticeError(
             f"the surface encloses {volume:g} mm^3, expected a positive volume; a field is "
