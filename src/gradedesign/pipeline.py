@@ -11,11 +11,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from gradedesign.case.schema import Case
 from gradedesign.errors import GradeDesignError
-from gradedesign.ladder.accepted import Accepted, accept_design
+from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
 from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.files import write_outputs, write_result
+from gradedesign.ladder.files import Shown, write_outputs, write_result
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
@@ -23,6 +25,7 @@ from gradedesign.ladder.setup import Setup, prepare
 from gradedesign.ladder.solid import solid_rows, solve_solid
 from gradedesign.ladder.stages import load_rounds, open_stages, save_round
 from gradedesign.ladder.summary import (
+    best_round,
     infeasible_result,
     partial_result,
     verdict_result,
@@ -36,6 +39,8 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: A round is only begun if this many times the last one's duration is left.
 ROUND_RESERVE = 1.3
+#: Densities that differ by less are the same design.
+SAME_DENSITY = 1e-4
 
 
 def run(
@@ -153,10 +158,20 @@ def loop(
         rounds = (*rounds, done)
         save_round(out, setup, done)
         announce.round(done)
+        if _stuck(rounds):
+            break
     if accepted is None or not accepted.holds:
         accepted = best_left(setup, out, announce, deadline, rounds, factors, tried) or accepted
     result = verdict_result(setup, registry, rounds, accepted, deadline)
-    return write_outputs(out, setup, result, announce, accepted=accepted)
+    if accepted is None:
+        best = best_round(rounds)
+        with announce.stage("explicit"):
+            analysed = analyse_design(setup, best.rho)
+            surface, _ = export_surface(setup, out, analysed)
+        shown = Shown(rho=best.rho, analysed=analysed, surface=surface)
+    else:
+        shown = Shown(rho=accepted.round.rho, analysed=accepted.analysed, surface=accepted.surface)
+    return write_outputs(out, setup, result, announce, shown=shown)
 
 
 def judge(
@@ -212,6 +227,13 @@ def _ready(done: Round, factors: dict[str, float]) -> bool:
     """Limits hold in the explicit analysis, with what acceptance taught, and one is used."""
     rows = [replace(r, value=r.value * factors.get(r.name, 1.0)) for r in done.rows]
     return all_hold(rows) and is_tight(rows, at_lower_bound=done.at_lower_bound)
+
+
+def _stuck(rounds: Sequence[Round]) -> bool:
+    """The design breaks a limit and is the last one again: no round can change it."""
+    if len(rounds) < 2 or rounds[-1].iteration.passed:
+        return False
+    return bool(np.abs(rounds[-1].rho - rounds[-2].rho).max() < SAME_DENSITY)
 
 
 def _out_of_time(rounds: Sequence[Round], deadline: Deadline) -> bool:

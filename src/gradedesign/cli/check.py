@@ -11,7 +11,8 @@ import typer
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.cli.run import read
 from gradedesign.cli.show import print_json, print_table
-from gradedesign.fe.solve import check_supported, predict_memory_bytes
+from gradedesign.fe.rigid_modes import require_held
+from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.ladder.setup import Setup, part_volume, prepare
 from gradedesign.plugin.registry import build_registry
 from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
@@ -25,7 +26,7 @@ def check(path: Path, *, allow_outside: bool, as_json: bool) -> None:
     case = read(path, allow_outside=allow_outside)
     setup = prepare(case, build_registry())
     for load_case in setup.model.cases:
-        check_supported(setup.space, load_case.supports)
+        require_held(setup.space, load_case.supports.fixed, load_case.name)
     data = describe(setup)
     if as_json:
         print_json(data)
@@ -73,7 +74,21 @@ def describe(setup: Setup) -> dict[str, Any]:
         "law": setup.law.name,
         "part": {
             "volume_mm3": part_volume(setup),
-            "repairs": {k: v for k, v in report.counts.items() if v},
+            "repairs": {
+                key: value
+                for key in (
+                    "vertices_welded",
+                    "degenerate_removed",
+                    "duplicates_removed",
+                    "facets_flipped",
+                    "shells_inverted",
+                    "shells_ignored",
+                    "shells_united",
+                    "fragments_dropped",
+                    "holes_filled",
+                )
+                if (value := getattr(report, key))
+            },
         },
         "regions": [
             {

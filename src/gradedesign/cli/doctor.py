@@ -9,7 +9,7 @@ import typer
 
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.ladder.summary import library_versions
-from gradedesign.output import opengl_works
+from gradedesign.output._opengl import opengl_works
 from gradedesign.plugin.registry import build_registry
 from gradedesign.workspace.cache import cache_folder
 from gradedesign.workspace.limits import available_memory_bytes

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.fe.solve import Solution
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average, von_mises
-from gradedesign.ladder.accepted import Accepted
+from gradedesign.ladder.accepted import STL_NAME
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.round import build_design, density_grid
+from gradedesign.ladder.rounds import Analysed
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.solid import solid_stiffness
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.lattice import lattice_field
 from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
     RegionMark,
     boundary_surface,
@@ -40,6 +42,24 @@ from gradedesign.workspace.run_folder import RunFolder
 RESULT_NAME = "result.json"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """The design that pictures and files show: the judged one, or the best that was found.
+
+    Attributes
+    ----------
+    rho : (M,) array
+        Density of every tetrahedron of the part.
+    analysed : Analysed
+    surface : SurfaceMesh
+        As exported.
+    """
+
+    rho: FloatArray
+    analysed: Analysed
+    surface: SurfaceMesh
+
+
 def write_result(out: RunFolder, result: RunResult) -> None:
     """Write result.json."""
     out.write_text(RESULT_NAME, json.dumps(as_json(result), indent=2, allow_nan=False) + "\n")
@@ -53,7 +73,7 @@ def write_outputs(
     *,
     solid: Sequence[Solution] = (),
     rho: FloatArray | None = None,
-    accepted: Accepted | None = None,
+    shown: Shown | None = None,
 ) -> RunResult:
     """Write what exists at this point and return the result with its files named."""
     files: dict[str, str] = {}
@@ -62,12 +82,12 @@ def write_outputs(
         warnings += _loads_picture(out, setup, files)
         if solid:
             _solid_vtu(out, setup, solid, files)
-        density = accepted.round.rho if accepted is not None else rho
+        density = shown.rho if shown is not None else rho
         if density is not None:
             warnings += _density_files(out, setup, density, files)
-        if accepted is not None:
-            files["stl"] = "lattice.stl"
-            warnings += _lattice_files(out, setup, accepted, files)
+        if shown is not None:
+            files["stl"] = STL_NAME
+            warnings += _lattice_files(out, setup, shown, files)
         elif rho is not None and setup.case.run.stop_after == "lattice":
             warnings += _unjudged_lattice(out, setup, rho, files)
     formats = setup.case.output.formats
@@ -208,10 +228,10 @@ def _density_files(
 
 
 def _lattice_files(
-    out: RunFolder, setup: Setup, accepted: Accepted, files: dict[str, str]
+    out: RunFolder, setup: Setup, shown: Shown, files: dict[str, str]
 ) -> tuple[str, ...]:
-    """Pictures and fields of the accepted lattice."""
-    result = accepted.analysed.result
+    """Pictures and fields of the lattice."""
+    result = shown.analysed.result
     worst = governing_measure(result.measures)
     load_case = worst[0] if worst else result.solutions[0].name
     solution = next(s for s in result.solutions if s.name == load_case)
@@ -226,7 +246,7 @@ def _lattice_files(
     surface, vertex = boundary_surface(result.space.mesh)
     files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
-        *picture_lattice(out.path_of("lattice.png"), accepted.surface),
+        *picture_lattice(out.path_of("lattice.png"), shown.surface),
         *picture_stress(
             out.path_of("stress.png"),
             surface,
@@ -269,9 +289,9 @@ def _unjudged_lattice(
         lattice_field(design, band=3 * step), design.lower - step, design.upper + step, step
     )
     surface, islands = remove_islands(raw)
-    files |= {"stl": "lattice.stl", "lattice": "lattice.png"}
-    write_stl(out.path_of("lattice.stl"), surface)
-    out.adopt("lattice.stl")
+    files |= {"stl": STL_NAME, "lattice": "lattice.png"}
+    write_stl(out.path_of(STL_NAME), surface)
+    out.adopt(STL_NAME)
     warnings = picture_lattice(out.path_of("lattice.png"), surface)
     out.adopt("lattice.png")
     if islands.dropped:

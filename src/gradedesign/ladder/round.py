@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import LatticeError
-from gradedesign.fe.solve import strain_energy_per_element
+from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.ladder.setup import Setup
 from gradedesign.lattice.density_grid import (
@@ -26,6 +26,7 @@ from gradedesign.sizing.homogenised import (
     lattice_mass,
     lattice_stiffness,
     solve_homogenised,
+    solve_vectors,
     total_mass,
 )
 from gradedesign.sizing.responses import (
@@ -172,7 +173,7 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
 
 
 def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
-    """Grid of the explicit mesh from the thinnest wall of the design, mm.
+    """Grid of the explicit mesh from the thinnest wall, skin or kept layer of the design, mm.
 
     Raises
     ------
@@ -190,7 +191,8 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
             f"the thinnest wall is {thinnest:.3g} mm at density {grid.values.min():.3g}, less "
             f"than [print] min_wall {case.print.min_wall:g} mm; raise the lower density"
         )
-    return thinnest / case.run.mesh_cubes_per_wall
+    solids = [k.margin for k in setup.kept] + ([case.lattice.skin] if case.lattice.skin else [])
+    return min([thinnest, *solids]) / case.run.mesh_cubes_per_wall
 
 
 def predict(setup: Setup, correction: Correction, grid: DensityGrid) -> Prediction:
@@ -225,7 +227,7 @@ def lattice_share(
     solutions = solve_homogenised(model, rho)
     uses = displacement_values(limits, solutions) / [limit.limit for limit in limits]
     worst = limits[int(np.argmax(uses))]
-    adjoint = solve_homogenised(model, rho, extra=adjoint_loads(model, [worst], solutions))[-1]
+    adjoint = solve_vectors(model, rho, adjoint_loads(model, [worst], solutions))[0]
     u = next(s for s in solutions if s.name == worst.load_case).displacement
     lattice = AnisotropicStiffness(C=(1 - model.solid_share) * lattice_stiffness(model, rho))
     shared = strain_energy_per_element(setup.space, lattice, u, adjoint.displacement).sum()

@@ -30,7 +30,8 @@ from gradedesign.part.part_mesh import (
     region_facets,
 )
 from gradedesign.part.signed_distance import region_distance, surface_distance
-from gradedesign.plugin.registry import Registry, choose_law, lookup
+from gradedesign.plugin.choose_law import choose_law
+from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
@@ -172,7 +173,7 @@ def prepare(case: Case, registry: Registry) -> Setup:
     calibration = calibrate(family, parameters)
     law = choose_law(registry, family.name, case.lattice.law, case.lattice.density)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters)
-    part = read_part(case, {r.suffix: r.read for r in registry.readers.values()})
+    part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
     mesh, attempts = part_tets(case, part)
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)

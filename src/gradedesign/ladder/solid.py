@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
+from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
 from gradedesign.ladder.setup import Setup

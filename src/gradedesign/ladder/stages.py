@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gradedesign.case.schema import Case
+from gradedesign.errors import CaseError
 from gradedesign.ladder.rounds import Round, round_from_stage, round_to_stage
 from gradedesign.ladder.setup import Setup
 from gradedesign.workspace.cache import content_key
@@ -16,6 +17,13 @@ ROUND_VERSION = 1
 
 def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> RunFolder:
     """Open the run folder of a case; use it in a ``with`` statement."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaseError(
+            f"cannot make {path.parent} for the run folder: {error.strerror}; choose another "
+            f"folder with -o"
+        ) from error
     return open_run_folder(path, case.case_hash, resume=resume, overwrite=overwrite)
 
 

@@ -106,7 +106,7 @@ def verdict_result(
     warnings = list(common.pop("warnings"))
     iterations = tuple(r.iteration for r in rounds)
     if accepted is None:
-        best = min(rounds, key=lambda r: r.iteration.use)
+        best = best_round(rounds)
         rows, design, tight = best.rows, best, False
         status, reason = "not_met", _why_not(rows, rounds, deadline)
     else:
@@ -142,6 +142,11 @@ def verdict_result(
         warnings=tuple(warnings),
         **common,
     )
+
+
+def best_round(rounds: Sequence[Round]) -> Round:
+    """The round whose worst limit is used least."""
+    return min(rounds, key=lambda r: r.iteration.use)
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:

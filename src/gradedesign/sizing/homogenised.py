@@ -15,7 +15,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
+from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.material.material import Material
@@ -162,27 +163,8 @@ def density_loads(model: HomogenisedModel, rho: FloatArray, case: PartLoadCase) 
     return force
 
 
-def solve_homogenised(
-    model: HomogenisedModel,
-    rho: FloatArray,
-    *,
-    extra: Sequence[LoadVector] = (),
-    rtol: float = 1e-8,
-) -> tuple[Solution, ...]:
-    """Displacements of every load case, then of every ``extra`` load vector.
-
-    Parameters
-    ----------
-    model : HomogenisedModel
-    rho : (M,) array
-        Relative density of the lattice phase.
-    extra : sequence of LoadVector
-        Further right-hand sides on the same stiffness, such as adjoint loads.
-
-    Returns
-    -------
-    tuple of Solution
-    """
+def solve_homogenised(model: HomogenisedModel, rho: FloatArray) -> tuple[Solution, ...]:
+    """Displacements of every load case for lattice densities ``(M,)``."""
     vectors = [
         LoadVector(
             name=case.name,
@@ -191,8 +173,15 @@ def solve_homogenised(
         )
         for case in model.cases
     ]
+    return solve_vectors(model, rho, vectors)
+
+
+def solve_vectors(
+    model: HomogenisedModel, rho: FloatArray, vectors: Sequence[LoadVector]
+) -> tuple[Solution, ...]:
+    """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
     stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
-    return solve_elastic(model.space, stiffness, [*vectors, *extra], rtol=rtol)
+    return solve_elastic(model.space, stiffness, vectors)
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:

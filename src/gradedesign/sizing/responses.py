@@ -9,9 +9,10 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import CaseError
+from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.element_means import body_force_work, mean_strain
 from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.solve import LoadVector, Solution, strain_energy_per_element
+from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.fe.supports import Supports
 from gradedesign.sizing.homogenised import (

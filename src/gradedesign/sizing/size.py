@@ -11,7 +11,12 @@ from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.errors import DensityError
-from gradedesign.sizing.homogenised import HomogenisedModel, lattice_mass, solve_homogenised
+from gradedesign.sizing.homogenised import (
+    HomogenisedModel,
+    lattice_mass,
+    solve_homogenised,
+    solve_vectors,
+)
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.responses import (
     DisplacementLimit,
@@ -193,9 +198,7 @@ def _evaluate(
     if not limits:
         return np.zeros(0), np.zeros((0, count)), stress
     values = displacement_values(limits, solutions)
-    adjoints = solve_homogenised(model, rho, extra=adjoint_loads(model, limits, solutions))[
-        len(model.cases) :
-    ]
+    adjoints = solve_vectors(model, rho, adjoint_loads(model, limits, solutions))
     cases = {case.name: case for case in model.cases}
     by_name = {s.name: s for s in solutions}
     gradients = np.array(

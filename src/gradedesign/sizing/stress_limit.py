@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
-from gradedesign.fe.solve import Solution
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
 from gradedesign.material.density_from_stress import density_from_stress
@@ -106,5 +106,6 @@ def density_for_stress(
     exceed it. Elements that are not considered ask for nothing.
     """
     envelope = np.max(np.stack(list(stress)), axis=0) * limit.factor
-    wanted = density_from_stress(model.law, envelope, limit.limit * allowance)
+    # Points that need more than the law's window offers take its top; the limit is judged later.
+    wanted = density_from_stress(model.law, envelope, limit.limit * allowance, above="limit")
     return np.where(limit.considered, wanted, 0.0)

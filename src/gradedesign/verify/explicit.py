@@ -14,7 +14,8 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
 from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
+from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises

@@ -12,7 +12,8 @@ from gradedesign.errors import MeshError
 from gradedesign.fe.element_points import element_points
 from gradedesign.fe.facets import facet_nodes
 from gradedesign.fe.field_eval import interpolate
-from gradedesign.fe.solve import LoadVector, solve_elastic
+from gradedesign.fe.solution import LoadVector
+from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, von_mises, weighted_percentile

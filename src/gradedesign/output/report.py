@@ -1,0 +1,315 @@
+"""The report an engineer signs: one self-contained HTML file, verdict first."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+#: Nothing is loaded from outside and no script runs.
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+_STYLE = """
+body{font:15px/1.5 system-ui,sans-serif;color:#1b1f24;max-width:62rem;
+margin:2rem auto;padding:0 1rem}
+h1{font-size:1.5rem;margin:0 0 .2rem}h2{font-size:1.15rem;margin:2rem 0 .5rem;
+border-bottom:1px solid #d0d7de}
+table{border-collapse:collapse;width:100%;margin:.5rem 0}
+th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid #e4e8ec;vertical-align:top}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
+.verdict{padding:1rem 1.2rem;border-radius:.4rem;margin:1rem 0;color:#fff}
+.met{background:#1a7f37}.not_met,.infeasible,.failed{background:#b42318}.partial{background:#57606a}
+.verdict b{font-size:1.3rem}.broken{color:#b42318;font-weight:600}
+figure{margin:1rem 0}figure img{max-width:100%;border:1px solid #d0d7de}
+figcaption{color:#57606a}pre{background:#f6f8fa;padding:1rem;overflow:auto;font-size:13px}
+.sign{display:flex;gap:3rem;margin-top:2rem}.sign div{flex:1;border-top:1px solid #1b1f24}
+"""
+
+_STATUS = {
+    "met": "MET",
+    "not_met": "NOT MET",
+    "infeasible": "INFEASIBLE",
+    "partial": "PARTIAL: nothing is proven",
+    "failed": "FAILED",
+}
+
+_PICTURES = {
+    "loads": "Supports and loads on the solid part",
+    "density": "Relative density that sizing chose",
+    "lattice": "The surface that is printed, as read back from the file",
+    "stress": "Von Mises stress of the explicit analysis",
+    "deformed": "Deformed lattice of the explicit analysis",
+}
+
+
+def render_report(result: Mapping[str, Any], pictures: Mapping[str, bytes], case_text: str) -> str:
+    """Render the report.
+
+    Parameters
+    ----------
+    result : mapping
+        The content of result.json.
+    pictures : mapping of name to PNG bytes
+        Names as in result.json's ``files``.
+    case_text : str
+        The case file, printed as it was.
+
+    Returns
+    -------
+    str
+        HTML that opens without a network; all text from outside is escaped.
+    """
+    sections = [
+        _verdict(result),
+        _limits(result),
+        _masses(result),
+        _iterations(result),
+        _acceptance(result),
+        _measures(result),
+        _figures(pictures),
+        _law(result),
+        _warnings(result),
+        _provenance(result),
+        f"<h2>Case file</h2><pre>{escape(case_text)}</pre>",
+        '<div class="sign"><div>Name</div><div>Date</div><div>Signature</div></div>',
+    ]
+    title = escape(str(result.get("case_name", "")))
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+        f"<title>gradedesign: {title}</title><style>{_STYLE}</style></head><body>"
+        f"<h1>{title}</h1>" + "".join(sections) + "</body></html>\n"
+    )
+
+
+def _verdict(result: Mapping[str, Any]) -> str:
+    status = str(result["status"])
+    lightest = ", lightest that was found" if result.get("lightest") else ""
+    return (
+        f'<div class="verdict {escape(status)}"><b>{_STATUS.get(status, escape(status))}'
+        f"{lightest}</b><br>{escape(str(result['reason']))}</div>"
+    )
+
+
+def _limits(result: Mapping[str, Any]) -> str:
+    rows = [
+        (
+            row["name"],
+            row["load_case"],
+            f"{row['value']:.4g} {row['unit']}",
+            f"{row['limit']:.4g} {row['unit']}",
+            f"{1 - row['use']:+.1%}",
+            _percent(row["resolution_error"]),
+            "holds" if row["passed"] else "BROKEN",
+            row["judged_by"],
+        )
+        for row in result["limits"]
+    ]
+    header = (
+        "limit",
+        "load case",
+        "value",
+        "allowed",
+        "margin",
+        "coarser mesh",
+        "",
+        "judged by",
+    )
+    return "<h2>Limits</h2>" + _table(header, rows, numbers={2, 3, 4, 5})
+
+
+def _masses(result: Mapping[str, Any]) -> str:
+    rows = [
+        (label, f"{result[key]:{form}}")
+        for label, key, form in (
+            ("mass, g", "mass_g", ".5g"),
+            ("of that the lattice, g", "lattice_mass_g", ".5g"),
+            ("fully solid part, g", "solid_mass_g", ".5g"),
+            ("share of the solid part's mass", "relative_density", ".1%"),
+            ("mean relative density of the lattice", "lattice_density", ".3f"),
+        )
+        if result.get(key) is not None
+    ]
+    return "<h2>Mass</h2>" + _table(("", ""), rows, numbers={1}) if rows else ""
+
+
+def _iterations(result: Mapping[str, Any]) -> str:
+    rows = [
+        (
+            str(it["round"]),
+            f"{it['mass_g']:.4g}",
+            f"{it['mean_density']:.3f}",
+            f"{it['use']:.1%}",
+            " ".join(f"{g:+.1%}" for g in it["displacement_gap"]),
+            _percent(it["stress_gap"]),
+            f"{it['stiffness_factor']:.3f}",
+            f"{it['dofs'] / 1e6:.2f}",
+            f"{it['seconds']:.0f}",
+        )
+        for it in result.get("iterations", [])
+    ]
+    if not rows:
+        return ""
+    note = (
+        "<p>The gap is the explicit value over the homogenised prediction of the same design, made "
+        "before its analysis, less one.</p>"
+    )
+    header = (
+        "round",
+        "mass g",
+        "lattice density",
+        "largest use",
+        "displacement gap",
+        "stress gap",
+        "stiffness factor",
+        "M unknowns",
+        "s",
+    )
+    return "<h2>Rounds</h2>" + _table(header, rows, numbers=set(range(9))) + note
+
+
+def _acceptance(result: Mapping[str, Any]) -> str:
+    data = result.get("acceptance") or {}
+    if not data:
+        return ""
+    parts = [
+        f"<p>Scope: {escape(data['scope'])}; {data['share_of_volume']:.1%} of the printed volume "
+        f"was meshed again from the exported file.</p>"
+    ]
+    rows = [
+        (
+            entry["limit"],
+            entry["mesher"],
+            entry["scope"],
+            f"{entry['volume_mm3']:.4g}",
+            ", ".join(f"{size:.3g}" for size in entry["mesh_sizes_mm"]),
+            _percent(entry["resolution_error"]),
+        )
+        for entry in data["limits"]
+    ]
+    header = ("limit", "mesher", "scope", "volume mm³", "mesh sizes mm", "difference")
+    parts.append(_table(header, rows, numbers={3, 5}))
+    windows = [
+        (
+            ", ".join(f"{c:.1f}" for c in w["centre_mm"]),
+            w["load_case"],
+            f"{w['value_MPa']:.4g}",
+            f"{w['explicit_MPa']:.4g}",
+            f"{w['force_gap']:.1%}",
+            f"{w['energy_gap']:.1%}",
+            "yes" if w["matches"] else "NO",
+            str(w["tets"]),
+        )
+        for w in data["windows"]
+    ]
+    if windows:
+        header = (
+            "window at mm",
+            "load case",
+            "MPa",
+            "explicit MPa",
+            "force gap",
+            "energy gap",
+            "within 3 %",
+            "tets",
+        )
+        parts.append(_table(header, windows, numbers={2, 3, 4, 5, 7}))
+    return "<h2>What the verdict rests on</h2>" + "".join(parts)
+
+
+def _measures(result: Mapping[str, Any]) -> str:
+    rows = []
+    for case, phases in (result.get("measures") or {}).items():
+        for phase, m in phases.items():
+            if isinstance(m, Mapping) and "share_above" in m:
+                centre = ", ".join(f"{c:.1f}" for c in m["worst_cell_centre"])
+                rows.append(
+                    (
+                        case,
+                        phase,
+                        f"{m['value']:.4g}",
+                        f"{m['maximum']:.4g}",
+                        f"{m['share_above']:.2%}",
+                        f"{m['worst_cell']:.4g}",
+                        centre,
+                    )
+                )
+    if not rows:
+        return ""
+    header = (
+        "load case",
+        "phase",
+        "percentile MPa",
+        "maximum MPa",
+        "above limit",
+        "worst cell MPa",
+        "at mm",
+    )
+    return "<h2>Stress by phase</h2>" + _table(header, rows, numbers={2, 3, 4, 5})
+
+
+def _figures(pictures: Mapping[str, bytes]) -> str:
+    figures = [
+        f'<figure><img alt="{escape(name)}" src="data:image/png;base64,'
+        f'{base64.b64encode(pictures[name]).decode("ascii")}">'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+        for name, caption in _PICTURES.items()
+        if name in pictures
+    ]
+    return "<h2>Pictures</h2>" + "".join(figures) if figures else ""
+
+
+def _law(result: Mapping[str, Any]) -> str:
+    law = result.get("law") or {}
+    rows = [
+        (key.replace("_", " "), _plain(value))
+        for key, value in law.items()
+        if value not in (None, "")
+    ]
+    return "<h2>Cell, law and material</h2>" + _table(("", ""), rows) if rows else ""
+
+
+def _warnings(result: Mapping[str, Any]) -> str:
+    items = "".join(f"<li>{escape(str(w))}</li>" for w in result.get("warnings", []))
+    return f"<h2>Warnings</h2><ul>{items}</ul>" if items else ""
+
+
+def _provenance(result: Mapping[str, Any]) -> str:
+    rows = [(name, str(version)) for name, version in (result.get("versions") or {}).items()]
+    rows += [("plugin", p) for p in result.get("plugins", [])]
+    rows += [(f"seconds, {k}", f"{v:.1f}") for k, v in (result.get("timing_s") or {}).items()]
+    rows.append(("case hash", str(result.get("case_hash", ""))))
+    return "<h2>Versions and time</h2>" + _table(("", ""), rows)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {_plain(v)}" for k, v in value.items())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return " to ".join(_plain(v) for v in value)
+    return str(value)
+
+
+def _percent(value: float | None) -> str:
+    return "–" if value is None else f"{value:+.1%}"
+
+
+def _table(
+    header: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: set[int] | None = None
+) -> str:
+    aligned = numbers or set()
+
+    def cell(tag: str, k: int, text: str) -> str:
+        kind = ' class="n"' if k in aligned else ""
+        broken = f'<span class="broken">{escape(text)}</span>' if text in ("BROKEN", "NO") else None
+        return f"<{tag}{kind}>{broken or escape(text)}</{tag}>"
+
+    head = "".join(cell("th", k, text) for k, text in enumerate(header))
+    body = "".join(
+        "<tr>" + "".join(cell("td", k, text) for k, text in enumerate(row)) + "</tr>"
+        for row in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
