@@ -11,14 +11,17 @@ from gradedesign.mesh.tet_mesh import boundary_facets, signed_volumes
 
 
 def waves(seed, finest):
-    """Random sum of waves down to a length of ``finest``, trimmed to a ball of radius 4."""
+    """Random sum of waves down to a length of ``finest``, trimmed to a ball of radius 4.
+
+    It is -1 at (-0.3, -0.3, -0.3), a point of the lattice used below, so that there is a solid.
+    """
     rng = np.random.default_rng(seed)
     count = 12
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     wave = direction * (2 * np.pi / finest * rng.uniform(0.3, 1, (count, 1)))
     phase = rng.uniform(0, 2 * np.pi, count)
-    offset = rng.uniform(-2, 2)
+    offset = -1 - np.cos(wave @ np.full(3, -0.3) + phase).sum()
 
     def field(p):
         total = np.full(p.shape[1:], offset)
