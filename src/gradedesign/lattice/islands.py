@@ -93,7 +93,7 @@ def remove_islands(
         dropped_volume=gone,
         dropped_share=share,
         pockets=int(np.count_nonzero(kept[voids])),
-        pocket_volume=-float(volume[voids][kept[voids]].sum()),
+        pocket_volume=abs(float(volume[voids][kept[voids]].sum())),
     )
     _refuse_large(report.dropped, share, max_share)
     if not loose.size:
