@@ -237,7 +237,10 @@ def _register_modules(
 ) -> tuple[PluginFailure, ...]:
     """Register modules that the caller imported."""
     for module in plugins:
-        _register(manager, sources, module, _distribution_source(None, module.__name__, "module"))
+        source = PluginSource(
+            entry_point=module.__name__, distribution=f"module {module.__name__}", version=""
+        )
+        _register(manager, sources, module, source)
     return ()
 
 

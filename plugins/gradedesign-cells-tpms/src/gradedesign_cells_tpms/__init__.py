@@ -13,7 +13,7 @@ from gradedesign_cells_tpms.laws import scaling_laws
 def gradedesign_cell_families() -> Iterator[CellFamily]:
     """Register sheet, network and wall of every surface."""
     for surface in (diamond, gyroid, primitive):
-        yield from surface.families()
+        yield from surface.FAMILIES
 
 
 @hookimpl

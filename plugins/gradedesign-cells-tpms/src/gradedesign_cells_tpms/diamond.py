@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -50,16 +49,15 @@ def diamond_wall(u: FloatArray) -> FloatArray:
     return np.abs(_distance()(u))
 
 
-def families() -> Iterator[CellFamily]:
-    """Cells built on the Schwarz diamond surface."""
-    yield CellFamily(
-        name="diamond-sheet", shape=diamond_sheet, source=f"|f| <= t, {SOURCE}", sides=2
-    )
-    yield CellFamily(name="diamond-network", shape=diamond, source=f"f <= t, {SOURCE}")
-    yield CellFamily(
+#: Cells built on this surface.
+FAMILIES = (
+    CellFamily(name="diamond-sheet", shape=diamond_sheet, source=f"|f| <= t, {SOURCE}", sides=2),
+    CellFamily(name="diamond-network", shape=diamond, source=f"f <= t, {SOURCE}"),
+    CellFamily(
         name="diamond-wall",
         shape=diamond_wall,
         source=f"distance to f = 0, {SOURCE}",
         distance=True,
         sides=2,
-    )
+    ),
+)

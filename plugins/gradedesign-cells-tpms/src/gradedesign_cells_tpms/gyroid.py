@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -48,14 +47,15 @@ def gyroid_wall(u: FloatArray) -> FloatArray:
     return np.abs(_distance()(u))
 
 
-def families() -> Iterator[CellFamily]:
-    """Cells built on the Schoen gyroid."""
-    yield CellFamily(name="gyroid-sheet", shape=gyroid_sheet, source=f"|f| <= t, {SOURCE}", sides=2)
-    yield CellFamily(name="gyroid-network", shape=gyroid, source=f"f <= t, {SOURCE}")
-    yield CellFamily(
+#: Cells built on this surface.
+FAMILIES = (
+    CellFamily(name="gyroid-sheet", shape=gyroid_sheet, source=f"|f| <= t, {SOURCE}", sides=2),
+    CellFamily(name="gyroid-network", shape=gyroid, source=f"f <= t, {SOURCE}"),
+    CellFamily(
         name="gyroid-wall",
         shape=gyroid_wall,
         source=f"distance to f = 0, {SOURCE}",
         distance=True,
         sides=2,
-    )
+    ),
+)

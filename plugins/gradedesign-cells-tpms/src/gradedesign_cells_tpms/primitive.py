@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -48,16 +47,17 @@ def primitive_wall(u: FloatArray) -> FloatArray:
     return np.abs(_distance()(u))
 
 
-def families() -> Iterator[CellFamily]:
-    """Cells built on the Schwarz primitive surface."""
-    yield CellFamily(
+#: Cells built on this surface.
+FAMILIES = (
+    CellFamily(
         name="primitive-sheet", shape=primitive_sheet, source=f"|f| <= t, {SOURCE}", sides=2
-    )
-    yield CellFamily(name="primitive-network", shape=primitive, source=f"f <= t, {SOURCE}")
-    yield CellFamily(
+    ),
+    CellFamily(name="primitive-network", shape=primitive, source=f"f <= t, {SOURCE}"),
+    CellFamily(
         name="primitive-wall",
         shape=primitive_wall,
         source=f"distance to f = 0, {SOURCE}",
         distance=True,
         sides=2,
-    )
+    ),
+)

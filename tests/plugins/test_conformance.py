@@ -1,0 +1,94 @@
+"""Every installed family and law keeps the promises of its record; the kit itself can fail."""
+
+import numpy as np
+import pytest
+
+from gradedesign import CellFamily, DensityError, PluginError, ScalingLaw
+from gradedesign.plugin.registry import build_registry
+from gradedesign.testing import check_cell_family, check_scaling_law
+
+REGISTRY = build_registry()
+
+
+@pytest.mark.parametrize("family", REGISTRY.cell_families.values(), ids=lambda f: f.name)
+def test_family_conforms(family):
+    check_cell_family(family)
+
+
+@pytest.mark.parametrize("law", REGISTRY.scaling_laws.values(), ids=lambda k: k.name)
+def test_law_conforms(law):
+    check_scaling_law(law)
+    assert law.source
+    assert law.test
+    assert set(law.families) <= set(REGISTRY.cell_families)
+
+
+def cosines(u):
+    return np.cos(2 * np.pi * u)
+
+
+def nodal(u):
+    return cosines(u).sum(axis=0)
+
+
+def changing(u):
+    value = nodal(u)
+    u *= 0.5
+    return value
+
+
+def lopsided(u):
+    x, y, z = cosines(u)
+    return x + y + 0.8 * z
+
+
+def by_length(u):
+    return nodal(u) + u.shape[-1]
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"name": "Upper"}, PluginError, "lower case"),
+        ({"shape": lambda u: nodal(u).ravel()[:1]}, PluginError, "shape"),
+        ({"shape": lambda u: np.log(np.abs(nodal(u)) * 0)}, PluginError, "finite|divide"),
+        ({"shape": lambda u: np.cos(u).sum(axis=0)}, PluginError, "period must be 1"),
+        ({"shape": changing}, PluginError, "changed its input"),
+        ({"shape": by_length}, PluginError, "depend on the shape"),
+        ({"shape": lopsided}, PluginError, "declares symmetry 'cubic'"),
+        ({"shape": nodal, "sides": 2}, PluginError, "sides=2"),
+        ({"shape": nodal, "distance": True}, PluginError, "distance=True"),
+        ({"shape": lambda u: np.maximum(nodal(u), 0.1)}, PluginError, "constant"),
+        (
+            {"shape": lambda u: np.abs(np.sin(2 * np.pi * u[0])), "symmetry": "orthotropic"},
+            DensityError,
+            "three directions",
+        ),
+    ],
+)
+def test_the_kit_finds_broken_families(settings, error, message):
+    family = CellFamily(**{"name": "broken", "shape": nodal, **settings})
+    with np.errstate(divide="ignore"), pytest.raises(error, match=message):
+        check_cell_family(family)
+
+
+def test_lower_symmetry_may_be_declared():
+    check_cell_family(CellFamily(name="lopsided", shape=lopsided, symmetry="tetragonal"))
+
+
+def test_the_kit_finds_a_wrong_derivative():
+    good = REGISTRY.scaling_laws["ramirez-2022-gyroid-4x4x4"]
+    bad = ScalingLaw(
+        name="bad",
+        families=good.families,
+        stiffness=good.stiffness,
+        stiffness_derivative=lambda rho: 1.01 * good.stiffness_derivative(rho),
+        strength=good.strength,
+        strength_derivative=good.strength_derivative,
+        window=good.window,
+        kind=good.kind,
+        source=good.source,
+        test=good.test,
+    )
+    with pytest.raises(PluginError, match="derivative"):
+        check_scaling_law(bad)

@@ -1,0 +1,61 @@
+"""Properties of every installed cell family, for any input."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.shape import grid_nodes
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.plugin.registry import build_registry
+
+FAMILIES = list(build_registry().cell_families.values())
+every_family = pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.name)
+coordinate = st.floats(-4, 4, allow_nan=False)
+
+
+@every_family
+@settings(max_examples=25, deadline=None)
+@given(
+    point=st.tuples(coordinate, coordinate, coordinate),
+    shift=st.tuples(*[st.integers(-3, 3)] * 3),
+)
+def test_whole_cells_change_nothing(family, point, shift):
+    u = np.array(point)
+    moved = family.shape(u + np.array(shift, dtype=float), **family.parameters)
+    assert moved == pytest.approx(family.shape(u, **family.parameters), abs=1e-9)
+
+
+@every_family
+@settings(max_examples=25, deadline=None)
+@given(fractions=st.tuples(st.floats(0, 1), st.floats(0, 1)))
+def test_level_and_wall_increase_with_density(family, fractions):
+    calibration = calibrate(family)
+    a, b = calibration.window
+    low, high = sorted(a + (b - a) * f for f in fractions)
+    assert calibration.density_of(calibration.level_of(low)) == pytest.approx(low, abs=1e-9)
+    if high - low > 1e-6:
+        assert calibration.level_of(low) < calibration.level_of(high)
+    assert wall_mm(family, None, low, 5.0) <= wall_mm(family, None, high, 5.0) + 1e-12
+
+
+@every_family
+def test_density_agrees_with_a_voxel_count(family):
+    # The bound of the calibration, 0.003, on a grid of its own.
+    calibration = calibrate(family)
+    grid = family.shape(grid_nodes(100, (0.5, 0.5, 0.5)), **family.parameters)
+    for rho in np.linspace(*calibration.window, 7):
+        assert np.mean(grid <= calibration.level_of(rho)) == pytest.approx(rho, abs=0.003)
+
+
+@every_family
+def test_sheet_and_void_fill_the_cell(family):
+    # Sheet f in [-t, t] of the network's function: solid plus both voids is one cell.
+    if not family.name.endswith("-sheet"):
+        pytest.skip("only sheets have a network of the same function")
+    network = {f.name: f for f in FAMILIES}[family.name.replace("-sheet", "-network")]
+    values = network.shape(grid_nodes(100, (0.5, 0.5, 0.5)))
+    level = float(calibrate(family).level_of(0.3))
+    voids = np.mean(values < -level) + np.mean(values > level)
+    assert voids == pytest.approx(0.7, abs=0.003)

@@ -1,0 +1,206 @@
+"""The design, checked on the source: direction of imports, place of heavy libraries, hooks."""
+
+import ast
+import doctest
+import importlib
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import gradedesign
+import gradedesign.fields
+import gradedesign.testing
+from gradedesign.plugin import hookspecs
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "gradedesign"
+
+#: Direction of imports: a module imports only from above itself, or its own package.
+ORDER = (
+    "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
+    "voxel", "homogenise", "sizing", "lattice", "verify", "output", "plugin", "ladder",
+    "pipeline", "testing", "cli",
+)  # fmt: skip
+
+#: Where each heavy library may be imported at all.
+HEAVY = {
+    "skfem": ("fe", "part"),
+    "pytetwild": ("mesh/_tetwild_worker.py",),
+    "vtk": ("output", "lattice"),
+    "vtkmodules": ("output", "lattice"),
+    "pyvista": ("output", "lattice"),
+    "matplotlib": ("output",),
+    "skimage": ("lattice", "output"),
+    "meshio": ("output",),
+    "trimesh": (),
+    "manifold3d": ("part", "lattice", "output", "verify"),
+    "pymeshlab": (),
+}
+
+#: Libraries that importing the command line must not load: they cost seconds.
+LAZY = ("pytetwild", "vtk", "vtkmodules", "pyvista", "matplotlib", "trimesh")
+
+#: What plugins may import of the core.
+PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.testing")
+
+MODULES = sorted(path for path in SOURCE.rglob("*.py"))
+PLUGIN_MODULES = sorted((ROOT / "plugins").glob("*/src/**/*.py"))
+
+
+def imports(path):
+    """Names of the modules a file imports, those only for type checking left out."""
+    found = []
+
+    def visit(node):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            return
+        if isinstance(node, ast.Import):
+            found.extend(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            # `from gradedesign import fe` imports a module, `from gradedesign.fe.x import y` too.
+            found.append(node.module)
+            found.extend(f"{node.module}.{alias.name}" for alias in node.names)
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    visit(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+def place(path):
+    """First part of a module's place below the package: its entry in ORDER."""
+    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+
+
+def short(path):
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_imports_point_upwards(path):
+    here = place(path)
+    if here == "__init__":
+        return
+    assert here in ORDER, f"{here} has no place in the design"
+    for name in imports(path):
+        parts = name.split(".")
+        if parts[0] != "gradedesign" or len(parts) == 1:
+            assert name != "gradedesign", f"{short(path)} imports the package itself"
+            continue
+        if parts[1] not in ORDER:
+            assert hasattr(gradedesign, parts[1]), f"{short(path)} imports {name}"
+            continue
+        assert ORDER.index(parts[1]) <= ORDER.index(here), f"{short(path)} imports {name}"
+
+
+def test_the_order_of_the_test_sees_an_upward_import(tmp_path):
+    wrong = tmp_path / "x.py"
+    wrong.write_text("from gradedesign.cli import app\nimport gradedesign.fe.space\n")
+    assert "gradedesign.cli" in imports(wrong)
+    assert "gradedesign.fe.space" in imports(wrong)
+
+
+def test_only_the_pipeline_and_the_command_line_use_the_registry():
+    users = {
+        place(p) for p in MODULES if any(n.startswith("gradedesign.plugin") for n in imports(p))
+    }
+    assert users <= {"plugin", "ladder", "pipeline", "cli", "__init__"}
+
+
+@pytest.mark.parametrize("library", HEAVY)
+def test_heavy_libraries_have_their_place(library):
+    for path in MODULES:
+        if any(name.split(".")[0] == library for name in imports(path)):
+            inside = path.relative_to(SOURCE).as_posix()
+            assert any(inside == p or inside.startswith(f"{p}/") for p in HEAVY[library]), (
+                f"{short(path)} imports {library}"
+            )
+
+
+def test_importing_the_core_loads_nothing_heavy():
+    code = (
+        "import sys, gradedesign, gradedesign.pipeline, gradedesign.testing, gradedesign.cli\n"
+        f"print(*sorted(set(sys.modules) & set({LAZY!r})))"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert result.stdout.split() == []
+
+
+FAMILY_WORDS = re.compile(
+    r"gyroid|schwar[tz]z?|diamond|primitive|neovius|\biwp\b|octet", re.IGNORECASE
+)
+
+
+def prose(tree):
+    """Nodes that may name a cell: docstrings, and the examples of a schema."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            yield node.value
+        if isinstance(node, ast.keyword) and node.arg == "examples":
+            yield from ast.walk(node.value)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_the_core_knows_no_family_by_name(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    allowed = {id(node) for node in prose(tree)}
+    for node in ast.walk(tree):
+        text = getattr(node, "id", None) or getattr(node, "name", None) or ""
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            text = "" if id(node) in allowed else node.value
+        assert not FAMILY_WORDS.search(str(text)), f"{short(path)}:{node.lineno} names {text!r}"
+
+
+@pytest.mark.parametrize("path", PLUGIN_MODULES, ids=short)
+def test_plugins_import_only_public_names(path):
+    own = path.relative_to(ROOT / "plugins").parts[2]
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            assert not [a.name for a in node.names if a.name.startswith("gradedesign.")]
+        if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "gradedesign":
+            assert node.module in PUBLIC, f"{short(path)} imports from {node.module}"
+            public = importlib.import_module(node.module).__all__
+            assert {a.name for a in node.names} <= set(public), f"{short(path)}: {node.module}"
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.module.startswith("gradedesign_") or node.module.startswith(own)
+
+
+def test_every_hook_is_in_the_readme():
+    readme = (ROOT / "plugins" / "README.md").read_text(encoding="utf-8")
+    hooks = [name for name in vars(hookspecs) if name.startswith("gradedesign_")]
+    assert len(hooks) >= 5
+    for hook in hooks:
+        assert f"`{hook}`" in readme, f"plugins/README.md does not explain {hook}"
+
+
+def test_every_plugin_has_its_own_project_readme_and_tests():
+    folders = [p.parent for p in (ROOT / "plugins").glob("*/pyproject.toml")]
+    assert folders
+    for folder in folders:
+        assert (folder / "README.md").is_file()
+        assert list((folder / "tests").glob("test_*.py"))
+        project = (folder / "pyproject.toml").read_text(encoding="utf-8")
+        assert "gradedesign>=0.1" in project
+        assert "[project.entry-points.gradedesign]" in project
+
+
+def documented_modules():
+    """Modules of the core with examples in their docstrings, importable without heavy libraries."""
+    for path in MODULES:
+        if ">>> " in path.read_text(encoding="utf-8") and "_opengl" not in path.name:
+            parts = path.relative_to(SOURCE.parent).with_suffix("").parts
+            yield ".".join(p for p in parts if p != "__init__")
+
+
+@pytest.mark.parametrize("name", list(documented_modules()))
+def test_examples_in_docstrings_run(name):
+    result = doctest.testmod(importlib.import_module(name))
+    assert result.attempted > 0
+    assert result.failed == 0
