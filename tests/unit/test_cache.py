@@ -133,7 +133,7 @@ def frozen(part):
     return (type(part).__name__, repr(part))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(a=st.lists(PART, max_size=3), b=st.lists(PART, max_size=3))
 def test_keys_are_equal_only_for_equal_sequences(a, b):
     same = [frozen(part) for part in a] == [frozen(part) for part in b]

@@ -2,6 +2,7 @@
 
 import json
 import logging
+import os
 import subprocess
 import sys
 
@@ -67,7 +68,7 @@ def home(tmp_path, monkeypatch):
     log = tmp_path / "calls.jsonl"
     for name, body in WORKERS.items():
         (modules / f"mesher_{name}.py").write_text(f"LOG = {str(log)!r}\n{HEAD}\n{body}\n")
-    monkeypatch.setenv("PYTHONPATH", str(modules))
+    monkeypatch.setenv("PYTHONPATH", str(modules), prepend=os.pathsep)
     return log
 
 

@@ -16,10 +16,12 @@ from gradedesign.workspace.worker import run_worker
 
 HEAD = """
 import json, os, signal, sys, time
+options = json.load(open(sys.argv[3]))
+"""
+NUMPY = """
 import numpy as np
 with np.load(sys.argv[1]) as archive:
     arrays = dict(archive)
-options = json.load(open(sys.argv[2 + 1]))
 """
 WORKERS = {
     "doubles": "np.savez(sys.argv[2], x=2 * arrays['x'], n=options['n'], cwd=os.getcwd())",
@@ -42,7 +44,8 @@ child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])
 open(options['pids'], 'w').write(f'{os.getpid()} {child.pid}')
 if options['wait']:
     time.sleep(600)
-np.savez(sys.argv[2], x=1)
+import numpy
+numpy.savez(sys.argv[2], x=1)
 """
 
 
@@ -52,8 +55,10 @@ def modules(tmp_path, monkeypatch):
     folder = tmp_path / "modules"
     folder.mkdir()
     for name, body in WORKERS.items():
-        (folder / f"worker_that_{name}.py").write_text(HEAD + body)
-    monkeypatch.setenv("PYTHONPATH", str(folder))
+        (folder / f"worker_that_{name}.py").write_text(
+            HEAD + (NUMPY if "np." in body else "") + body
+        )
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
