@@ -6,7 +6,6 @@ import logging
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib import metadata
 from types import MappingProxyType, ModuleType
 from typing import Any, Literal, NamedTuple
@@ -21,6 +20,9 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
+from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
+
+__all__ = ["PluginFailure", "PluginSource", "Registry", "build_registry", "lookup"]
 
 log = logging.getLogger(__name__)
 
@@ -48,57 +50,6 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PluginSource:
-    """A plugin that was loaded: its entry point (or module), distribution and version."""
-
-    entry_point: str
-    distribution: str
-    version: str
-
-    def __str__(self) -> str:
-        """Name the distribution and version, as reports print them."""
-        return f"{self.distribution} {self.version}".strip()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PluginFailure:
-    """A plugin that could not be loaded and supplies nothing."""
-
-    entry_point: str
-    distribution: str
-    error: str
-
-    def __str__(self) -> str:
-        """Name entry point, distribution and error in one line."""
-        return f"plugin '{self.entry_point}' of {self.distribution}: {self.error}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Registry:
-    """Records by kind and name, sorted by name.
-
-    Attributes
-    ----------
-    cell_families, scaling_laws, materials, readers, exporters : mapping of str to record
-    sources : mapping of kind to mapping of name to str
-        ``"distribution version"`` that supplied the record.
-    plugins : tuple of PluginSource
-        Every plugin that was loaded, for the report.
-    failures : tuple of PluginFailure
-        Every plugin that was not.
-    """
-
-    cell_families: Mapping[str, CellFamily]
-    scaling_laws: Mapping[str, ScalingLaw]
-    materials: Mapping[str, Material]
-    readers: Mapping[str, PartReader]
-    exporters: Mapping[str, Exporter]
-    sources: Mapping[str, Mapping[str, str]]
-    plugins: tuple[PluginSource, ...]
-    failures: tuple[PluginFailure, ...]
 
 
 def build_registry(

@@ -1,0 +1,63 @@
+"""What the registry holds: records by name, where they came from, and what failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gradedesign.cell.family import CellFamily
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.output.exporter import Exporter
+from gradedesign.part.reader import PartReader
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PluginSource:
+    """A plugin that was loaded: its entry point (or module), distribution and version."""
+
+    entry_point: str
+    distribution: str
+    version: str
+
+    def __str__(self) -> str:
+        """Name the distribution and version, as reports print them."""
+        return f"{self.distribution} {self.version}".strip()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PluginFailure:
+    """A plugin that could not be loaded and supplies nothing."""
+
+    entry_point: str
+    distribution: str
+    error: str
+
+    def __str__(self) -> str:
+        """Name entry point, distribution and error in one line."""
+        return f"plugin '{self.entry_point}' of {self.distribution}: {self.error}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Registry:
+    """Records by kind and name, sorted by name.
+
+    Attributes
+    ----------
+    cell_families, scaling_laws, materials, readers, exporters : mapping of str to record
+    sources : mapping of kind to mapping of name to str
+        ``"distribution version"`` that supplied the record.
+    plugins : tuple of PluginSource
+        Every plugin that was loaded, for the report.
+    failures : tuple of PluginFailure
+        Every plugin that was not.
+    """
+
+    cell_families: Mapping[str, CellFamily]
+    scaling_laws: Mapping[str, ScalingLaw]
+    materials: Mapping[str, Material]
+    readers: Mapping[str, PartReader]
+    exporters: Mapping[str, Exporter]
+    sources: Mapping[str, Mapping[str, str]]
+    plugins: tuple[PluginSource, ...]
+    failures: tuple[PluginFailure, ...]
