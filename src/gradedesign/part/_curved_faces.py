@@ -24,8 +24,11 @@ _SQUARE = np.sin(np.radians(1.0))
 #: A cluster this much larger than its neighbours' median, or with this share of its set, is a
 #: face of its own, not a facet of a curved one.
 _LARGE_RATIO, _LARGE_SHARE = 9.0, 0.2
-#: Strips of a cylinder that runs into a doubly curved face are at least so much longer than wide.
-_LEAST_ASPECT = 2.0
+#: Strips of a cylinder that runs into a doubly curved face are so much longer than the facets
+#: there, or so much longer than wide.
+_LONGER, _SLENDER = 2.0, 10.0
+#: A neighbour tilts along the axis if by more than this share of the turn between strips.
+_TILT = 0.3
 #: Clusters with more neighbours than this are no strips.
 _MOST_NEIGHBOURS = 16
 
@@ -82,16 +85,20 @@ def _split_planes(clusters: Clusters, members: list[int]) -> list[Piece]:
 def _grow_cylinders(clusters: Clusters, members: list[int]) -> tuple[list[Piece], list[int]]:
     """Grow a cylinder from every strip that turns about one axis to both sides."""
     free = set(members)
+    tried: set[int] = set()  # what grew in vain would do so again from each of its strips
     pieces: list[Piece] = []
     for k in members:
         if k not in free:
             continue
         for seed in _strip_seeds(clusters, k, free):
-            grown = _grow(clusters, seed, free)
-            if grown is not None:
-                pieces.append(("cylinder", *grown))
-                free.difference_update(grown[0])
+            if k in tried:
                 break
+            found, cylinder = _grow(clusters, seed, free)
+            if cylinder is not None:
+                pieces.append(("cylinder", sorted(found), cylinder))
+                free.difference_update(found)
+                break
+            tried.update(found)
     return pieces, sorted(free)
 
 
@@ -106,16 +113,24 @@ def _strip_seeds(clusters: Clusters, k: int, free: set[int]) -> list[list[int]]:
     return [[k, i, j] for i, j in pairs if i in free and j in free]
 
 
-def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[list[int], Cylinder] | None:
-    """Add neighbours while they lie on the cylinder through a seed; None if it stays small."""
+def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[set[int], Cylinder | None]:
+    """Add neighbours while they lie on the cylinder through a seed.
+
+    Returns
+    -------
+    found : set of int
+        What was gathered beyond the seed; empty if nothing was.
+    cylinder : Cylinder or None
+        None unless what was found is large enough to be sure.
+    """
     found = set(seed)
     rough = fit_cylinder(patch_of(clusters, seed))
     if rough is None or _is_band(clusters, found, rough):
-        return None
+        return set(), None
     width = min(_width(clusters, k, rough) for k in seed)
     cylinder = _fit(clusters, found, width)
     if cylinder is None:
-        return None
+        return set(), None
     fitted, front = len(found), list(seed)
     while front:
         candidates = {j for k in front for j in clusters.neighbours[k].tolist()} & free - found
@@ -124,26 +139,28 @@ def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[list[int
         if len(found) > 1.5 * fitted:
             cylinder, fitted = _fit(clusters, found, width) or cylinder, len(found)
     better = _fit(clusters, found, width)
-    if better is None:
-        return None
-    span = angular_span(patch_of(clusters, found).points, better)
-    enough = (len(found) >= 4 and span >= 30.0) or (len(found) == 3 and span >= 60.0)
-    return (sorted(found), better) if enough else None
+    if better is not None and not _is_band(clusters, found, better):
+        span = angular_span(patch_of(clusters, found).points, better)
+        if (len(found) >= 4 and span >= 30.0) or (len(found) == 3 and span >= 60.0):
+            return found, better
+    return (found if len(found) > len(seed) else set()), None
 
 
 def _is_band(clusters: Clusters, found: set[int], cylinder: Cylinder) -> bool:
     """Whether a short cylinder is one row of facets of a sphere or torus.
 
-    Then the surface goes on smoothly along the axis, and the row is about as long as its
-    facets are wide.
+    Then the surface goes on smoothly along the axis, in facets of about the same length.
     """
-    beside = {j for k in found for j in clusters.neighbours[k].tolist()} - found
-    if not beside or (np.abs(clusters.normal[sorted(beside)] @ cylinder.axis) < _SQUARE).all():
+    beside = sorted({j for k in found for j in clusters.neighbours[k].tolist()} - found)
+    width = np.median([_width(clusters, k, cylinder) for k in found])
+    limit = min(_SQUARE, _TILT * width / cylinder.radius)
+    tilted = np.abs(clusters.normal[beside] @ cylinder.axis) > limit
+    if not tilted.any():
         return False
-    members = sorted(found)
-    lengths = [np.ptp(_vertices(clusters, k) @ cylinder.axis) for k in members]
-    widths = [_width(clusters, k, cylinder) for k in members]
-    return bool(np.median(lengths) < _LEAST_ASPECT * np.median(widths))
+    rows = [k for k, tilt in zip(beside, tilted, strict=True) if tilt]
+    length = np.median([np.ptp(_vertices(clusters, k) @ cylinder.axis) for k in found])
+    next_length = np.median([np.ptp(_vertices(clusters, k) @ cylinder.axis) for k in rows])
+    return bool(length < _LONGER * next_length and length < _SLENDER * width)
 
 
 def _fit(clusters: Clusters, members: set[int], width: float) -> Cylinder | None:

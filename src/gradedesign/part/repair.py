@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,6 +112,27 @@ def build_surface(
     flat = corners.reshape(-1, 3)
     diagonal = float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
     warnings = _size_warnings(flat, diagonal, source)
+    vertices, faces, counts = _cleaned(corners, diagonal, source)
+    vertices, faces, holes = _close_holes(vertices, faces, repair, diagonal, source, warnings)
+    vertices, faces = compact(vertices, faces)
+    touching = int(np.count_nonzero(face_edges(faces).count > 2))
+    solid = settle_shells(vertices, faces, bodies=bodies, source=source)
+    counts |= {"holes_filled": holes, "touching_edges": touching, **solid.counts}
+    report = RepairReport(
+        facets_read=len(corners),
+        facets_kept=len(solid.faces),
+        weld_tolerance=WELD_SHARE * diagonal,
+        warnings=(*warnings, *_change_notes(counts, source), *solid.warnings),
+        **counts,
+    )
+    log.info("%s: %d of %d facets kept", source, report.facets_kept, report.facets_read)
+    return SurfaceMesh(vertices=solid.vertices, faces=solid.faces), report
+
+
+def _cleaned(
+    corners: FloatArray, diagonal: float, source: str
+) -> tuple[FloatArray, IntArray, dict[str, int]]:
+    """Weld, drop what carries no area or no news, and orient; counts as in the report."""
     vertices, faces, welded = weld(corners, WELD_SHARE * diagonal)
     _require_thickness(vertices, diagonal, source)
     faces, degenerate = drop_degenerate(vertices, faces, diagonal)
@@ -118,33 +140,13 @@ def build_surface(
         raise PartError(f"{source}: all {len(corners)} facets have zero area; nothing is enclosed")
     faces, duplicates = drop_duplicates(faces)
     faces, flipped = orient_consistently(vertices, faces, source)
-    vertices, faces, holes = _close_holes(vertices, faces, repair, diagonal, source, warnings)
-    vertices, faces = compact(vertices, faces)
-    touching = int(np.count_nonzero(face_edges(faces).count > 2))
-    solid = settle_shells(vertices, faces, bodies=bodies, source=source)
-    _note_changes(
-        warnings,
-        source,
-        degenerate=degenerate,
-        duplicates=duplicates,
-        flipped=flipped,
-        touching=touching,
-    )
-    report = RepairReport(
-        facets_read=len(corners),
-        facets_kept=len(solid.faces),
-        vertices_welded=welded,
-        weld_tolerance=WELD_SHARE * diagonal,
-        degenerate_removed=degenerate,
-        duplicates_removed=duplicates,
-        facets_flipped=flipped,
-        holes_filled=holes,
-        touching_edges=touching,
-        warnings=(*warnings, *solid.warnings),
-        **solid.counts,
-    )
-    log.info("%s: %d of %d facets kept", source, report.facets_kept, report.facets_read)
-    return SurfaceMesh(vertices=solid.vertices, faces=solid.faces), report
+    counts = {
+        "vertices_welded": welded,
+        "degenerate_removed": degenerate,
+        "duplicates_removed": duplicates,
+        "facets_flipped": flipped,
+    }
+    return vertices, faces, counts
 
 
 def _require_option(key: str, value: str, known: tuple[str, ...]) -> None:
@@ -205,24 +207,13 @@ def _close_holes(
     return vertices, faces, len(rims)
 
 
-def _note_changes(
-    warnings: list[str],
-    source: str,
-    *,
-    degenerate: int,
-    duplicates: int,
-    flipped: int,
-    touching: int,
-) -> None:
+def _change_notes(counts: Mapping[str, int], source: str) -> list[str]:
     """Put the counted changes into words."""
-    if degenerate:
-        warnings.append(f"{source}: {degenerate} facets of zero area removed")
-    if duplicates:
-        warnings.append(f"{source}: {duplicates} duplicate facets removed")
-    if flipped:
-        warnings.append(f"{source}: {flipped} facets turned to agree with their neighbours")
-    if touching:
-        warnings.append(
-            f"{source}: the surface touches itself along {touching} edges; "
-            "such a joint carries no load reliably"
-        )
+    words = {
+        "degenerate_removed": "facets of zero area removed",
+        "duplicates_removed": "duplicate facets removed",
+        "facets_flipped": "facets turned to agree with their neighbours",
+        "touching_edges": "edges along which the surface touches itself: "
+        "such a joint carries no load reliably",
+    }
+    return [f"{source}: {counts[key]} {text}" for key, text in words.items() if counts[key]]
