@@ -210,6 +210,38 @@ def test_a_factorisation_that_does_not_fit_memory_is_refused(monkeypatch):
         solve_elastic(space, steel(space), [case])
 
 
+@pytest.mark.parametrize("method", ["pardiso", "superlu", "multigrid"])
+def test_a_hinge_is_refused(method, monkeypatch):
+    """Two cubes that share one edge: supports hold the first, the second swings about the edge."""
+    if method == "superlu":
+        monkeypatch.setattr(direct, "_pardiso", lambda: None)
+    else:
+        pytest.importorskip("pypardiso")
+    if method == "multigrid":
+        monkeypatch.setattr(solve, "SMALL", 0)
+    first = box((1.0, 1.0, 1.0), (2, 2, 2))
+    x, _, z = first.points
+    second = first.points + np.array([[1.0], [0.0], [1.0]])
+    shared = (x == 0.0) & (z == 0.0)
+    partner = [
+        int(np.flatnonzero((first.points == second[:, [k]]).all(axis=0))[0])
+        for k in np.flatnonzero(shared)
+    ]
+    number = np.zeros(x.size, int)
+    number[shared] = partner
+    number[~shared] = x.size + np.arange(np.count_nonzero(~shared))
+    mesh = TetMesh(
+        points=np.concatenate([first.points, second[:, ~shared]], axis=1),
+        tets=np.concatenate([first.tets, number[first.tets]], axis=1),
+    )
+    space = tet_space(mesh, 2)
+    case = LoadVector(
+        name="swing", supports=held(space, space.nodes[0] == 0.0), force=random_force(space, 53)
+    )
+    with pytest.raises(SolverError, match=r"not positive definite|is off by"):
+        solve_elastic(space, steel(space), [case])
+
+
 def test_a_wrong_answer_is_caught(monkeypatch):
     """The residual is computed from the matrix, not believed."""
     space, case = cantilever((3, 1, 1))

@@ -93,12 +93,15 @@ def _row_product(
         y[k + 2] = add * y[k + 2] + keep[k + 2] * s2
     else:
         for a in range(r):
-            total = zero
-            for p in range(row[i], row[i + 1]):
-                j = c * column[p]
+            y[k + a] *= add
+        # Rows inside blocks: their sums are independent, so additions need not wait in line.
+        for p in range(row[i], row[i + 1]):
+            j = c * column[p]
+            for a in range(r):
+                total = zero
                 for b in range(c):
                     total += blocks[p, a, b] * x[j + b]
-            y[k + a] = add * y[k + a] + keep[k + a] * total
+                y[k + a] += keep[k + a] * total
 
 
 @njit(parallel=True, fastmath=FAST, cache=True)

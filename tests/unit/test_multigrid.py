@@ -1,0 +1,227 @@
+"""The parts of the multigrid solver against dense algebra, and its convergence on hard problems."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import bsr_matrix, kron
+from scipy.sparse import eye as identity
+from skfem import MeshTet
+
+from gradedesign.fe import _multigrid_kernels as kernels
+from gradedesign.fe import multigrid
+from gradedesign.fe.aggregation import coarsen
+from gradedesign.fe.assembly import assemble, assembly_pattern
+from gradedesign.fe.block_rows import (
+    BlockRows,
+    inverted_diagonal,
+    largest_eigenvalue,
+    product,
+    single_precision,
+)
+from gradedesign.fe.conjugate_gradients import conjugate_gradients
+from gradedesign.fe.multigrid import build_hierarchy, preconditioner
+from gradedesign.fe.rigid_modes import rigid_body_modes
+from gradedesign.fe.space import TetSpace, tet_space, vertex_space
+from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness, stiffness_matrices
+from gradedesign.mesh.quality import piece_labels
+from gradedesign.mesh.tet_mesh import TetMesh, centroids
+
+
+def oriented(points: np.ndarray, tets: np.ndarray) -> TetMesh:
+    """A mesh of positive tets over used vertices only."""
+    used, tets = np.unique(tets, return_inverse=True)
+    points, tets = points[:, used], tets.reshape(4, -1)
+    edges = points[:, tets[1:]] - points[:, tets[:1]]
+    negative = np.linalg.det(edges.transpose(2, 0, 1)) < 0
+    tets[:2, negative] = tets[1::-1, negative]
+    return TetMesh(points=points, tets=tets)
+
+
+def beam(n: int, length: int = 3) -> TetMesh:
+    grid = MeshTet.init_tensor(*[np.linspace(0.0, a, a * n + 1) for a in (length, 1, 1)])
+    return oriented(grid.p, np.array(grid.t))
+
+
+def gyroid(n: int = 14) -> TetMesh:
+    """A cell of gyroid sheet between plates, cut from cubes: thin walls and ragged faces."""
+    grid = MeshTet.init_tensor(*[np.linspace(0.0, 1.0, n + 1)] * 3)
+    x, y, z = 2 * np.pi * grid.p[:, grid.t].mean(axis=1)
+    f = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    plate = np.abs(z - np.pi) > np.pi - 2 * np.pi * 1.5 / n
+    mesh = oriented(grid.p, np.array(grid.t)[:, (np.abs(f) < 0.4) | plate])
+    label = piece_labels(mesh)
+    return oriented(mesh.points, mesh.tets[:, label == np.bincount(label).argmax()])
+
+
+def clamped(space: TetSpace, axis: int = 0) -> np.ndarray:
+    return np.repeat((space.nodes[axis] < 1e-9)[None], 3, axis=0)
+
+
+def iterations(space: TetSpace, stiffness, axis: int = 0) -> int:
+    """Iterations to 1e-8 under a random load, after a check of the true residual."""
+    matrix = assemble(assembly_pattern(space), stiffness)
+    fixed = clamped(space, axis)
+    keep = (~fixed.T).ravel().astype(float)
+    right = keep * np.random.default_rng(13).standard_normal(keep.size)
+    cycle = preconditioner(build_hierarchy(space, stiffness, matrix, fixed))
+    end = conjugate_gradients(matrix, keep, right, cycle, rtol=1e-8, max_iterations=200)
+    left = keep * (matrix @ end.x) - right
+    assert np.linalg.norm(left) <= 1.001e-8 * np.linalg.norm(right)
+    assert not end.x[keep == 0].any()
+    return end.iterations
+
+
+@pytest.mark.parametrize(("r", "c"), [(1, 1), (3, 3), (3, 6), (6, 3), (6, 6)])
+@pytest.mark.parametrize("threaded", [0, 10**9])
+def test_products_with_every_kind_of_block(r, c, threaded, monkeypatch):
+    """Against scipy; one by one blocks stand for identity blocks of three."""
+    monkeypatch.setattr(kernels, "THREADED", threaded)
+    rng = np.random.default_rng(29)
+    dense = rng.standard_normal((7 * r, 5 * c)) * np.kron(rng.random((7, 5)) < 0.5, np.ones((r, c)))
+    matrix = bsr_matrix(dense, blocksize=(r, c))
+    full = kron(matrix, identity(3)).toarray() if r == c == 1 else dense
+    x, y = rng.standard_normal(full.shape[1]), rng.standard_normal(full.shape[0])
+    keep = (rng.random(full.shape[0]) < 0.7).astype(np.float32)
+    out = y.astype(np.float32)
+    product(single_precision(matrix), x.astype(np.float32), keep, 0.5, out)
+    np.testing.assert_allclose(out, 0.5 * y + keep * (full @ x), rtol=0, atol=2e-5)
+
+
+@pytest.mark.parametrize("threaded", [0, 10**9])
+def test_relaxation_is_its_formula(threaded, monkeypatch):
+    monkeypatch.setattr(kernels, "THREADED", threaded)
+    rng = np.random.default_rng(37)
+    inverse = rng.standard_normal((4, 6, 6)).astype(np.float32)
+    f, y, d, x = rng.standard_normal((4, 24)).astype(np.float32)
+    step = np.einsum("nij,nj->ni", inverse, (f - y).reshape(4, 6)).ravel()
+    expected = 0.3 * d + 0.7 * step
+    moved = x + expected
+    kernels.relax(inverse, f, y, 0.3, 0.7, d, x)
+    np.testing.assert_allclose(d, expected, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(x, moved, rtol=0, atol=1e-5)
+
+
+def test_diagonal_blocks_are_inverted_over_what_is_free():
+    rng = np.random.default_rng(41)
+    a = rng.standard_normal((3, 6, 6))
+    blocks = a @ a.transpose(0, 2, 1) + np.eye(6)
+    blocks[2] = 0.0
+    blocks[2, :4, :4] = np.eye(4)  # an aggregate with two modes missing
+    matrix = bsr_matrix((blocks, np.arange(3), np.arange(4)))
+    keep = np.ones(18)
+    keep[[1, 4]] = 0.0
+    inverse = inverted_diagonal(matrix, keep)
+    free = np.flatnonzero(keep[:6])
+    np.testing.assert_allclose(
+        inverse[0][np.ix_(free, free)], np.linalg.inv(blocks[0][np.ix_(free, free)]), rtol=1e-4
+    )
+    assert not inverse[0][1].any()
+    assert not inverse[0][:, 4].any()
+    np.testing.assert_allclose(inverse[1], np.linalg.inv(blocks[1]), rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(inverse[2], blocks[2], atol=1e-7)
+
+
+@pytest.mark.parametrize(("order", "n"), [(1, 2), (2, 1)])
+def test_the_largest_eigenvalue_is_not_underestimated(order, n):
+    """Against dense eigenvalues; the margin of 10 % lies above them."""
+    space = tet_space(beam(n), order)
+    matrix = assemble(
+        assembly_pattern(space), IsotropicStiffness(E=np.ones(space.element_count), nu=0.3)
+    )
+    keep = (~clamped(space).T).ravel().astype(float)
+    inverse = inverted_diagonal(matrix, keep)
+    estimate = largest_eigenvalue(single_precision(matrix), keep, inverse)
+    blocks = [inverse[i].astype(float) for i in range(space.node_count)]
+    scaled = np.zeros(matrix.shape)
+    for i, block in enumerate(blocks):
+        scaled[3 * i : 3 * i + 3] = block @ matrix.toarray()[3 * i : 3 * i + 3]
+    exact = abs(np.linalg.eigvals(scaled * keep)).max()
+    assert exact <= estimate <= 1.15 * exact
+
+
+def test_the_linear_level_is_the_exact_galerkin_product():
+    space = tet_space(gyroid(6), 2)
+    rng = np.random.default_rng(43)
+    stiffness = AnisotropicStiffness(
+        C=stiffness_matrices(IsotropicStiffness(E=rng.random(space.element_count) + 0.1, nu=0.2))
+    )
+    fine = assemble(assembly_pattern(space), stiffness)
+    linear = assemble(assembly_pattern(vertex_space(space)), stiffness)
+    up = kron(multigrid._edge_interpolation(space), identity(3)).tocsr()
+    assert abs(up.T @ fine @ up - linear).max() <= 1e-12 * abs(linear).max()
+
+
+def test_aggregation_keeps_rigid_motions():
+    """Without supports the smoothed prolongation reproduces the six rigid modes exactly."""
+    space = tet_space(beam(4), 1)
+    matrix = assemble(
+        assembly_pattern(space), IsotropicStiffness(E=np.ones(space.element_count), nu=0.3)
+    )
+    keep = np.ones(space.dof_count)
+    inverse = inverted_diagonal(matrix, keep)
+    modes = rigid_body_modes(space.nodes).reshape(-1, 6)
+    coarse = coarsen(matrix, keep, inverse, 2.5, modes)
+    assert coarse is not None
+    np.testing.assert_allclose(coarse.prolongation @ coarse.candidates, modes, rtol=0, atol=1e-6)
+    galerkin = coarse.prolongation.T @ matrix @ coarse.prolongation
+    assert abs(galerkin - coarse.matrix).max() < 1e-12
+    assert coarse.matrix.shape[0] < 0.3 * matrix.shape[0]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_cycle_is_symmetric_and_positive(order):
+    space = tet_space(gyroid(), order)
+    stiffness = IsotropicStiffness(E=np.ones(space.element_count), nu=0.3)
+    matrix = assemble(assembly_pattern(space), stiffness)
+    fixed = clamped(space, 2)
+    keep = (~fixed.T).ravel().astype(float)
+    cycle = preconditioner(build_hierarchy(space, stiffness, matrix, fixed))
+    a, b = keep * np.random.default_rng(47).standard_normal((2, keep.size))
+    ab, ba, aa = a @ cycle(b), b @ cycle(a), a @ cycle(a)
+    assert aa > 0.0
+    assert abs(ab - ba) < 1e-4 * aa
+    assert not cycle(a)[keep == 0].any()
+    np.testing.assert_allclose(cycle(1e-30 * a), 1e-30 * cycle(a), rtol=1e-3, atol=1e-34)
+    assert not cycle(0.0 * a).any()
+
+
+@pytest.mark.parametrize(("order", "sizes"), [(1, (8, 14)), (2, (4, 8))])
+def test_iterations_hardly_grow_with_refinement(order, sizes):
+    counts = []
+    for n in sizes:
+        space = tet_space(beam(n), order)
+        counts.append(iterations(space, IsotropicStiffness(E=np.ones(space.element_count), nu=0.3)))
+    assert max(counts) <= 25
+    assert counts[1] <= counts[0] + 5
+
+
+def test_graded_modulus_of_contrast_thousand():
+    space = tet_space(beam(6), 2)
+    x, y, z = centroids(space.mesh)
+    e = 1e3 ** (-0.5 * (1 + np.sin(3 * x) * np.cos(5 * y) * np.sin(4 * z)))
+    assert iterations(space, IsotropicStiffness(E=e, nu=0.3)) <= 30
+
+
+def test_strongly_anisotropic_stiffness():
+    """A lattice 20 times stiffer along z than across."""
+    space = tet_space(beam(5), 2)
+    c = np.diag([1.0, 1.0, 20.0, 0.5, 0.5, 0.4])
+    stiffness = AnisotropicStiffness(C=np.repeat(c[:, :, None], space.element_count, axis=2))
+    assert iterations(space, stiffness) <= 60
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_thin_walled_gyroid(order):
+    """The solver study took 50-62 iterations on such sheets with V-cycles."""
+    space = tet_space(gyroid(), order)
+    assert (
+        iterations(space, IsotropicStiffness(E=np.ones(space.element_count), nu=0.3), axis=2) <= 40
+    )
+
+
+def test_block_rows_are_single_precision():
+    rows = single_precision(bsr_matrix(np.eye(6), blocksize=(3, 3)))
+    assert isinstance(rows, BlockRows)
+    assert rows.blocks.dtype == np.float32
+    assert rows.row.dtype == rows.column.dtype == np.int32
