@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 from gradedesign import ScalingLaw, cubic_law, power_law
+from gradedesign_cells_tpms.homogenised import homogenised_laws
 
 THESIS = "E. A. Ramirez Salazar, thesis, Univ. Grenoble Alpes 2022 (NNT 2022GRALI077)"
 
@@ -15,6 +16,7 @@ def scaling_laws() -> Iterator[ScalingLaw]:
     yield from _thesis_laws()
     yield from _literature_laws()
     yield from _network_laws()
+    yield from homogenised_laws()
 
 
 def _sheets(surface: str) -> tuple[str, ...]:
