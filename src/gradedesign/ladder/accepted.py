@@ -129,9 +129,12 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     design = analysed.design
     step = SURFACE_PER_CUBE * analysed.mesh.cube
     raw = extract_surface(
-        lattice_field(design, band=3 * step), design.lower - step, design.upper + step, step
+        lattice_field(design, band=3 * step, single=True),
+        design.lower - step,
+        design.upper + step,
+        step,
     )
-    surface, islands = remove_islands(raw)
+    surface, islands = remove_islands(raw, keep=setup.part.report.bodies)
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)

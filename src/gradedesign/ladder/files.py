@@ -144,7 +144,7 @@ def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple
     warnings = picture_loads(
         out.path_of("loads.png"), setup.part.surface, region_marks(setup), title="Loading"
     )
-    out.adopt("loads.png")
+    _adopt_drawn(out, files, "loads")
     return warnings
 
 
@@ -212,7 +212,7 @@ def _density_files(
     shown = np.where(setup.model.solid_share >= 1.0, 1.0, rho)
     files["density"] = "density.png"
     warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
-    out.adopt("density.png")
+    _adopt_drawn(out, files, "density")
     if "vtu" in setup.case.output.formats:
         files["density_vtu"] = "density.vtu"
         write_vtu(
@@ -261,8 +261,8 @@ def _lattice_files(
             title=f"Deformed lattice, load case {load_case}",
         ),
     ]
-    for name in ("lattice.png", "stress.png", "deformed.png"):
-        out.adopt(name)
+    for name in ("lattice", "stress", "deformed"):
+        _adopt_drawn(out, files, name)
     if "vtu" in setup.case.output.formats:
         files["lattice_vtu"] = "lattice.vtu"
         write_vtu(
@@ -286,14 +286,25 @@ def _unjudged_lattice(
     design = build_design(setup, density_grid(setup, rho))
     step = setup.case.lattice.size / 24
     raw = extract_surface(
-        lattice_field(design, band=3 * step), design.lower - step, design.upper + step, step
+        lattice_field(design, band=3 * step, single=True),
+        design.lower - step,
+        design.upper + step,
+        step,
     )
     surface, islands = remove_islands(raw)
     files |= {"stl": STL_NAME, "lattice": "lattice.png"}
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)
     warnings = picture_lattice(out.path_of("lattice.png"), surface)
-    out.adopt("lattice.png")
+    _adopt_drawn(out, files, "lattice")
     if islands.dropped:
         return (*warnings, f"{islands.dropped} floating islands were removed")
     return warnings
+
+
+def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
+    """Enter a picture in the manifest; one that could not be drawn left a warning instead."""
+    if (out.path / files[name]).is_file():
+        out.adopt(files[name])
+    else:
+        del files[name]

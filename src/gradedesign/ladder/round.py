@@ -11,6 +11,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.ladder.setup import Setup
 from gradedesign.lattice.density_grid import (
@@ -59,6 +60,9 @@ class Prediction:
     lattice_mass, total_mass : float, g
     lattice_share : float
         Share of the governing displacement that comes from strain of the lattice phase.
+    mean_density : float
+        Of the lattice phase, weighted by its strain energy in the governing displacement, so
+        that it stands for the lattice that carries.
     """
 
     displacement: tuple[float, ...]
@@ -66,11 +70,17 @@ class Prediction:
     lattice_mass: float
     total_mass: float
     lattice_share: float
+    mean_density: float
 
 
 def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
     """The homogenised model with the stiffness that explicit analyses taught."""
-    return replace(setup.model, stiffness_factor=correction.stiffness)
+    return replace(
+        setup.model,
+        stiffness_factor=correction.stiffness,
+        stiffness_exponent=correction.exponent,
+        reference_density=correction.reference,
+    )
 
 
 def corrected_limits(setup: Setup, correction: Correction) -> tuple[DisplacementLimit, ...]:
@@ -203,6 +213,7 @@ def predict(setup: Setup, correction: Correction, grid: DensityGrid) -> Predicti
     solutions = solve_homogenised(model, rho)
     values = displacement_values(limits, solutions)
     limit = corrected_stress_limit(setup, correction)
+    share, carrying = lattice_share(setup, model, rho, limits, solutions)
     stress = None
     if limit is not None:
         stress = stress_measure(limit, model, rho, lattice_von_mises(model, rho, solutions))
@@ -211,7 +222,8 @@ def predict(setup: Setup, correction: Correction, grid: DensityGrid) -> Predicti
         stress=stress,
         lattice_mass=lattice_mass(model, rho) * 1e6,
         total_mass=total_mass(model, rho) * 1e6,
-        lattice_share=lattice_share(setup, model, rho, limits),
+        lattice_share=share,
+        mean_density=carrying,
     )
 
 
@@ -220,19 +232,22 @@ def lattice_share(
     model: HomogenisedModel,
     rho: FloatArray,
     limits: tuple[DisplacementLimit, ...],
-) -> float:
-    """Lattice phase's share of the most used displacement, by its mutual energy."""
+    solutions: tuple[Solution, ...],
+) -> tuple[float, float]:
+    """Lattice phase's share of the most used displacement, and its energy-weighted density."""
+    weights = model.volumes * (1 - model.solid_share)
     if not limits:
-        return 0.0
-    solutions = solve_homogenised(model, rho)
+        return 0.0, float(weights @ rho / weights.sum())
     uses = displacement_values(limits, solutions) / [limit.limit for limit in limits]
     worst = limits[int(np.argmax(uses))]
     adjoint = solve_vectors(model, rho, adjoint_loads(model, [worst], solutions))[0]
     u = next(s for s in solutions if s.name == worst.load_case).displacement
     lattice = AnisotropicStiffness(C=(1 - model.solid_share) * lattice_stiffness(model, rho))
-    shared = strain_energy_per_element(setup.space, lattice, u, adjoint.displacement).sum()
+    shared = strain_energy_per_element(setup.space, lattice, u, adjoint.displacement)
     value = displacement_values([worst], solutions)[0]
-    return float(shared / value) if value > 0 else 0.0
+    if value <= 0 or shared.sum() <= 0:
+        return 0.0, float(weights @ rho / weights.sum())
+    return float(shared.sum() / value), float(shared @ rho / shared.sum())
 
 
 def explicit_displacements(setup: Setup, result: ExplicitResult) -> tuple[float, ...]:

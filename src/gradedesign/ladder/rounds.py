@@ -16,6 +16,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.ladder.result import Iteration
 from gradedesign.ladder.round import (
+    Prediction,
     build_design,
     density_grid,
     explicit_cube,
@@ -36,6 +37,7 @@ from gradedesign.verify.correction import (
     damped,
     damping_for,
     gap_between,
+    stiffness_exponent,
     stiffness_update,
 )
 from gradedesign.verify.explicit import (
@@ -179,7 +181,7 @@ def play_round(
 def _learn(
     setup: Setup,
     correction: Correction,
-    predicted: Any,
+    predicted: Prediction,
     displacements: tuple[float, ...],
     gap: Gap,
     gaps: tuple[Gap, ...],
@@ -193,16 +195,22 @@ def _learn(
     if not displacements:
         return replace(correction, stress=stress)
     limits = np.array([limit.limit for limit in setup.displacement_limits])
-    uses = np.asarray(displacements) / limits
-    worst = int(np.argmax(uses))
+    worst = int(np.argmax(np.asarray(displacements) / limits))
     ratio = stiffness_update(
         displacements[worst], predicted.displacement[worst], predicted.lattice_share
     )
-    stiffness = damped(correction.stiffness, correction.stiffness * ratio, damping)
-    # What one stiffness factor leaves goes to each limit's own factor.
+    rho = predicted.mean_density
+    factor = correction.stiffness * (rho / correction.reference) ** correction.exponent
+    samples = (*correction.samples, (rho, damped(factor, factor * ratio, damping)))
     trial = Correction(
-        stiffness=stiffness, displacement=correction.displacement, stress=correction.stress
+        stiffness=samples[-1][1],
+        exponent=stiffness_exponent(samples),
+        reference=rho,
+        samples=samples,
+        displacement=correction.displacement,
+        stress=correction.stress,
     )
+    # What the stiffness leaves goes to each limit's own factor.
     again = predict(setup, trial, grid)
     factors = tuple(
         damped(old, old * explicit / new, damping)
@@ -213,7 +221,7 @@ def _learn(
     # The stiffness changes the homogenised stress too: keep the product right.
     if again.stress and predicted.stress:
         stress *= predicted.stress / again.stress
-    return Correction(stiffness=stiffness, displacement=factors, stress=stress)
+    return replace(trial, displacement=factors, stress=stress)
 
 
 def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
@@ -235,6 +243,7 @@ def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) 
         iteration[key] = tuple(iteration[key])
     correction = dict(meta["correction"])
     correction["displacement"] = tuple(correction["displacement"])
+    correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
     gap = dict(meta["gap"])
     return Round(
         iteration=Iteration(**iteration),

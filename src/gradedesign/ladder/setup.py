@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.arrays import BoolArray, Field, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.cell_map import uniform_map
 from gradedesign.cell.family import CellFamily
-from gradedesign.cell.wall_size import density_for_wall
-from gradedesign.errors import CaseError, DensityError
-from gradedesign.fe.load_case import case_loads, region_nodes
+from gradedesign.errors import CaseError, SolverError
+from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
+from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
+from gradedesign.ladder.locate import locating
+from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.ladder.solid_share import solid_share
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -35,11 +36,6 @@ from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
-
-log = logging.getLogger(__name__)
-
-#: Sample points per edge when the solid share of a tetrahedron is counted.
-SHARE_SAMPLES = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,81 +96,23 @@ class Setup:
     warnings: tuple[str, ...]
 
 
-def resolve_material(case: Case, registry: Registry) -> Material:
-    """Material of the case: from the library, with what the case states instead."""
-    spec = case.material
-    stated = {
-        key: value
-        for key in (
-            "youngs_modulus",
-            "poissons_ratio",
-            "density",
-            "yield_strength",
-            "thermal_expansion",
-        )
-        if (value := getattr(spec, key)) is not None
-    }
-    if spec.name is not None:
-        base: Material = lookup(registry, "materials", spec.name)
-        values = {key: getattr(base, key) for key in Material.__dataclass_fields__}
-        source = (
-            base.source
-            if not stated
-            else f"{base.source}; stated in the case: " + ", ".join(sorted(stated))
-        )
-        return Material(**{**values, **stated, "source": source})
-    return Material(name="stated in the case", **stated)
-
-
-def density_bounds(
-    case: Case,
-    family: CellFamily,
-    calibration: Calibration,
-    law: ScalingLaw,
-    parameters: Mapping[str, float],
-) -> tuple[tuple[float, float], list[str]]:
-    """Intersect the density windows and say which one narrowed the user's.
-
-    Raises
-    ------
-    DensityError
-        If nothing is left.
-    """
-    low, high = case.lattice.density
-    windows = {
-        f"cell family '{family.name}'": calibration.window,
-        f"law '{law.name}'": law.window,
-    }
-    if case.print is not None:
-        floor = density_for_wall(family, parameters, case.print.min_wall, case.lattice.size)
-        windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
-    warnings = []
-    for name, (a, b) in windows.items():
-        if a > low + 1e-9 or b < high - 1e-9:
-            warnings.append(
-                f"density [{low:g}, {high:g}] narrowed to [{max(low, a):.4g}, {min(high, b):.4g}] "
-                f"by the window [{a:.4g}, {b:.4g}] of {name}"
-            )
-        low, high = max(low, a), min(high, b)
-    if low > high:
-        listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
-        raise DensityError(
-            f"{case.path}: [lattice] density {list(case.lattice.density)} has nothing in common "
-            f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
-        )
-    return (low, high), warnings
-
-
 def prepare(case: Case, registry: Registry) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
-    material = resolve_material(case, registry)
-    family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+    with locating(case, "material.name"):
+        material = resolve_material(case, registry)
+    with locating(case, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
-    calibration = calibrate(family, parameters)
-    law = choose_law(registry, family.name, case.lattice.law, case.lattice.density)
+    with locating(case, "lattice.law"):
+        law = choose_law(registry, family.name, case.lattice.law, case.lattice.density)
+    # Reading comes before calibrating: a damaged file is found at once.
+    with locating(case, "part.file"):
+        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
+    with locating(case, "lattice.cell"):
+        calibration = calibrate(family, parameters)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters)
-    part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
-    mesh, attempts = part_tets(case, part)
+    with locating(case, "part.mesh_size"):
+        mesh, attempts = part_tets(case, part)
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)
     distance = surface_distance(part.surface)
@@ -192,7 +130,7 @@ def prepare(case: Case, registry: Registry) -> Setup:
         share,
         material,
         law,
-        case_loads(space, case, part.regions, facets),
+        held_loads(case, space, part, facets),
         rotation=rotation,
     )
     return Setup(
@@ -220,15 +158,23 @@ def prepare(case: Case, registry: Registry) -> Setup:
     )
 
 
-def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
-    """Defaults of the family with what the case states."""
-    unknown = sorted(set(case.lattice.parameters) - set(family.parameters))
-    if unknown:
-        raise CaseError(
-            f"{case.path}: [lattice] parameters {unknown} are not parameters of cell "
-            f"'{family.name}', which has {sorted(family.parameters) or 'none'}"
-        )
-    return {**family.parameters, **case.lattice.parameters}
+def held_loads(
+    case: Case, space: TetSpace, part: Part, facets: Mapping[str, IntArray]
+) -> tuple[PartLoadCase, ...]:
+    """Supports and forces of every load case, each held against every rigid motion.
+
+    Raises
+    ------
+    CaseError
+        Naming the motions that the supports of a load case leave free.
+    """
+    loads = case_loads(space, case, part.regions, facets)
+    for number, load_case in enumerate(loads):
+        try:
+            require_held(space, load_case.supports.fixed, load_case.name)
+        except SolverError as error:
+            raise CaseError(f"{case.where(f'load_case[{number}].fix')}: {error}") from error
+    return loads
 
 
 def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
@@ -296,36 +242,6 @@ def displacement_limits(
                     )
                 )
     return tuple(limits)
-
-
-def solid_share(
-    mesh: TetMesh, distance: Field, skin: float | None, kept: tuple[KeptRegion, ...]
-) -> FloatArray:
-    """Share of every tetrahedron that stays solid, counted on interior points, ``(M,)``."""
-    count = mesh.tets.shape[1]
-    if skin is None and not kept:
-        return np.zeros(count)
-    weights = _interior_weights(SHARE_SAMPLES)
-    corners = mesh.points[:, mesh.tets]
-    points = np.einsum("dcm,qc->dqm", corners, weights)
-    solid = np.zeros(points.shape[1:], dtype=bool)
-    if skin is not None:
-        solid |= distance(points) > -skin
-    for region in kept:
-        solid |= region.distance(points) < region.margin
-    return np.asarray(solid.mean(axis=0), dtype=np.float64)
-
-
-def _interior_weights(n: int) -> FloatArray:
-    """Barycentric coordinates of evenly spread interior points, ``(k, 4)``."""
-    return np.array(
-        [
-            ((i + 0.25) / n, (j + 0.25) / n, (k + 0.25) / n, (n - 1 - i - j - k + 0.25) / n)
-            for i in range(n)
-            for j in range(n - i)
-            for k in range(n - i - j)
-        ]
-    )
 
 
 def part_volume(setup: Setup) -> float:

@@ -42,6 +42,9 @@ class HomogenisedModel:
     cases : tuple of PartLoadCase
     stiffness_factor : float
         Correction of the law's stiffness from explicit analyses; 1 at first.
+    stiffness_exponent : float
+        The factor holds at ``reference_density`` and grows with this power of density.
+    reference_density : float
     """
 
     space: TetSpace
@@ -52,6 +55,8 @@ class HomogenisedModel:
     rotation: FloatArray
     cases: tuple[PartLoadCase, ...]
     stiffness_factor: float = 1.0
+    stiffness_exponent: float = 0.0
+    reference_density: float = 1.0
 
     def __post_init__(self) -> None:
         count = self.space.elements.shape[1]
@@ -115,14 +120,23 @@ def solid_stiffness(model: HomogenisedModel) -> FloatArray:
 
 def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Corrected stiffness of the lattice phase in global axes, ``(6, 6, M)``, MPa."""
-    scale = model.material.youngs_modulus * model.stiffness_factor
+    scale = model.material.youngs_modulus * correction_factor(model, rho)
     return scale * _rotated(model, model.law.stiffness(rho))
 
 
 def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """d(lattice stiffness)/d(rho), ``(6, 6, M)``, MPa."""
-    scale = model.material.youngs_modulus * model.stiffness_factor
-    return scale * _rotated(model, model.law.stiffness_derivative(rho))
+    scale = model.material.youngs_modulus * correction_factor(model, rho)
+    slope = model.law.stiffness_derivative(rho)
+    if model.stiffness_exponent:
+        slope = slope + model.stiffness_exponent / rho * model.law.stiffness(rho)
+    return scale * _rotated(model, slope)
+
+
+def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """What explicit analyses taught about the lattice's stiffness, ``(M,)``."""
+    grown = (rho / model.reference_density) ** model.stiffness_exponent
+    return np.asarray(model.stiffness_factor * grown)
 
 
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

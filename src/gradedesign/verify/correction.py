@@ -25,7 +25,14 @@ class Correction:
     Attributes
     ----------
     stiffness : float
-        On the lattice's C(rho).
+        On the lattice's C(rho), at the reference density.
+    exponent : float
+        The factor grows as ``(rho / reference) ** exponent``: small pieces of lattice lose more
+        stiffness to their cut faces at low density than at high density.
+    reference : float
+        Density at which ``stiffness`` was learned.
+    samples : tuple of (float, float)
+        Mean density and total factor of every explicit analysis so far.
     displacement : tuple of float
         On the predicted value of every displacement limit.
     stress : float
@@ -33,6 +40,9 @@ class Correction:
     """
 
     stiffness: float = 1.0
+    exponent: float = 0.0
+    reference: float = 1.0
+    samples: tuple[tuple[float, float], ...] = ()
     displacement: tuple[float, ...] = ()
     stress: float = 1.0
 
@@ -89,6 +99,21 @@ def stiffness_update(explicit: float, predicted: float, lattice_share: float) ->
         return 1.0
     needed = 1.0 + (explicit / predicted - 1.0) / lattice_share
     return 1.0 / needed if needed > 0.2 else 1.0
+
+
+def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
+    """Exponent of the stiffness factor in density, the slope between the last two analyses.
+
+    0 before two analyses, or where their mean densities differ by less than 3 %: noise would
+    decide. Kept within -0.5 to 2, the range that free faces of one to many cells explain.
+    """
+    if len(samples) < 2:
+        return 0.0
+    (rho_a, factor_a), (rho_b, factor_b) = samples[-2:]
+    run = np.log(rho_b / rho_a)
+    if abs(run) < 0.03:
+        return 0.0
+    return float(np.clip(np.log(factor_b / factor_a) / run, -0.5, 2.0))
 
 
 def damped(old: float, new: float, damping: float) -> float:

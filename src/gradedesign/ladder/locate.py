@@ -1,0 +1,34 @@
+"""Where in the case file an error that was found later has its cause."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from gradedesign.case.schema import Case
+from gradedesign.errors import GradeDesignError
+
+
+@contextmanager
+def locating(case: Case, key: str) -> Iterator[None]:
+    """Put file, line and key before the message of every error raised inside.
+
+    Parameters
+    ----------
+    case : Case
+    key : str
+        Dotted key that asked for what is done inside. An error whose message starts with a key
+        of the file, such as ``region.tip: ...``, keeps its own.
+
+    Raises
+    ------
+    GradeDesignError
+        Of the class that was raised inside.
+    """
+    try:
+        yield
+    except GradeDesignError as error:
+        first, colon, rest = str(error).partition(": ")
+        if colon and first in case.lines:
+            raise type(error)(f"{case.where(first)}: {rest}") from error
+        raise type(error)(f"{case.where(key)}: {error}") from error

@@ -1,0 +1,90 @@
+"""What a case names or states, as records: material, parameters of the cell, densities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from gradedesign.case.schema import Case
+from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.wall_size import density_for_wall
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.plugin.registry import Registry, lookup
+
+
+def resolve_material(case: Case, registry: Registry) -> Material:
+    """Material of the case: from the library, with what the case states instead."""
+    spec = case.material
+    stated = {
+        key: value
+        for key in (
+            "youngs_modulus",
+            "poissons_ratio",
+            "density",
+            "yield_strength",
+            "thermal_expansion",
+        )
+        if (value := getattr(spec, key)) is not None
+    }
+    if spec.name is not None:
+        base: Material = lookup(registry, "materials", spec.name)
+        values = {key: getattr(base, key) for key in Material.__dataclass_fields__}
+        source = (
+            base.source
+            if not stated
+            else f"{base.source}; stated in the case: " + ", ".join(sorted(stated))
+        )
+        return Material(**{**values, **stated, "source": source})
+    return Material(name="stated in the case", **stated)
+
+
+def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
+    """Defaults of the family with what the case states."""
+    unknown = sorted(set(case.lattice.parameters) - set(family.parameters))
+    if unknown:
+        raise CaseError(
+            f"{case.path}: [lattice] parameters {unknown} are not parameters of cell "
+            f"'{family.name}', which has {sorted(family.parameters) or 'none'}"
+        )
+    return {**family.parameters, **case.lattice.parameters}
+
+
+def density_bounds(
+    case: Case,
+    family: CellFamily,
+    calibration: Calibration,
+    law: ScalingLaw,
+    parameters: Mapping[str, float],
+) -> tuple[tuple[float, float], list[str]]:
+    """Intersect the density windows and say which one narrowed the user's.
+
+    Raises
+    ------
+    DensityError
+        If nothing is left.
+    """
+    low, high = case.lattice.density
+    windows = {
+        f"cell family '{family.name}'": calibration.window,
+        f"law '{law.name}'": law.window,
+    }
+    if case.print is not None:
+        floor = density_for_wall(family, parameters, case.print.min_wall, case.lattice.size)
+        windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
+    warnings = []
+    for name, (a, b) in windows.items():
+        if a > low + 1e-9 or b < high - 1e-9:
+            warnings.append(
+                f"density [{low:g}, {high:g}] narrowed to [{max(low, a):.4g}, {min(high, b):.4g}] "
+                f"by the window [{a:.4g}, {b:.4g}] of {name}"
+            )
+        low, high = max(low, a), min(high, b)
+    if low > high:
+        listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
+        raise DensityError(
+            f"{case.path}: [lattice] density {list(case.lattice.density)} has nothing in common "
+            f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
+        )
+    return (low, high), warnings
