@@ -1,12 +1,6 @@
-"""The algebra of implicit fields, and distances to level sets that cells need.
-
-A field maps points ``(3, ...)`` in mm to values ``(...)``, negative inside. The operations take
-fields and return fields. They keep the sign exactly; where they keep true distances, they say so.
-"""
+"""Points on, and the distance to, a level set of a function of period 1."""
 
 from __future__ import annotations
-
-from functools import reduce
 
 import numpy as np
 from scipy.ndimage import map_coordinates, spline_filter
@@ -14,126 +8,7 @@ from scipy.spatial import cKDTree
 
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.errors import PluginError
-
-__all__ = [
-    "Field",
-    "FloatArray",
-    "blend_intersection",
-    "blend_union",
-    "complement",
-    "difference",
-    "gradient",
-    "intersection",
-    "level_set_points",
-    "offset",
-    "periodic_distance_to_level_set",
-    "r_intersection",
-    "r_union",
-    "shell",
-    "union",
-]
-
-
-def union(*fields: Field) -> Field:
-    """Inside any: the minimum. A distance outside; inside a lower bound of one.
-
-    Examples
-    --------
-    >>> left, right = (lambda p: p[0]), (lambda p: 2 - p[0])
-    >>> float(union(left, right)(np.array([3.0, 0, 0])))
-    -1.0
-    """
-    return _combined(np.minimum, fields)
-
-
-def intersection(*fields: Field) -> Field:
-    """Inside all: the maximum. A distance inside; outside a lower bound of one."""
-    return _combined(np.maximum, fields)
-
-
-def complement(field: Field) -> Field:
-    """Inside becomes outside."""
-    return lambda points: -field(points)
-
-
-def difference(field: Field, *removed: Field) -> Field:
-    """Inside the first, outside all others."""
-    return intersection(field, *(complement(other) for other in removed))
-
-
-def offset(field: Field, distance: float) -> Field:
-    """Grow by ``distance`` mm, or shrink where negative; exact for true distances."""
-    return lambda points: field(points) - distance
-
-
-def shell(field: Field, thickness: float) -> Field:
-    """Layer of ``thickness`` mm just inside the surface of a distance field.
-
-    Raises
-    ------
-    ValueError
-        If the thickness is not positive.
-    """
-    if not thickness > 0:
-        raise ValueError(f"a shell of thickness {thickness:g} mm is empty; use a positive one")
-
-    def evaluate(points: FloatArray) -> FloatArray:
-        value = field(points)
-        return np.maximum(value, -thickness - value)
-
-    return evaluate
-
-
-def blend_union(first: Field, second: Field, radius: float) -> Field:
-    """Union with a concave fillet.
-
-    The fillet of two true distances that meet at a right angle is an exact arc of ``radius``;
-    wherever one of the fields is ``radius`` or more, the result is the plain minimum.
-
-    Parameters
-    ----------
-    first, second : Field
-    radius : float, mm
-
-    Raises
-    ------
-    ValueError
-        If the radius is negative.
-    """
-    if not radius >= 0:
-        raise ValueError(f"a blend radius of {radius:g} mm is impossible; use 0 mm or more")
-
-    def evaluate(points: FloatArray) -> FloatArray:
-        a, b = first(points), second(points)
-        reach = np.hypot(np.maximum(radius - a, 0.0), np.maximum(radius - b, 0.0))
-        return np.maximum(radius, np.minimum(a, b)) - reach
-
-    return evaluate
-
-
-def blend_intersection(first: Field, second: Field, radius: float) -> Field:
-    """Intersection with a convex rounding of ``radius`` mm; see `blend_union`."""
-    return complement(blend_union(complement(first), complement(second), radius))
-
-
-def r_union(first: Field, second: Field) -> Field:
-    """Union by an R-function: smooth except where both fields vanish; no distance.
-
-    References
-    ----------
-    Rvachev's system R0; Pasko et al., The Visual Computer 11 (1995) 429, sign turned.
-    """
-
-    def evaluate(points: FloatArray) -> FloatArray:
-        a, b = first(points), second(points)
-        return a + b - np.hypot(a, b)
-
-    return evaluate
-
-
-def r_intersection(first: Field, second: Field) -> Field:
-    """Intersection by an R-function; see `r_union`."""
-    return complement(r_union(complement(first), complement(second)))
+from gradedesign.fields.algebra import gradient
 
 
 def periodic_distance_to_level_set(
@@ -237,13 +112,6 @@ def level_set_points(
     return points
 
 
-def _combined(operation: np.ufunc, fields: tuple[Field, ...]) -> Field:
-    """Fold fields with a binary operation."""
-    if not fields:
-        raise ValueError("combining no fields has no meaning; give at least one")
-    return lambda points: reduce(operation, (field(points) for field in fields))
-
-
 def _nearest(surface: FloatArray, points: FloatArray) -> FloatArray:
     """Nearest periodic image of surface samples to points of the unit cell, ``(3, n)``."""
     shifts = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3)).reshape(3, -1)
@@ -252,12 +120,6 @@ def _nearest(surface: FloatArray, points: FloatArray) -> FloatArray:
     tree = cKDTree(copies.T, balanced_tree=False, compact_nodes=False)
     index: IntArray = tree.query(points.T, workers=-1)[1]
     return copies[:, index]
-
-
-def gradient(function: Field, points: FloatArray, step: float = 1e-5) -> FloatArray:
-    """Gradient of a function of points ``(3, n)`` by central differences, ``(3, n)``."""
-    shifts = step * np.eye(3)[:, :, None]
-    return np.stack([function(points + s) - function(points - s) for s in shifts]) / (2 * step)
 
 
 def _on_level(function: Field, level: float, points: FloatArray) -> FloatArray:
