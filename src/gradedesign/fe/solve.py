@@ -52,8 +52,8 @@ STALLED = 10.0
 #: Tightening of the tolerance, and how often, where balance needs more than the residual asked.
 TIGHTER, TIGHTENINGS = 1e-2, 2
 #: Peak bytes per unknown by order, from benchmarks/bench_fe.py, with the mesh; plus a base.
-BYTES_PER_UNKNOWN = {1: 2600, 2: 2100}
-BASE_BYTES = 300_000_000
+BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}
+BASE_BYTES = 250_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
