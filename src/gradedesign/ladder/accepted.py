@@ -19,8 +19,7 @@ from gradedesign.ladder.verdict import (
     with_resolution,
 )
 from gradedesign.lattice.islands import Islands, remove_islands
-from gradedesign.lattice.lattice import lattice_field
-from gradedesign.lattice.surface import extract_surface
+from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.stl import write_stl
 from gradedesign.part.repair import build_surface
@@ -128,12 +127,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     """
     design = analysed.design
     step = SURFACE_PER_CUBE * analysed.mesh.cube
-    raw = extract_surface(
-        lattice_field(design, band=3 * step, single=True),
-        design.lower - step,
-        design.upper + step,
-        step,
-    )
+    raw = trimmed_surface(design, setup.part.surface, step)
     surface, islands = remove_islands(raw, keep=setup.part.report.bodies)
     path = out.path_of(STL_NAME)
     write_stl(path, surface)

@@ -21,11 +21,9 @@ from gradedesign.ladder.rounds import Analysed
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.solid import solid_stiffness
 from gradedesign.lattice.islands import remove_islands
-from gradedesign.lattice.lattice import lattice_field
-from gradedesign.lattice.surface import extract_surface
+from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
-    RegionMark,
     boundary_surface,
     picture_deformed,
     picture_density,
@@ -33,6 +31,7 @@ from gradedesign.output.pictures import (
     picture_loads,
     picture_stress,
 )
+from gradedesign.output.region_mark import RegionMark
 from gradedesign.output.report import render_report
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
@@ -285,13 +284,8 @@ def _unjudged_lattice(
     """Surface of a design that no analysis has judged."""
     design = build_design(setup, density_grid(setup, rho))
     step = setup.case.lattice.size / 24
-    raw = extract_surface(
-        lattice_field(design, band=3 * step, single=True),
-        design.lower - step,
-        design.upper + step,
-        step,
-    )
-    surface, islands = remove_islands(raw)
+    raw = trimmed_surface(design, setup.part.surface, step)
+    surface, islands = remove_islands(raw, keep=setup.part.report.bodies)
     files |= {"stl": STL_NAME, "lattice": "lattice.png"}
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)

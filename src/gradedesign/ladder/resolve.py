@@ -45,8 +45,8 @@ def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
     unknown = sorted(set(case.lattice.parameters) - set(family.parameters))
     if unknown:
         raise CaseError(
-            f"{case.path}: [lattice] parameters {unknown} are not parameters of cell "
-            f"'{family.name}', which has {sorted(family.parameters) or 'none'}"
+            f"{case.where('lattice.parameters')}: {', '.join(unknown)} is no parameter of cell "
+            f"'{family.name}', which has {', '.join(sorted(family.parameters)) or 'none'}"
         )
     return {**family.parameters, **case.lattice.parameters}
 
@@ -84,7 +84,7 @@ def density_bounds(
     if low > high:
         listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
         raise DensityError(
-            f"{case.path}: [lattice] density {list(case.lattice.density)} has nothing in common "
+            f"{case.where('lattice.density')}: {list(case.lattice.density)} has nothing in common "
             f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
         )
     return (low, high), warnings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from gradedesign.case.schema import Case
@@ -13,6 +14,12 @@ from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what a round stores changes its meaning.
 ROUND_VERSION = 1
+
+
+def default_folder(case: Case) -> Path:
+    """Run folder of a case below the working folder, from the letters of its name."""
+    plain = re.sub(r"[^\w.-]+", "-", case.name).strip("-.") or "case"
+    return Path("runs") / plain
 
 
 def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> RunFolder:

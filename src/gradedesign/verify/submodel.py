@@ -214,7 +214,7 @@ def _window_field(
         mesh=mesh,
         order=2,
         nodes=driving.nodes[:, nodes],
-        elements=np.asarray(inverse).reshape(10, -1),
+        elements=np.asarray(inverse, dtype=np.int32).reshape(10, -1),
     )
     field = gauss_field(part, _solid(part, material), displacement[:, nodes])
     inside = np.all((field.points >= lower[:, None]) & (field.points <= upper[:, None]), axis=0)

@@ -1,0 +1,89 @@
+"""The printed surface with the part's own faces: contour the lattice, then cut it with the part."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import LatticeError
+from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.surface import extract_surface, require_closed
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+
+#: The lattice is contoured this many grid steps beyond the part before it is cut.
+OVERHANG = 2.0
+#: Edges shorter than this share of the grid step are collapsed after the cut: single precision
+#: files cannot hold them apart.
+SHORTEST = 0.02
+
+
+def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> SurfaceMesh:
+    """Closed surface of a lattice whose outer faces are exactly those of the part.
+
+    Contouring the trimmed field would chamfer every edge between a wall and the part's faces by
+    half a grid step. Here the lattice is contoured a little beyond the part and then cut by the
+    part's own triangles, so faces stay flat and edges sharp.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    part : SurfaceMesh
+        Closed and outward oriented; its signed distance is ``design.part``.
+    step : float, mm
+        Grid of the contour.
+
+    Returns
+    -------
+    SurfaceMesh
+
+    Raises
+    ------
+    LatticeError
+        If the Boolean kernel refuses a surface or nothing is left.
+    """
+    overhang = OVERHANG * step
+    inner = design.part
+
+    def grown(points: FloatArray) -> FloatArray:
+        return inner(points) - overhang
+
+    untrimmed = replace(
+        design,
+        part=grown,
+        skin=None if design.skin is None else design.skin + overhang,
+        lower=design.lower - overhang,
+        upper=design.upper + overhang,
+    )
+    field = lattice_field(untrimmed, band=3 * step, single=True)
+    raw = extract_surface(field, untrimmed.lower - step, untrimmed.upper + step, step)
+    return cut(raw, part, SHORTEST * step)
+
+
+def cut(surface: SurfaceMesh, part: SurfaceMesh, shortest: float) -> SurfaceMesh:
+    """What two closed surfaces have in common, without edges shorter than ``shortest`` mm."""
+    from manifold3d import Manifold, Mesh64
+
+    solids = []
+    for name, mesh in (("lattice", surface), ("part", part)):
+        solid = Manifold(
+            Mesh64(
+                vert_properties=np.array(mesh.vertices),
+                tri_verts=mesh.faces.astype(np.uint64),
+            )
+        )
+        if solid.status().name != "NoError":
+            raise LatticeError(
+                f"the surface of the {name} cannot be cut: the Boolean kernel reports "
+                f"{solid.status().name}; it must be closed and manifold"
+            )
+        solids.append(solid)
+    common = (solids[0] ^ solids[1]).as_original().simplify(shortest).to_mesh64()
+    vertices = np.asarray(common.vert_properties)[:, :3]
+    faces = np.asarray(common.tri_verts).astype(np.int64)
+    if len(faces) == 0:
+        raise LatticeError("the lattice and the part have nothing in common")
+    trimmed = SurfaceMesh(vertices=vertices, faces=faces)
+    require_closed(trimmed)
+    return trimmed
