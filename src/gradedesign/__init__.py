@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import (
     CaseError,
@@ -24,6 +26,10 @@ from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin.hookspecs import hookimpl
 
+if TYPE_CHECKING:
+    from gradedesign.case.read_case import load_case
+    from gradedesign.pipeline import run
+
 __all__ = [
     "CaseError",
     "CellFamily",
@@ -44,5 +50,20 @@ __all__ = [
     "cubic_law",
     "cubic_table_law",
     "hookimpl",
+    "load_case",
     "power_law",
+    "run",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what runs a case when it is first asked for: plugins need none of it."""
+    if name == "load_case":
+        from gradedesign.case.read_case import load_case
+
+        return load_case
+    if name == "run":
+        from gradedesign.pipeline import run
+
+        return run
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -23,7 +23,7 @@ from gradedesign.ladder.round import size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.ladder.setup import Setup, prepare
 from gradedesign.ladder.solid import solid_rows, solve_solid
-from gradedesign.ladder.stages import load_rounds, open_stages, save_round
+from gradedesign.ladder.stages import default_folder, load_rounds, open_stages, save_round
 from gradedesign.ladder.summary import (
     best_round,
     infeasible_result,
@@ -80,7 +80,7 @@ def run(
         Whatever stopped the run, by name; ``result.json`` then says ``failed``.
     """
     registry = build_registry() if registry is None else registry
-    target = Path("runs") / case.name if folder is None else folder
+    target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=resume, overwrite=overwrite) as out:
         announce = Announcer(on_event)
         try:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import logging
+import os
+import signal
 import sys
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from types import FrameType
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -15,7 +20,7 @@ from gradedesign.cli import doctor as doctor_command
 from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_command
 from gradedesign.cli import validate as validate_command
-from gradedesign.errors import GradeDesignError
+from gradedesign.errors import GradeDesignError, ResourceError
 
 app = typer.Typer(
     name="gradedesign",
@@ -29,107 +34,170 @@ app = typer.Typer(
 INTERRUPTED = 130
 INTERNAL = 70
 
-#: Set by --debug: errors keep their traceback.
+#: Errors keep their traceback.
 _DEBUG_FLAG = "--debug"
+
+CasePath = Annotated[Path, typer.Argument(help="The case file, or its folder.")]
+Outside = Annotated[
+    bool, typer.Option("--allow-outside", help="Let the case name files outside its folder.")
+]
+Strict = Annotated[
+    bool, typer.Option("--strict-plugins", help="Stop if an installed plugin fails to load.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print plain data for another program.")]
 
 
 @app.callback()
 def common(
-    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks and log lines.")] = False,
+    debug: Annotated[
+        bool, typer.Option(_DEBUG_FLAG, help="Show tracebacks and log lines.")
+    ] = False,
 ) -> None:
-    """Options of every command."""
+    """Options of every command, given before its name."""
     logging.basicConfig(level=logging.INFO if debug else logging.ERROR)
 
 
 @app.command()
 def run(
-    case: Annotated[Path, typer.Argument(help="The case file, or its folder.")],
+    case: CasePath,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Run folder [runs/<case name>].")
     ] = None,
-    resume: Annotated[bool, typer.Option(help="Go on with an interrupted run.")] = False,
-    overwrite: Annotated[bool, typer.Option(help="Replace earlier results.")] = False,
-    allow_outside: Annotated[
-        bool, typer.Option(help="Let the case name files outside its folder.")
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with an interrupted run.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print result.json.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace earlier results.")
+    ] = False,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
 ) -> None:
     """Run the whole loop: the lightest lattice that meets the limits, proven."""
-    code = run_command.run(
-        case,
-        output,
-        resume=resume,
-        overwrite=overwrite,
-        allow_outside=allow_outside,
-        as_json=as_json,
+    raise typer.Exit(
+        run_command.run(
+            case,
+            output,
+            resume=resume,
+            overwrite=overwrite,
+            allow_outside=allow_outside,
+            strict_plugins=strict_plugins,
+            as_json=as_json,
+        )
     )
-    raise typer.Exit(code)
 
 
 @app.command()
 def check(
-    case: Annotated[Path, typer.Argument(help="The case file, or its folder.")],
-    allow_outside: Annotated[
-        bool, typer.Option(help="Let the case name files outside its folder.")
-    ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print plain data.")] = False,
+    case: CasePath,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
 ) -> None:
     """Dry run in seconds: repairs, regions, free motions, predicted size and time."""
-    check_command.check(case, allow_outside=allow_outside, as_json=as_json)
+    check_command.check(
+        case, allow_outside=allow_outside, strict_plugins=strict_plugins, as_json=as_json
+    )
 
 
 @app.command()
 def validate(
     folders: Annotated[list[Path] | None, typer.Argument(help="Case folders [cases].")] = None,
     keyword: Annotated[
-        str, typer.Option("-k", help="Only cases whose name contains this (or, not allowed).")
+        str, typer.Option("-k", help="Only cases whose name contains this (or, and, not allowed).")
     ] = "",
-    update: Annotated[bool, typer.Option(help="Write the new values.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print plain data.")] = False,
+    update: Annotated[
+        bool, typer.Option("--update", help="Write new values to expected.toml.")
+    ] = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
 ) -> None:
-    """Run case folders and compare with their expected.toml."""
-    raise typer.Exit(validate_command.validate(folders, keyword, update=update, as_json=as_json))
+    """Run case folders and compare with their expected.toml; exit code 1 if one deviates."""
+    raise typer.Exit(
+        validate_command.validate(
+            folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json
+        )
+    )
 
 
 @app.command()
 def cells(
     name: Annotated[str | None, typer.Argument(help="One family in full.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print plain data.")] = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
 ) -> None:
     """List the installed cell families with their windows, laws and sources."""
-    list_commands.cells(name, as_json=as_json)
+    list_commands.cells(name, strict_plugins=strict_plugins, as_json=as_json)
 
 
 @app.command()
-def materials(
-    as_json: Annotated[bool, typer.Option("--json", help="Print plain data.")] = False,
-) -> None:
+def materials(strict_plugins: Strict = False, as_json: Json = False) -> None:
     """List the materials with their values and sources."""
-    list_commands.materials(as_json=as_json)
+    list_commands.materials(strict_plugins=strict_plugins, as_json=as_json)
 
 
 @app.command()
-def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print plain data.")] = False,
-) -> None:
+def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
     """Show versions, plugins, memory and whether pictures can be drawn."""
-    doctor_command.doctor(as_json=as_json)
+    doctor_command.doctor(strict_plugins=strict_plugins, as_json=as_json)
 
 
-def main() -> None:
-    """Run the command line; every error ends with its exit code and one message."""
-    debug = _DEBUG_FLAG in sys.argv
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit; every error is one message and its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the process by default.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = _DEBUG_FLAG in words
+    signal.signal(signal.SIGTERM, _interrupt)
     try:
-        app()
+        app(words)
     except GradeDesignError as error:
-        if debug:
-            traceback.print_exc()
-        typer.echo(f"error: {error}", err=True)
-        sys.exit(error.exit_code)
+        _fail(str(error), error.exit_code, debug=debug)
+    except MemoryError:
+        _fail(
+            "out of memory; choose a coarser part.mesh_size or a smaller run.mesh_cubes_per_wall",
+            ResourceError.exit_code,
+            debug=debug,
+        )
     except KeyboardInterrupt:
-        typer.echo("interrupted; go on with the same command and --resume", err=True)
-        sys.exit(INTERRUPTED)
+        _fail("interrupted", INTERRUPTED, debug=False)
+    except BrokenPipeError:
+        _leave_the_pipe()
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            _fail(f"{error}; free some space", ResourceError.exit_code, debug=debug)
+        _report_internal(error)
     except Exception as error:
+        _report_internal(error)
+    sys.exit(0)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
+    """Treat a polite request to end as Ctrl-C."""
+    del number, frame
+    raise KeyboardInterrupt
+
+
+def _fail(message: str, code: int, *, debug: bool) -> NoReturn:
+    """Print an error's message, and its traceback if asked for, and exit."""
+    if debug:
         traceback.print_exc()
-        typer.echo(f"internal error: {error!r}; please report it with the lines above", err=True)
-        sys.exit(INTERNAL)
+    typer.echo(f"error: {message}", err=True)
+    sys.exit(code)
+
+
+def _report_internal(error: Exception) -> NoReturn:
+    """Print what a maintainer needs, and exit."""
+    traceback.print_exc()
+    typer.echo(f"internal error: {error!r}; please report it with the lines above", err=True)
+    sys.exit(INTERNAL)
+
+
+def _leave_the_pipe() -> NoReturn:
+    """End quietly when whoever reads the output has gone, as ``| head`` does."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(0)

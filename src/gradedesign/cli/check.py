@@ -8,25 +8,22 @@ from typing import Any
 import numpy as np
 import typer
 
+from gradedesign.case.read_case import load_case
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.cli.run import read
+from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
-from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.ladder.setup import Setup, part_volume, prepare
-from gradedesign.plugin.registry import build_registry
 from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
 
 #: Unknowns solved per second and round, all load cases, on two cores.
 DOFS_PER_SECOND = 3e4
 
 
-def check(path: Path, *, allow_outside: bool, as_json: bool) -> None:
+def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: bool) -> None:
     """Read, repair, select, and predict; nothing is written."""
-    case = read(path, allow_outside=allow_outside)
-    setup = prepare(case, build_registry())
-    for load_case in setup.model.cases:
-        require_held(setup.space, load_case.supports.fixed, load_case.name)
+    case = load_case(path, allow_outside=allow_outside)
+    setup = prepare(case, registry_for(strict_plugins=strict_plugins))
     data = describe(setup)
     if as_json:
         print_json(data)

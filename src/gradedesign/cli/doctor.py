@@ -7,10 +7,10 @@ from typing import Any
 
 import typer
 
+from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.ladder.summary import library_versions
 from gradedesign.output._opengl import opengl_works
-from gradedesign.plugin.registry import build_registry
 from gradedesign.workspace.cache import cache_folder
 from gradedesign.workspace.limits import available_memory_bytes
 
@@ -22,9 +22,9 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def doctor(*, as_json: bool) -> None:
+def doctor(*, strict_plugins: bool, as_json: bool) -> None:
     """Print versions, plugins, cores, memory and pictures."""
-    registry = build_registry()
+    registry = registry_for(strict_plugins=strict_plugins)
     data: dict[str, Any] = {
         "versions": library_versions(),
         "plugins": [str(p) for p in registry.plugins],
@@ -39,8 +39,6 @@ def doctor(*, as_json: bool) -> None:
         return
     print_table("Versions", ("library", "version"), list(data["versions"].items()))
     typer.echo("plugins: " + (", ".join(data["plugins"]) or "none"))
-    for failure in data["failed_plugins"]:
-        typer.echo(f"disabled: {failure}")
     typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
     typer.echo(
         "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")

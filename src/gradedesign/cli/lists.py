@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import typer
 
 from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.shape import evaluate_shape
+from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
-from gradedesign.plugin.registry import Registry, build_registry, lookup
+from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+
+_WINDOW_KIND = "cell-window"
+#: Raised when calibration changes what a window is.
+_WINDOW_VERSION = 1
+
+
+def density_window(family: CellFamily) -> list[float]:
+    """Densities over which a family exists; calibrated once and then kept in the user's cache."""
+    points = np.random.default_rng(3141).uniform(size=(3, 4096))
+    values = evaluate_shape(family, family.parameters, points)
+    key = content_key(_WINDOW_VERSION, family.name, family.sides, family.distance, values)
+    stored = load_arrays(_WINDOW_KIND, key)
+    if stored is None:
+        stored = {"window": np.array(calibrate(family).window)}
+        store_arrays(_WINDOW_KIND, key, window=stored["window"])
+    return [round(float(v), 4) for v in stored["window"]]
 
 
 def cell_data(registry: Registry, name: str) -> dict[str, Any]:
@@ -17,7 +39,7 @@ def cell_data(registry: Registry, name: str) -> dict[str, Any]:
     laws = [law for law in registry.scaling_laws.values() if name in law.families]
     return {
         "name": name,
-        "density_window": [round(v, 4) for v in calibrate(family).window],
+        "density_window": density_window(family),
         "parameters": dict(family.parameters),
         "distance": family.distance,
         "symmetry": family.symmetry,
@@ -37,20 +59,15 @@ def cell_data(registry: Registry, name: str) -> dict[str, Any]:
     }
 
 
-def cells(name: str | None, *, as_json: bool) -> None:
+def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
     """Print all families, or one in full."""
-    registry = build_registry()
+    registry = registry_for(strict_plugins=strict_plugins)
     data = [cell_data(registry, n) for n in ([name] if name else registry.cell_families)]
     if as_json:
         print_json(data[0] if name else data)
         return
     if name:
-        for key, value in data[0].items():
-            if key != "laws":
-                typer.echo(f"{key}: {value}")
-        for law in data[0]["laws"]:
-            typer.echo(f"law {law['name']} ({law['kind']}), density {law['window']}")
-            typer.echo(f"  {law['source']}; {law['test']}")
+        _print_family(data[0])
         return
     print_table(
         "Cell families",
@@ -67,10 +84,28 @@ def cells(name: str | None, *, as_json: bool) -> None:
     )
 
 
-def materials(*, as_json: bool) -> None:
+def _print_family(family: Mapping[str, Any]) -> None:
+    """Print one family in full."""
+    low, high = family["density_window"]
+    parameters = ", ".join(f"{k} = {v:g}" for k, v in family["parameters"].items())
+    typer.echo(f"{family['name']}, supplied by {family['supplied_by']}")
+    typer.echo(f"  density     {low:g} to {high:g}")
+    typer.echo(f"  parameters  {parameters or 'none'}")
+    typer.echo(f"  symmetry    {family['symmetry']}")
+    typer.echo(f"  distance    {'yes' if family['distance'] else 'no'}")
+    typer.echo(f"  source      {family['source'] or 'not stated'}")
+    for law in family["laws"]:
+        low, high = law["window"]
+        typer.echo(f"law {law['name']} ({law['kind']}), density {low:g} to {high:g}")
+        for name, value in law["coefficients"].items():
+            typer.echo(f"  {name} = {value:g}")
+        typer.echo(f"  {law['source']}; {law['test']}")
+
+
+def materials(*, strict_plugins: bool, as_json: bool) -> None:
     """Print the materials."""
-    registry = build_registry()
-    data = [
+    registry = registry_for(strict_plugins=strict_plugins)
+    data: list[dict[str, Any]] = [
         {
             "name": m.name,
             "youngs_modulus_MPa": m.youngs_modulus,

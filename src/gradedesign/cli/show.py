@@ -9,8 +9,10 @@ from typing import Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from gradedesign.ladder.verdict import LimitRow
 from gradedesign.workspace.progress import Event
 
 #: Sizing reports every iteration; only each n-th is worth a line.
@@ -27,9 +29,9 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     if sys.stdout.isatty():
         table = Table(title=title, title_justify="left")
         for column in columns:
-            table.add_column(column)
+            table.add_column(escape(column))
         for row in rows:
-            table.add_row(*row)
+            table.add_row(*(escape(cell) for cell in row))
         Console().print(table)
         return
     typer.echo(title)
@@ -37,6 +39,24 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for line in [columns, *rows]:
         cells = (str(v).ljust(w) for v, w in zip(line, widths, strict=True))
         typer.echo("  " + "  ".join(cells).rstrip())
+
+
+def limit_columns(rows: Sequence[LimitRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Header and cells of a table of limits."""
+    header = ("limit", "load case", "value", "allowed", "margin", "coarser mesh", "", "judged by")
+    return header, [
+        (
+            row.name,
+            row.load_case,
+            f"{row.value:.4g} {row.unit}",
+            f"{row.limit:.4g} {row.unit}",
+            f"{1 - row.use:+.1%}",
+            "-" if row.resolution_error is None else f"{row.resolution_error:+.1%}",
+            "holds" if row.passed else "BROKEN",
+            row.judged_by,
+        )
+        for row in rows
+    ]
 
 
 class ProgressLines:

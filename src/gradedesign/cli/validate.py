@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tempfile
 import tomllib
@@ -13,13 +14,19 @@ from typing import Any
 import typer
 
 from gradedesign.case.read_case import load_case
+from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.ladder.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
+from gradedesign.plugin.registry import Registry
 from gradedesign.workspace.atomic import write_text
 
 DEVIATES = 1
+
+#: ``["iterations.-1.stress_gap"]`` or ``[status]``, and ``value = 1.5  # comment``.
+_HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')
+_VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,17 +42,28 @@ class Comparison:
     passed: bool
 
 
-def validate(folders: Sequence[Path] | None, keyword: str, *, update: bool, as_json: bool) -> int:
+def validate(
+    folders: Sequence[Path] | None,
+    keyword: str,
+    *,
+    update: bool,
+    strict_plugins: bool,
+    as_json: bool,
+) -> int:
     """Run every chosen case and print the table; 1 if anything deviates."""
     chosen = case_folders(folders or [Path("cases")], keyword)
+    registry = registry_for(strict_plugins=strict_plugins)
     comparisons: list[Comparison] = []
     for folder in chosen:
-        if not as_json:
-            typer.echo(f"running {folder}")
-        found = run_and_compare(folder)
+        expected = read_expected(folder / "expected.toml")
+        data = run_data(folder, registry)
+        name = folder.resolve().name
+        found = [compare(name, key, spec, data) for key, spec in expected.items()]
         comparisons += found
-        if update:
-            update_expected(folder / "expected.toml", found)
+        if not as_json:
+            typer.echo(f"{folder}: {data['status']}; {data['reason']}")
+        if update and data["status"] != "failed":
+            update_expected(folder / "expected.toml", found, quiet=as_json)
     if as_json:
         print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
     else:
@@ -106,16 +124,14 @@ def matches(name: str, expression: str) -> bool:
     )
 
 
-def run_and_compare(folder: Path) -> list[Comparison]:
-    """Run a case in a temporary run folder and compare every expected quantity."""
-    expected = read_expected(folder / "expected.toml")
+def run_data(folder: Path, registry: Registry) -> dict[str, Any]:
+    """Run a case in a temporary run folder; what result.json holds, also of a failure."""
     with tempfile.TemporaryDirectory(prefix="gradedesign-validate-") as temporary:
         try:
             case = load_case(folder / "case.toml")
-            data = result_data(run_case(case, folder=Path(temporary) / "run"))
+            return result_data(run_case(case, registry, folder=Path(temporary) / "run"))
         except GradeDesignError as error:
-            data = {"status": "failed", "reason": str(error)}
-    return [compare(folder.resolve().name, name, spec, data) for name, spec in expected.items()]
+            return {"status": "failed", "reason": str(error), "exit_code": error.exit_code}
 
 
 def read_expected(path: Path) -> dict[str, Mapping[str, Any]]:
@@ -131,37 +147,42 @@ def read_expected(path: Path) -> dict[str, Mapping[str, Any]]:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise CaseError(f"{path}: {error}") from error
     for name, spec in data.items():
-        missing = {"value", "origin"} - set(spec) if isinstance(spec, dict) else {"value"}
-        if missing:
+        problem = _problem_of(spec)
+        if problem:
             raise CaseError(
-                f"{path}: [{name}] lacks {', '.join(sorted(missing))}; each quantity has value, "
-                f"origin, and tolerance (relative), or at_least and at_most"
+                f"{path}: [{name}] {problem}; each quantity has value, origin, and for numbers "
+                f"tolerance (relative), at_least or at_most"
             )
     return data
 
 
+def _problem_of(spec: Any) -> str:
+    """What keeps an entry of expected.toml from being compared; empty if nothing."""
+    if not isinstance(spec, dict):
+        return "is not a table"
+    missing = [key for key in ("value", "origin") if key not in spec]
+    if missing:
+        return f"lacks {' and '.join(missing)}"
+    number = isinstance(spec["value"], (int, float)) and not isinstance(spec["value"], bool)
+    if number and not {"tolerance", "at_least", "at_most"} & set(spec):
+        return "states a number without saying how far it may be off"
+    return ""
+
+
 def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, Any]) -> Comparison:
     """Compare one quantity; dots in its name reach into the result."""
-    value: Any = data
-    for key in name.split("."):
-        if isinstance(value, Mapping):
-            value = value.get(key)
-        elif isinstance(value, list) and key.lstrip("-").isdigit() and value:
-            value = value[int(key)]
-        else:
-            value = None
+    value = value_at(data, name)
     expected = spec["value"]
-    tolerance = spec.get("tolerance")
     if value is None:
         passed, shown = False, "no such value"
-    elif isinstance(expected, (bool, str)):
+    elif isinstance(expected, (bool, str)) or not isinstance(value, (int, float)):
         passed, shown = value == expected, "equal"
     else:
         low = spec.get("at_least", float("-inf"))
         high = spec.get("at_most", float("inf"))
-        if tolerance is not None:
-            low = max(low, expected - abs(expected) * tolerance)
-            high = min(high, expected + abs(expected) * tolerance)
+        if "tolerance" in spec:
+            low = max(low, expected - abs(expected) * spec["tolerance"])
+            high = min(high, expected + abs(expected) * spec["tolerance"])
         passed, shown = low <= value <= high, f"{low:.6g} to {high:.6g}"
     return Comparison(
         case=case,
@@ -174,21 +195,45 @@ def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, An
     )
 
 
-def update_expected(path: Path, comparisons: Sequence[Comparison]) -> None:
-    """Write new values in place of the old ones and print each change."""
-    text = path.read_text(encoding="utf-8")
-    for c in comparisons:
-        if c.value is None or c.value == c.expected:
+def value_at(data: Mapping[str, Any], name: str) -> Any:
+    """Follow ``iterations.-1.stress_gap``; None where it leads nowhere."""
+    value: Any = data
+    for key in name.split("."):
+        if isinstance(value, Mapping):
+            value = value.get(key)
             continue
-        new = f'"{c.value}"' if isinstance(c.value, str) else str(c.value).lower()
-        if isinstance(c.value, float):
-            new = f"{c.value:.6g}"
-        header = re.escape(f'["{c.quantity}"]') + "|" + re.escape(f"[{c.quantity}]")
-        pattern = re.compile(rf"((?:{header})[^\[]*?\bvalue\s*=\s*)([^\n#]+)")
-        text, count = pattern.subn(lambda m, new=new: m[1] + new, text, count=1)
-        if count:
-            typer.echo(f"{path}: {c.quantity} {c.expected} -> {new}")
-    write_text(path, text)
+        position = int(key) if re.fullmatch(r"-?\d+", key) else None
+        if not isinstance(value, (list, tuple)) or position is None:
+            return None
+        if not -len(value) <= position < len(value):
+            return None
+        value = value[position]
+    return value
+
+
+def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: bool) -> None:
+    """Write new values in place of the old ones and tell each change; comments stay."""
+    changed = {c.quantity: c for c in comparisons if c.value is not None and c.value != c.expected}
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    quantity = ""
+    for number, line in enumerate(lines):
+        if header := _HEADER.match(line):
+            quantity = header[1] or header[2]
+        found = _VALUE.match(line)
+        if found is None or quantity not in changed:
+            continue
+        new = _as_toml(changed[quantity].value)
+        lines[number] = f"{found[1]}{new}{found[3]}\n"
+        if not quiet:
+            typer.echo(f"{path}: {quantity} {found[2]} -> {new}")
+    write_text(path, "".join(lines))
+
+
+def _as_toml(value: Any) -> str:
+    """Write a value as TOML does; JSON agrees for text, numbers and truth values."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return json.dumps(value)
 
 
 def _short(value: Any) -> str:
