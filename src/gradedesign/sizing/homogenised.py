@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
+from gradedesign.fe.assembly import AssemblyPattern, assembly_pattern
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import body_force, thermal_force
 from gradedesign.fe.solution import LoadVector, Solution
@@ -40,6 +41,8 @@ class HomogenisedModel:
     rotation : (6, 6) array
         Bond matrix that takes the law's stiffness from cell axes to global axes.
     cases : tuple of PartLoadCase
+    pattern : AssemblyPattern
+        Of the space, found once.
     stiffness_factor : float
         Correction of the law's stiffness from explicit analyses; 1 at first.
     stiffness_exponent : float
@@ -54,6 +57,7 @@ class HomogenisedModel:
     law: ScalingLaw
     rotation: FloatArray
     cases: tuple[PartLoadCase, ...]
+    pattern: AssemblyPattern
     stiffness_factor: float = 1.0
     stiffness_exponent: float = 0.0
     reference_density: float = 1.0
@@ -86,6 +90,7 @@ def homogenised_model(
         law=law,
         rotation=bond_matrix(np.eye(3) if rotation is None else rotation),
         cases=tuple(cases),
+        pattern=assembly_pattern(space),
         stiffness_factor=stiffness_factor,
     )
 
@@ -195,7 +200,7 @@ def solve_vectors(
 ) -> tuple[Solution, ...]:
     """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
     stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
-    return solve_elastic(model.space, stiffness, vectors)
+    return solve_elastic(model.space, stiffness, vectors, pattern=model.pattern)
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
