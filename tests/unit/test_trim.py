@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from gradedesign import LatticeError
 from gradedesign.lattice.lattice import KeptRegion, LatticeDesign
-from gradedesign.lattice.trim import cut, trimmed_surface
+from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import (
-    SurfaceMesh,
     area_vectors,
     enclosed_volume,
     open_edge_count,
@@ -55,17 +53,3 @@ def test_skin_and_kept_regions_keep_their_depth():
     kept = KeptRegion(distance=lambda x: np.abs(x[0]), margin=2.0)
     surface = trimmed_surface(_design(kept=(kept,)), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(2 * 64 + 10 * 32, rel=3e-3)
-
-
-def test_an_open_surface_is_refused():
-    box = box_surface(SIZE)
-    open_box = SurfaceMesh(vertices=box.vertices, faces=box.faces[1:])
-    with pytest.raises(LatticeError, match="closed and manifold"):
-        cut(box, open_box, 0.01)
-
-
-def test_nothing_in_common_is_an_error():
-    box = box_surface(SIZE)
-    away = SurfaceMesh(vertices=box.vertices + 100.0, faces=box.faces)
-    with pytest.raises(LatticeError, match="nothing in common"):
-        cut(box, away, 0.01)

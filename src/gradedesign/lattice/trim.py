@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from gradedesign.arrays import FloatArray
-from gradedesign.errors import LatticeError
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.surface import extract_surface, require_closed
+from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut.
@@ -41,6 +39,8 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     Raises
     ------
     LatticeError
+        If the lattice has no solid, or the result is not closed.
+    MeshError
         If the Boolean kernel refuses a surface or nothing is left.
     """
     overhang = OVERHANG * step
@@ -58,32 +58,6 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     )
     field = lattice_field(untrimmed, band=3 * step, single=True)
     raw = extract_surface(field, untrimmed.lower - step, untrimmed.upper + step, step)
-    return cut(raw, part, SHORTEST * step)
-
-
-def cut(surface: SurfaceMesh, part: SurfaceMesh, shortest: float) -> SurfaceMesh:
-    """What two closed surfaces have in common, without edges shorter than ``shortest`` mm."""
-    from manifold3d import Manifold, Mesh64
-
-    solids = []
-    for name, mesh in (("lattice", surface), ("part", part)):
-        solid = Manifold(
-            Mesh64(
-                vert_properties=np.array(mesh.vertices),
-                tri_verts=mesh.faces.astype(np.uint64),
-            )
-        )
-        if solid.status().name != "NoError":
-            raise LatticeError(
-                f"the surface of the {name} cannot be cut: the Boolean kernel reports "
-                f"{solid.status().name}; it must be closed and manifold"
-            )
-        solids.append(solid)
-    common = (solids[0] ^ solids[1]).as_original().simplify(shortest).to_mesh64()
-    vertices = np.asarray(common.vert_properties)[:, :3]
-    faces = np.asarray(common.tri_verts).astype(np.int64)
-    if len(faces) == 0:
-        raise LatticeError("the lattice and the part have nothing in common")
-    trimmed = SurfaceMesh(vertices=vertices, faces=faces)
+    trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
     require_closed(trimmed)
     return trimmed

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.errors import MeshError
 from gradedesign.fe.stress import weighted_percentile
+from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part.box import box_surface
 from gradedesign.verify.measures import LEAST_NEIGHBOURHOOD
 
 log = logging.getLogger(__name__)
@@ -111,29 +112,11 @@ def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> 
     Raises
     ------
     MeshError
-        If the Boolean kernel refuses the surface or nothing is left.
+        If the surface cannot be cut or the box holds no material.
     """
-    from manifold3d import Manifold, Mesh64
-
-    solid = Manifold(
-        Mesh64(
-            vert_properties=np.ascontiguousarray(surface.vertices),
-            tri_verts=np.ascontiguousarray(surface.faces.astype(np.uint64)),
-        )
-    )
-    if solid.status().name != "NoError":
-        raise MeshError(
-            f"the exported surface cannot be cut into windows: the Boolean kernel reports "
-            f"{solid.status().name}; it must be closed and manifold"
-        )
-    size = np.asarray(upper) - np.asarray(lower)
-    box = Manifold.cube(tuple(float(s) for s in size)).translate(tuple(float(v) for v in lower))
-    cut = (solid ^ box).to_mesh64()
-    vertices = np.asarray(cut.vert_properties)[:, :3]
-    faces = np.asarray(cut.tri_verts).astype(np.int64)
-    if len(faces) == 0:
-        raise MeshError(f"the window from {lower} to {upper} mm holds no material")
-    return SurfaceMesh(vertices=vertices, faces=faces)
+    box = box_surface(np.asarray(upper) - np.asarray(lower))
+    moved = SurfaceMesh(vertices=box.vertices + np.asarray(lower), faces=box.faces)
+    return intersection(surface, moved, what=f"window from {lower} to {upper} mm")
 
 
 def cut_facets(

@@ -1,0 +1,56 @@
+"""What two closed surfaces have in common."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gradedesign.errors import MeshError
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+
+
+def intersection(
+    one: SurfaceMesh, other: SurfaceMesh, *, what: str, shortest: float = 0.0
+) -> SurfaceMesh:
+    """Closed surface of the volume that both enclose.
+
+    Parameters
+    ----------
+    one, other : SurfaceMesh
+        Closed, manifold, outward oriented.
+    what : str
+        Names the result in messages.
+    shortest : float, mm
+        Edges shorter than this are collapsed where the surface hardly moves.
+
+    Raises
+    ------
+    MeshError
+        If the Boolean kernel refuses a surface, or nothing is left.
+    """
+    common = _manifold(one, what) ^ _manifold(other, what)
+    if shortest > 0:
+        common = common.as_original().simplify(shortest)
+    mesh = common.to_mesh64()
+    faces = np.asarray(mesh.tri_verts).astype(np.int64)
+    if len(faces) == 0:
+        raise MeshError(f"{what}: the two solids have no material in common")
+    return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
+
+
+def _manifold(surface: SurfaceMesh, what: str) -> Any:
+    from manifold3d import Manifold, Mesh64
+
+    # The kernel takes only writeable arrays.
+    solid = Manifold(
+        Mesh64(
+            vert_properties=np.array(surface.vertices), tri_verts=surface.faces.astype(np.uint64)
+        )
+    )
+    if solid.status().name != "NoError":
+        raise MeshError(
+            f"{what}: a surface of {len(surface.faces)} triangles cannot be cut, the Boolean "
+            f"kernel reports {solid.status().name}; it must be closed and manifold"
+        )
+    return solid

@@ -1,0 +1,66 @@
+"""Space mapping: factors that bend the homogenised prediction onto the explicit result."""
+
+import numpy as np
+import pytest
+
+from gradedesign.verify.correction import (
+    Gap,
+    damped,
+    damping_for,
+    gap_between,
+    stiffness_exponent,
+    stiffness_update,
+)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 1.0])
+@pytest.mark.parametrize("ratio", [0.9, 1.1, 1.3])
+def test_the_stiffness_factor_reproduces_the_explicit_displacement(share, ratio):
+    """u(k) = u (1 - s + s / k) for springs in series (by definition of the share s)."""
+    k = stiffness_update(ratio * 2.0, 2.0, share)
+    assert 2.0 * (1 - share + share / k) == pytest.approx(ratio * 2.0, rel=1e-12)
+
+
+def test_a_difference_the_lattice_cannot_explain_leaves_the_stiffness():
+    assert stiffness_update(0.5, 2.0, 0.3) == 1.0
+    assert stiffness_update(2.5, 2.0, 0.01) == 1.0
+
+
+def test_the_exponent_is_the_slope_of_the_last_two_analyses():
+    """factor = 0.8 (rho / 0.3)^0.6, sampled twice (by construction)."""
+    samples = [(r, 0.8 * (r / 0.3) ** 0.6) for r in (0.2, 0.3, 0.4)]
+    assert stiffness_exponent(samples) == pytest.approx(0.6, rel=1e-12)
+    assert stiffness_exponent(samples[:1]) == 0.0
+    assert stiffness_exponent([(0.30, 0.8), (0.301, 0.9)]) == 0.0
+
+
+def test_the_exponent_stays_within_what_free_faces_explain():
+    assert stiffness_exponent([(0.2, 0.1), (0.3, 1.0)]) == 2.0
+    assert stiffness_exponent([(0.2, 1.0), (0.3, 0.5)]) == -0.5
+
+
+def test_gap_is_explicit_over_predicted_less_one():
+    gap = gap_between([2.0, 4.0], [2.2, 3.0], 50.0, 40.0)
+    assert gap.displacement == pytest.approx((0.1, -0.25))
+    assert gap.stress == pytest.approx(-0.2)
+    assert gap_between([], [], None, 40.0).stress is None
+
+
+def test_damping_moves_in_the_logarithm():
+    assert damped(1.0, 4.0, 0.5) == pytest.approx(2.0)
+    assert damped(2.0, 3.0, 1.0) == pytest.approx(3.0)
+
+
+def test_alternating_gaps_are_damped():
+    gaps = [Gap(displacement=(s,)) for s in (0.3, -0.2, 0.2)]
+    assert damping_for(gaps) == 0.5
+    assert damping_for(gaps[:2]) == 1.0
+    assert damping_for([Gap()]) == 1.0
+
+
+def test_exponent_does_not_depend_on_units_of_the_factor():
+    rng = np.random.default_rng(904)
+    a, b = rng.uniform(0.1, 0.5, 2)
+    samples = [(a, 0.5), (b, 0.5 * (b / a) ** 0.4)]
+    scaled = [(r, 7 * f) for r, f in samples]
+    assert stiffness_exponent(samples) == pytest.approx(stiffness_exponent(scaled))
