@@ -151,6 +151,22 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
     return cell
 
 
+def body_field(design: LatticeDesign) -> Field:
+    """Cells, skin and kept regions before the part trims them, negative inside, about mm."""
+    cell = cell_field(design)
+    kept = [_grown(region) for region in design.kept]
+
+    def body(points: FloatArray) -> FloatArray:
+        united = cell(points)
+        if design.skin is not None:
+            united = np.minimum(united, -(design.part(points) + design.skin))
+        for region in kept:
+            united = np.minimum(united, region(points))
+        return united
+
+    return body
+
+
 def lattice_field(
     design: LatticeDesign, *, band: float | None = None, single: bool = False
 ) -> Field:

@@ -11,8 +11,9 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.lattice.islands import largest_piece
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
 from gradedesign.mesh.quality import TetReport, tet_report
+from gradedesign.mesh.sharpen import sharpen
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh
 
@@ -81,7 +82,7 @@ def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: floa
     field = lattice_field(design, band=3 * cube)
     volume = field_volume(design, cube)
     _require_memory(volume, cube, memory_limit_bytes)
-    raw = stuff(field, lower, shape, cube)
+    raw = sharpen(stuff(field, lower, shape, cube), design.part, body_field(design), cube)
     mesh, dropped, share = largest_piece(raw, max_share=LOOSE_SHARE)
     report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)

@@ -114,7 +114,8 @@ def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> 
     MeshError
         If the surface cannot be cut or the box holds no material.
     """
-    box = box_surface(np.asarray(upper) - np.asarray(lower))
+    x, y, z = (float(s) for s in np.asarray(upper) - np.asarray(lower))
+    box = box_surface((x, y, z))
     moved = SurfaceMesh(vertices=box.vertices + np.asarray(lower), faces=box.faces)
     return intersection(surface, moved, what=f"window from {lower} to {upper} mm")
 

@@ -1,0 +1,141 @@
+"""Restore sharp edges of a stuffed mesh where two smooth surfaces meet.
+
+Isosurface stuffing cuts off an edge between two faces: the surface triangle runs from a vertex on
+one face to a vertex on the other. Here one end of each such triangle side is moved onto the edge,
+the intersection of both zero sets, wherever the tetrahedra around it stay good.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
+
+log = logging.getLogger(__name__)
+
+#: A vertex lies on a face when the face's field is smaller than this, in grid cubes.
+ON_FACE = 0.08
+#: A vertex moves at most this far, in grid cubes.
+FARTHEST = 0.75
+#: Dihedral angles that moved tetrahedra must keep, degrees.
+LEAST_ANGLE, LARGEST_ANGLE = 9.0, 165.0
+#: Step of the difference quotients, in grid cubes.
+STEP = 1e-3
+
+
+def sharpen(mesh: TetMesh, one: Field, other: Field, cube: float) -> TetMesh:
+    """Move vertices onto the edge where two fields vanish together.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Stuffed from ``max(one, other)``.
+    one, other : callable
+        Fields in about mm, negative inside.
+    cube : float, mm
+        Grid of the stuffing.
+
+    Returns
+    -------
+    TetMesh
+        Same connectivity; a vertex whose move would spoil a tetrahedron stays where it was.
+    """
+    movers = _vertices_to_move(mesh, one, other, cube)
+    if len(movers) == 0:
+        return mesh
+    start = mesh.points[:, movers]
+    target, sound = _onto_both(start, one, other, cube)
+    keep = sound & (np.linalg.norm(target - start, axis=0) <= FARTHEST * cube)
+    points = np.array(mesh.points)
+    points[:, movers[keep]] = target[:, keep]
+    moved = np.zeros(points.shape[1], dtype=bool)
+    moved[movers[keep]] = True
+    touched = np.flatnonzero(moved[mesh.tets].any(axis=0))
+    while True:
+        bad = touched[_is_bad(points, mesh.tets[:, touched])]
+        culprits = np.unique(mesh.tets[:, bad])
+        culprits = culprits[moved[culprits]]
+        if len(culprits) == 0:
+            break
+        points[:, culprits] = mesh.points[:, culprits]
+        moved[culprits] = False
+    log.info("sharpened %d of %d edge vertices", np.count_nonzero(moved), len(movers))
+    return TetMesh(points=points, tets=mesh.tets)
+
+
+def _vertices_to_move(mesh: TetMesh, one: Field, other: Field, cube: float) -> IntArray:
+    """Of every triangle side from one face to the other, the end nearer to their edge."""
+    facets, _ = boundary_facets(mesh)
+    used = np.unique(facets)
+    first, second = one(mesh.points[:, used]), other(mesh.points[:, used])
+    near = np.full(mesh.points.shape[1], np.inf)
+    # Distance to the edge: the field that does not vanish here.
+    near[used] = np.maximum(np.abs(first), np.abs(second))
+    side = np.zeros(mesh.points.shape[1], dtype=np.int64)
+    on_one, on_other = np.abs(first) <= ON_FACE * cube, np.abs(second) <= ON_FACE * cube
+    side[used[on_one & ~on_other]] = 1
+    side[used[on_other & ~on_one]] = 2
+    ends = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]])
+    crossing = ends[(side[ends].min(axis=1) == 1) & (side[ends].max(axis=1) == 2)]
+    nearer = np.argmin(near[crossing], axis=1)
+    return np.unique(crossing[np.arange(len(crossing)), nearer])
+
+
+def _onto_both(
+    points: FloatArray, one: Field, other: Field, cube: float
+) -> tuple[FloatArray, BoolArray]:
+    """Newton steps of least length onto both zero sets; the mask says where they arrive."""
+    position = np.array(points)
+    for _ in range(4):
+        value, gram, slopes = _linearised(position, one, other, cube)
+        det = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
+        steep = det > np.maximum(1e-2 * gram[0, 0] * gram[1, 1], 1e-12)
+        det = np.where(steep, det, 1.0)
+        a = (gram[1, 1] * value[0] - gram[0, 1] * value[1]) / det
+        b = (gram[0, 0] * value[1] - gram[0, 1] * value[0]) / det
+        step = -(a * slopes[0] + b * slopes[1])
+        length = np.linalg.norm(step, axis=0)
+        step *= np.minimum(1.0, 0.5 * cube / np.maximum(length, 1e-300))
+        position += np.where(steep, step, 0.0)
+    value, _, slopes = _linearised(position, one, other, cube)
+    size = np.linalg.norm(slopes, axis=1)
+    reached = np.abs(value) <= 0.02 * cube * size
+    return position, np.asarray((reached & (size > 0)).all(axis=0))
+
+
+def _linearised(
+    points: FloatArray, one: Field, other: Field, cube: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values ``(2, n)``, products of gradients ``(2, 2, n)`` and gradients ``(2, 3, n)``."""
+    step = STEP * cube
+    slopes = np.zeros((2, *points.shape))
+    for k, field in enumerate((one, other)):
+        for d in range(3):
+            shift = np.zeros((3, 1))
+            shift[d] = step
+            slopes[k, d] = (field(points + shift) - field(points - shift)) / (2 * step)
+    value = np.stack([one(points), other(points)])
+    return value, np.einsum("adn,bdn->abn", slopes, slopes), slopes
+
+
+def _is_bad(points: FloatArray, tets: IntArray) -> BoolArray:
+    """Tetrahedra with an angle out of bounds or without positive volume."""
+    p = points[:, tets]
+    volume = np.einsum("im,im->m", p[:, 1] - p[:, 0], _cross(p, 0, 2, 3))
+    normals = [_cross(p, 1, 2, 3), _cross(p, 0, 3, 2), _cross(p, 0, 1, 3), _cross(p, 0, 2, 1)]
+    lengths = [np.maximum(np.linalg.norm(n, axis=0), 1e-300) for n in normals]
+    bad = volume <= 0
+    for i in range(3):
+        for j in range(i + 1, 4):
+            cosine = -np.einsum("im,im->m", normals[i], normals[j]) / (lengths[i] * lengths[j])
+            bad |= cosine > np.cos(np.radians(LEAST_ANGLE))
+            bad |= cosine < np.cos(np.radians(LARGEST_ANGLE))
+    return np.asarray(bad)
+
+
+def _cross(p: FloatArray, a: int, b: int, c: int) -> FloatArray:
+    """Twice the area vectors of triangles abc, ``(3, m)``; outward for the orders used here."""
+    return np.cross(p[:, b] - p[:, a], p[:, c] - p[:, a], axis=0)

@@ -1,0 +1,99 @@
+"""Adjoint sensitivities of limited displacements against central differences."""
+
+import numpy as np
+import pytest
+
+from gradedesign.fe.facets import facet_nodes
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
+from gradedesign.mesh.tet_mesh import boundary_facets
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.homogenised import homogenised_model, solve_homogenised, solve_vectors
+from gradedesign.sizing.responses import (
+    DisplacementLimit,
+    adjoint_loads,
+    displacement_gradient,
+    displacement_values,
+)
+
+LAW = power_law(
+    "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
+    kind="fe", source="this test", test="none",
+)  # fmt: skip
+MATERIAL = Material(
+    name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6,
+    yield_strength=10.0, thermal_expansion=2e-5,
+)  # fmt: skip
+
+
+def _problem(acceleration, temperature, component, exponent=0.0):
+    mesh = box_part_mesh((20.0, 6.0, 5.0), 3.0)
+    space = tet_space(mesh, 2)
+    facets, _ = boundary_facets(mesh)
+    x = mesh.points[0][facets]
+    root, tip = facets[(x < 1e-9).all(axis=1)], facets[(x > 20 - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="load",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tip, np.array([0.01, 0.0, -0.02])),
+        acceleration=acceleration,
+        temperature_change=temperature,
+    )
+    rng = np.random.default_rng(60713)
+    share = np.where(rng.uniform(size=space.element_count) < 0.2, 0.4, 0.0)
+    model = homogenised_model(space, share, MATERIAL, LAW, [case])
+    if exponent:
+        from dataclasses import replace
+
+        model = replace(
+            model, stiffness_factor=0.8, stiffness_exponent=exponent, reference_density=0.3
+        )
+    limit = DisplacementLimit(
+        name="tip", load_case="load", nodes=np.unique(facet_nodes(space, tip)),
+        component=component, limit=1.0, factor=1.1,
+    )  # fmt: skip
+    return model, limit, rng.uniform(0.2, 0.5, space.element_count), rng
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "temperature", "component", "exponent"),
+    [
+        ((0.0, 0.0, 0.0), 0.0, None, 0.0),
+        ((0.0, 0.0, 0.0), 0.0, 2, 0.7),
+        ((0.0, 0.0, -2e4), 0.0, None, 0.0),
+        ((0.0, 0.0, 0.0), 80.0, 0, 0.0),
+    ],
+    ids=["magnitude", "component, corrected law", "inertia", "thermal"],
+)
+def test_gradient_matches_central_differences(acceleration, temperature, component, exponent):
+    """In a random direction; the difference quotient itself is good to about 1e-6."""
+    model, limit, rho, rng = _problem(acceleration, temperature, component, exponent)
+    solutions = solve_homogenised(model, rho)
+    adjoint = solve_vectors(model, rho, adjoint_loads(model, [limit], solutions))[0]
+    gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)
+    direction = rng.standard_normal(len(rho))
+    step = 1e-4
+    ahead, back = (
+        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
+        for s in (1, -1)
+    )
+    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+
+
+def test_one_element_at_a_time():
+    """Three elements that carry load, against central differences."""
+    model, limit, rho, _ = _problem((0.0, 0.0, 0.0), 0.0, None)
+    solutions = solve_homogenised(model, rho)
+    adjoint = solve_vectors(model, rho, adjoint_loads(model, [limit], solutions))[0]
+    gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)
+    for e in np.argsort(gradient)[:3]:
+        values = []
+        for sign in (1, -1):
+            changed = rho.copy()
+            changed[e] += sign * 1e-3
+            values.append(displacement_values([limit], solve_homogenised(model, changed))[0])
+        assert gradient[e] == pytest.approx((values[0] - values[1]) / 2e-3, rel=1e-3)
