@@ -1,0 +1,36 @@
+# Sets up everything in .venv; needs python3 (3.11 to 3.13) with its venv module, and make.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+TESTED := $(VENV)/.ready-to-test
+PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+PROJECTS := pyproject.toml $(wildcard plugins/*/pyproject.toml)
+
+.PHONY: install run test test-all bench
+.DEFAULT_GOAL := install
+
+install: $(READY)
+
+# Core and plugins, editable; done again only when a pyproject.toml changes.
+$(READY): $(PROJECTS)
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable . $(addprefix --editable ./,$(PLUGINS))
+	touch $@
+
+$(TESTED): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@
+
+run: $(READY)
+	$(BIN)/gradedesign run cases/bracket --output runs/bracket --overwrite
+
+test: $(TESTED)
+	$(BIN)/python -m pytest
+
+# Also the slow ones: the whole bracket, and real parts where ../shared/parts exists.
+test-all: $(TESTED)
+	$(BIN)/python -m pytest -m "slow or not slow"
+
+bench: $(TESTED)
+	for file in benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done

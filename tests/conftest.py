@@ -1,0 +1,35 @@
+"""Fixtures that several folders of tests use."""
+
+import signal
+from typing import NamedTuple
+
+import pytest
+
+from gradedesign.cli import main
+
+
+class Ended(NamedTuple):
+    """How a command ended."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def cli(capsys):
+    """Run the command line in this process: its exit code and what it printed."""
+
+    def call(*words):
+        before = signal.getsignal(signal.SIGTERM)
+        capsys.readouterr()
+        try:
+            with pytest.raises(SystemExit) as ended:
+                main([str(word) for word in words])
+        finally:
+            signal.signal(signal.SIGTERM, before)
+        printed = capsys.readouterr()
+        code = ended.value.code
+        return Ended(code if isinstance(code, int) else int(bool(code)), printed.out, printed.err)
+
+    return call
