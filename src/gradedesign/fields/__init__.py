@@ -16,22 +16,36 @@ from gradedesign.fields.algebra import (
     shell,
     union,
 )
+from gradedesign.fields.graph import bond_graph, graph_segments
+from gradedesign.fields.graph_symmetry import segment_symmetry
 from gradedesign.fields.level_set import level_set_points, periodic_distance_to_level_set
+from gradedesign.fields.near_segments import NearSegments, near_segments
+from gradedesign.fields.segment_distance import (
+    periodic_distance_to_graph,
+    periodic_distance_to_segments,
+)
 
 __all__ = [
     "Field",
     "FloatArray",
+    "NearSegments",
     "blend_intersection",
     "blend_union",
+    "bond_graph",
     "complement",
     "difference",
     "gradient",
+    "graph_segments",
     "intersection",
     "level_set_points",
+    "near_segments",
     "offset",
+    "periodic_distance_to_graph",
     "periodic_distance_to_level_set",
+    "periodic_distance_to_segments",
     "r_intersection",
     "r_union",
+    "segment_symmetry",
     "shell",
     "union",
 ]
