@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import evaluate_shape, grid_nodes
+from gradedesign.cell.shape import evaluate_shape, grid_nodes, spread_points
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import PluginError
 from gradedesign.fields import gradient
@@ -211,13 +211,15 @@ def _check_level(calibration: Calibration) -> None:
     level = calibration.level_of(density)
     if (np.diff(level) <= 0).any():
         raise PluginError(f"cell '{family.name}': the level does not rise with density")
-    grid = evaluate_shape(family, calibration.parameters, grid_nodes(80, (0.5, 0.5, 0.5)))
+    # Not the first points, from which the calibration counts.
+    points = np.mod(spread_points(500_000) + 1 / np.pi, 1.0)
+    values = evaluate_shape(family, calibration.parameters, points)
     for rho, t in zip(density[::8], level[::8], strict=True):
-        share = float(np.mean(grid <= t))
-        if abs(share - rho) > 0.006:
+        share = float(np.mean(values <= t))
+        if abs(share - rho) > 0.003:
             raise PluginError(
-                f"cell '{family.name}': density {rho:.4f} was asked for, a count of 80 voxels per "
-                f"cell gives {share:.4f}; the shape is too rough to be calibrated"
+                f"cell '{family.name}': density {rho:.4f} was asked for, {values.size} points of "
+                f"the cell give {share:.4f}; the shape is too rough to be calibrated"
             )
 
 

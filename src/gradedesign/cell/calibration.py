@@ -13,7 +13,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.percolation import Percolation, percolation
-from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
+from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes, spread_points
 from gradedesign.errors import DensityError, PluginError
 
 log = logging.getLogger(__name__)
@@ -21,8 +21,6 @@ log = logging.getLogger(__name__)
 #: Below this density, and this close to full, no sampled level is trusted.
 LEAST_DENSITY = 0.01
 
-#: Offsets of the sample grid: irrational and different, so that no two samples are symmetric.
-_SHIFT = (0.4142135623730951, 0.7320508075688772, 0.23606797749978969)
 _TABLE = 4001
 
 
@@ -92,7 +90,7 @@ def calibrate(
     parameters : mapping of str to float, optional
         Override the family's defaults.
     resolution : int
-        Samples along each axis of the cell.
+        Cube root of the number of samples.
 
     Returns
     -------
@@ -110,8 +108,9 @@ def calibrate(
 
     Notes
     -----
-    The volume of ``g <= t`` is the distribution of ``g``, so ``t(rho)`` is its quantile; for a
-    smooth function, samples on a grid converge faster than random ones.
+    The volume of ``g <= t`` is the distribution of ``g``, so ``t(rho)`` is its quantile. Evenly
+    spread samples converge faster than random ones and, unlike those of a grid, for shapes with
+    flat faces too.
     """
     complete = complete_parameters(family, parameters)
     return _calibrate(family, tuple(complete.items()), resolution)
@@ -123,7 +122,7 @@ def _calibrate(
 ) -> Calibration:
     """Calibrate with hashable arguments."""
     parameters = dict(items)
-    samples = np.sort(evaluate_shape(family, parameters, grid_nodes(resolution, _SHIFT)), axis=None)
+    samples = np.sort(evaluate_shape(family, parameters, spread_points(resolution**3)))
     density = np.linspace(0.0, 1.0, _TABLE)
     rank = np.clip(density * samples.size - 0.5, 0, samples.size - 1)
     level = np.interp(rank, np.arange(samples.size), samples)

@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import CaseError, PluginError
+from gradedesign.errors import CaseError, GradeDesignError, PluginError
 
 
 def complete_parameters(
@@ -50,12 +50,16 @@ def evaluate_shape(
 
     Raises
     ------
+    GradeDesignError
+        What the function raises on purpose, such as a `CaseError` for a parameter out of range.
     PluginError
-        If the function raises, returns another shape, or values that are not finite.
+        If the function raises anything else, returns another shape, or values that are not finite.
     """
     where = f"cell '{family.name}'" + (f" with {dict(parameters)}" if parameters else "")
     try:
         value = np.asarray(family.shape(u, **parameters), dtype=np.float64)
+    except GradeDesignError as error:
+        raise type(error)(f"{where}: {error}") from error
     except Exception as error:
         raise PluginError(f"{where} failed: {type(error).__name__}: {error}") from error
     if value.shape != u.shape[1:]:
@@ -71,6 +75,21 @@ def evaluate_shape(
             f"not finite, the first at u = ({first[0]:.4g}, {first[1]:.4g}, {first[2]:.4g})"
         )
     return value
+
+
+def spread_points(count: int) -> FloatArray:
+    """Points of the unit cell that fill it evenly and share no plane with each other, ``(3, n)``.
+
+    A grid has whole planes of nodes, and a shape with flat faces parallel to them takes few
+    different values there; of these points no two share a coordinate.
+
+    References
+    ----------
+    The additive recurrence of a point by powers of 1/x, x^4 = x + 1 (Kronecker sequence); in one
+    dimension the golden ratio.
+    """
+    step = 1.2207440846057596 ** -np.arange(1.0, 4.0)
+    return np.asarray(np.mod(0.5 + step[:, None] * np.arange(count), 1.0))
 
 
 def grid_nodes(count: int, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:

@@ -5,11 +5,13 @@ What "thinnest" means:
 - families whose shape is a true distance: ``2 t L``, exact (``t`` the level, ``L`` the cell size);
 - two-sided sheets: twice the distance from the middle surface to the boundary, 1st percentile by
   area of the middle surface;
-- one-sided networks: twice the smallest distance to the boundary along the strut that forms the
-  last connection of the solid, from its saddle down to the minima of the shape function at its
-  ends. It is zero at the percolation floor.
+- struts about axes on which the shape is 0, its least value, and which connect (angular or unequal
+  struts): the same from the axes;
+- other one-sided networks: twice the smallest distance to the boundary along the strut that forms
+  the last connection of the solid, from its saddle down to the minima of the shape function at
+  its ends. It is zero at the percolation floor.
 
-All three grow with the level because the points measured from stay where they are.
+All of them grow with the level because the points measured from stay where they are.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import LEAST_DENSITY, Calibration, calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.errors import DensityError
@@ -34,6 +36,9 @@ THIN_SHARE = 0.01
 _STEPS = 13
 _GRID = 48
 _MIDDLE_POINTS = 1500
+
+#: A point this near to a surface, in cell units, or to a valley, by its rise, lies on it.
+_SETTLED = 1e-3
 
 
 def wall_mm(
@@ -108,14 +113,16 @@ def _wall_table(calibration: Calibration) -> PchipInterpolator:
     def shape(u: FloatArray) -> FloatArray:
         return evaluate_shape(calibration.family, calibration.parameters, u)
 
-    sheet = calibration.family.sides == 2
-    core = _middle_surface(shape) if sheet else _strut(shape, calibration)
-    top = -np.inf if sheet else float(shape(core).max())
+    valley = calibration.family.sides == 2 or _has_axes(shape, calibration)
+    core = _valley(shape) if valley else _strut(shape, calibration)
+    top = -np.inf if valley else float(shape(core).max())
+    # Voids too small for the grid, close to full density, add no wall to the last one measured.
+    seen = float(shape(grid_nodes(_GRID, (0.5, 0.5, 0.5))).max())
     wall = np.zeros(_STEPS)
     for i, level in enumerate(calibration.level_of(density)):
-        if level > top:
+        if top < level < seen:
             distance = _distance_to_level(shape, float(level), core)
-            wall[i] = 2.0 * np.quantile(distance, THIN_SHARE if sheet else 0.0)
+            wall[i] = 2.0 * np.quantile(distance, THIN_SHARE if valley else 0.0)
     return PchipInterpolator(progress, np.maximum.accumulate(wall))
 
 
@@ -137,16 +144,26 @@ def _distance_to_level(shape: Field, level: float, points: FloatArray) -> FloatA
     foot = surface[:, index]
     foot = foot + np.round(points - foot)
     apart = points - foot
-    normal = gradient(shape, foot)
-    length = np.linalg.norm(normal, axis=0)
-    along = np.abs((apart * normal).sum(axis=0)) / np.maximum(length, 1e-12)
+    slope = gradient(shape, foot)
+    length = np.maximum(np.linalg.norm(slope, axis=0), 1e-12)
+    normal = slope / length
+    along = (apart * normal).sum(axis=0)
     # Between sharp edges no plane is tangent; there the sample itself is the best there is.
-    return np.where(along > 0.8 * distance, along, distance)
+    off = np.abs(shape(points - along * normal) - level)
+    tangent = (np.abs(along) > 0.8 * distance) & (off <= _SETTLED * length)
+    return np.where(tangent, np.abs(along), distance)
 
 
-def _middle_surface(shape: Field) -> FloatArray:
-    """Points on the valley ``g = 0`` of a two-sided shape, spread evenly, ``(3, k)``."""
+def _has_axes(shape: Field, calibration: Calibration) -> bool:
+    """Whether the places where a shape is 0, its least value, hold the cell together."""
+    whole = calibration.window[0] <= LEAST_DENSITY
+    return whole and float(shape(grid_nodes(_GRID, (0.31, 0.57, 0.83))).min()) >= 0
+
+
+def _valley(shape: Field) -> FloatArray:
+    """Points on the surface or the axes ``g = 0`` at the bottom of a shape, ``(3, k)``."""
     points = grid_nodes(_GRID, (0.5, 0.5, 0.5)).reshape(3, -1)
+    rise = float(shape(points).max())
     for _ in range(6):
         slope = gradient(shape, points, 1e-6)
         square = np.maximum((slope**2).sum(axis=0), 1e-12)
@@ -155,7 +172,9 @@ def _middle_surface(shape: Field) -> FloatArray:
         near = np.linalg.norm(step, axis=0) < 1.0 / _GRID
         points, value, step = points[:, near], value[near], step[:, near]
         points = points - step
-    # Grid nodes within a step of the surface cover it evenly; a fixed stride thins them out.
+    # Steps end on ridges, where differences cancel, too.
+    points = points[:, shape(points) <= _SETTLED * rise]
+    # Grid nodes within a step of the valley cover it evenly; a fixed stride thins them out.
     stride = max(points.shape[1] // _MIDDLE_POINTS, 1)
     return points[:, ::stride]
 
