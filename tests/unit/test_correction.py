@@ -30,8 +30,14 @@ def test_the_exponent_is_the_slope_of_the_last_two_analyses():
     """factor = 0.8 (rho / 0.3)^0.6, sampled twice (by construction)."""
     samples = [(r, 0.8 * (r / 0.3) ** 0.6) for r in (0.2, 0.3, 0.4)]
     assert stiffness_exponent(samples) == pytest.approx(0.6, rel=1e-12)
-    assert stiffness_exponent(samples[:1]) == 0.0
-    assert stiffness_exponent([(0.30, 0.8), (0.301, 0.9)]) == 0.0
+    assert stiffness_exponent([]) == 0.0
+
+
+def test_one_analysis_lets_the_factor_vanish_for_dense_material():
+    """factor = rho^0.7 passes through (0.3, 0.3^0.7) and (1, 1); close samples count as one."""
+    assert stiffness_exponent([(0.3, 0.3**0.7)]) == pytest.approx(0.7, rel=1e-12)
+    close = [(0.30, 0.2), (0.301, 0.301**0.7)]
+    assert stiffness_exponent(close) == pytest.approx(0.7, rel=1e-12)
 
 
 def test_the_exponent_stays_within_what_free_faces_explain():

@@ -102,17 +102,20 @@ def stiffness_update(explicit: float, predicted: float, lattice_share: float) ->
 
 
 def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
-    """Exponent of the stiffness factor in density, the slope between the last two analyses.
+    """Exponent of the stiffness factor in density.
 
-    0 before two analyses, or where their mean densities differ by less than 3 %: noise would
-    decide. Kept within -0.5 to 2, the range that free faces of one to many cells explain.
+    From two analyses whose mean densities differ by 3 % or more, the slope between the last two.
+    Before that, the power law through the one sample and a factor of 1 for dense material: what
+    free faces cost vanishes as the voids close. Kept within -0.5 to 2, the range that free faces
+    of one to many cells explain.
     """
-    if len(samples) < 2:
+    if not samples:
         return 0.0
-    (rho_a, factor_a), (rho_b, factor_b) = samples[-2:]
+    (rho_a, factor_a) = samples[-2] if len(samples) > 1 else (1.0, 1.0)
+    (rho_b, factor_b) = samples[-1]
     run = np.log(rho_b / rho_a)
     if abs(run) < 0.03:
-        return 0.0
+        (rho_a, factor_a), run = (1.0, 1.0), np.log(rho_b)
     return float(np.clip(np.log(factor_b / factor_a) / run, -0.5, 2.0))
 
 
