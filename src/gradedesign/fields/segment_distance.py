@@ -19,8 +19,8 @@ def periodic_distance_to_graph(nodes: ArrayLike, edges: ArrayLike) -> Field:
     --------
     >>> corner = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> distance = periodic_distance_to_graph(corner, [[0, 1], [0, 2], [0, 3]])
-    >>> float(distance(np.array([0.5, 0.3, 2.4])))
-    0.5
+    >>> float(distance(np.array([0.5, 0.25, 2.0])))
+    0.25
     """
     return periodic_distance_to_segments(graph_segments(nodes, edges))
 
