@@ -17,6 +17,7 @@ from gradedesign.output._opengl import opengl_works
 from gradedesign.output.region_mark import (
     COLOURS,
     RegionMark,
+    Role,
     anchor_point,
     load_arrows,
     unit_normals,
@@ -55,6 +56,7 @@ def picture_loads(
     diagonal = _diagonal(surface.vertices)
     layers = []
     lines, arrows, labels = [], [], []
+    told: dict[tuple[str, Role], tuple[FloatArray, tuple[str, ...]]] = {}
     for mark in (m for m in marks if len(m.corners)):
         colour = COLOURS[mark.role]
         lifted = mark.corners + 1e-3 * diagonal * unit_normals(mark.corners)[:, None, :]
@@ -66,8 +68,13 @@ def picture_loads(
         if mark.role == "load":
             arrows += load_arrows(mark, _ARROW * diagonal)
             anchor = arrows[-1].tail
-        text = f"{mark.name}: {mark.text}" if mark.text else mark.name
-        labels.append(Label(point=anchor, text=text, colour=colour))
+        key = (mark.name, mark.role)
+        point, texts = told.get(key, (anchor, ()))
+        told[key] = (point, (*texts, mark.text) if mark.text else texts)
+    # One label per region: those of several load cases would cover each other.
+    for (name, role), (point, texts) in told.items():
+        text = f"{name}: {', '.join(texts)}" if texts else name
+        labels.append(Label(point=point, text=text, colour=COLOURS[role]))
     # Last and translucent: regions on the far side show through.
     part = Layer(vertices=surface.vertices, faces=surface.faces, colour="#d5d9de", opacity=0.35)
     lines.append(Lines(segments=sharp_edges(part), colour="#555555", width=1.5))
