@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from gradedesign.case.schema import Case
@@ -37,7 +38,8 @@ def resolve_material(case: Case, registry: Registry) -> Material:
             else f"{base.source}; stated in the case: " + ", ".join(sorted(stated))
         )
         return Material(**{**values, **stated, "source": source})
-    return Material(name="stated in the case", **stated)
+    # Reading refuses a safety factor without a yield strength, so nothing asks for a missing one.
+    return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
 
 
 def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:

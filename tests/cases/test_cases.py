@@ -1,0 +1,104 @@
+"""The case folders: complete, and each runs to what its expected.toml says."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import gradedesign
+from gradedesign.cli.validate import read_expected
+
+ROOT = Path(__file__).parents[2]
+PARTS = ROOT.parent / "shared" / "parts"
+FOLDERS = sorted(p.parent for p in (ROOT / "cases").glob("*/case.toml"))
+WITH_EXPECTATIONS = [p for p in FOLDERS if (p / "expected.toml").is_file()]
+
+#: Minutes each: only ``make test-all`` runs them.
+SLOW = {"bracket", "cantilever-compact"}
+
+
+def marked(folder):
+    marks = [pytest.mark.slow, pytest.mark.timeout(3600)] if folder.name in SLOW else []
+    return pytest.param(folder, marks=marks, id=folder.name)
+
+
+@pytest.mark.parametrize("folder", [marked(p) for p in WITH_EXPECTATIONS])
+def test_case_runs_as_expected(cli, folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ended = cli("validate", folder, "--json")
+    comparisons = json.loads(ended.out)
+    deviating = [c for c in comparisons if not c["passed"]]
+    assert deviating == []
+    assert ended.code == 0
+    assert {c["quantity"] for c in comparisons} >= {"status"}
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda p: p.name)
+def test_case_is_read_and_bears_the_name_of_its_folder(folder):
+    case = gradedesign.load_case(folder)
+    assert case.name == folder.name
+
+
+@pytest.mark.parametrize("folder", WITH_EXPECTATIONS, ids=lambda p: p.name)
+def test_case_folder_is_complete(folder):
+    readme = (folder / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) >= 10
+    pictures = [part.split(")")[0] for part in readme.split("](")[1:]]
+    pictures = [name for name in pictures if name.endswith(".png")]
+    assert pictures
+    for name in pictures:
+        data = (folder / name).read_bytes()
+        assert data.startswith(b"\x89PNG")
+    expected = read_expected(folder / "expected.toml")
+    assert "status" in expected
+    assert all(len(spec["origin"]) > 10 for spec in expected.values())
+
+
+FEATURETYPE = """
+[case]
+name = "featuretype"
+[part]
+file = "featuretype.STL"
+units = "inch"
+mesh_size = "6 mm"
+[region.base]
+plane = "y = min"
+[region.top]
+plane = "y = max"
+[material]
+name = "Ti-6Al-4V"
+[[keep]]
+region = "base"
+margin = "2 mm"
+[[keep]]
+region = "top"
+margin = "2 mm"
+[[load_case]]
+name = "press"
+fix = [{region = "base"}]
+load = [{region = "top", force = ["0 N", "-2 kN", "0 N"]}]
+[limits]
+safety_factor = 2
+[lattice]
+cell = "gyroid-network"
+size = "20 mm"
+density = [0.25, 0.60]
+[run]
+time = "20 min"
+acceptance = "windows"
+window_count = 1
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+@pytest.mark.skipif(not PARTS.is_dir(), reason="the parts are not beside this checkout")
+def test_a_part_in_inches_goes_through_the_loop(cli, tmp_path):
+    (tmp_path / "featuretype.STL").write_bytes((PARTS / "featuretype.STL").read_bytes())
+    (tmp_path / "case.toml").write_text(FEATURETYPE, encoding="utf-8")
+    ended = cli("run", tmp_path, "-o", tmp_path / "run")
+    result = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))
+    assert ended.code == 0, ended.err + result["reason"]
+    assert result["status"] == "met"
+    assert result["acceptance"]["scope"] == "windows"
+    assert result["mass_g"] < result["solid_mass_g"]

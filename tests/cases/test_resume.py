@@ -1,0 +1,117 @@
+"""A run that is killed goes on from its last finished stage and reaches the same status."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from gradedesign.workspace.run_folder import open_run_folder
+
+#: A box of two thick-walled cells whose limit no density can hold: two rounds, no acceptance.
+CASE = """
+[case]
+name = "killed"
+[part]
+box = ["16 mm", "8 mm", "8 mm"]
+mesh_size = "4 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "Ti-6Al-4V"
+[[keep]]
+region = "root"
+margin = "1.5 mm"
+[[keep]]
+region = "tip"
+margin = "1.5 mm"
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.006 mm"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "8 mm"
+density = [0.45, 0.60]
+[run]
+max_rounds = 2
+mesh_cubes_per_wall = 1.0
+[output]
+formats = ["report"]
+"""
+
+
+def command(folder, *options):
+    return [
+        *(sys.executable, "-m", "gradedesign", "run", str(folder)),
+        *("-o", str(folder / "run"), *options),
+    ]
+
+
+def start_and_kill(folder, stage, number):
+    """Start a run and kill it as soon as a stage is stored; what it had printed."""
+    process = subprocess.Popen(
+        command(folder),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        deadline = time.monotonic() + 300
+        while not (folder / "run" / "stages" / stage).is_file():
+            assert process.poll() is None, process.communicate()[0]
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        time.sleep(0.3)
+    finally:
+        process.send_signal(number)
+        printed, _ = process.communicate(timeout=120)
+    return process.returncode, printed
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        pytest.param(signal.SIGKILL, id="kill"),
+        pytest.param(signal.SIGTERM, id="terminate", marks=pytest.mark.slow),
+    ],
+)
+def test_a_killed_run_resumes(tmp_path, number):
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    code, printed = start_and_kill(tmp_path, "round-1.npz", number)
+    if number == signal.SIGKILL:
+        assert code == -signal.SIGKILL
+    else:
+        assert code == 130
+        assert "--resume" in printed
+    run = tmp_path / "run"
+    assert not (run / "result.json").exists()
+    first = (run / "stages" / "round-1.npz").read_bytes()
+
+    refused = subprocess.run(command(tmp_path), capture_output=True, text=True, check=False)
+    assert refused.returncode == 2
+    assert "--resume" in refused.stderr
+    if number == signal.SIGTERM:
+        return
+
+    resumed = subprocess.run(
+        command(tmp_path, "--resume"), capture_output=True, text=True, check=False, timeout=600
+    )
+    # By construction no design holds the limit: the status that a whole run reaches.
+    assert resumed.returncode == 4, resumed.stderr
+    assert "round 1 (resumed)" in resumed.stdout
+    assert "round 2:" in resumed.stdout
+    result = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    assert result["status"] == "not_met"
+    assert [it["round"] for it in result["iterations"]] == [1, 2]
+    assert (run / "stages" / "round-1.npz").read_bytes() == first
+    assert not [p.name for p in run.iterdir() if p.name.startswith(".")]
+    with open_run_folder(run, result["case_hash"], resume=True, overwrite=False) as folder:
+        assert folder.damaged_artefacts() == ()

@@ -1,0 +1,178 @@
+"""The report: verdict first, every number of result.json, nothing from outside."""
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from gradedesign.output.report import render_report
+
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(20)
+
+RESULT = {
+    "status": "met",
+    "lightest": True,
+    "reason": "every limit holds <b>",
+    "case_name": "<script>alert(1)</script>",
+    "case_hash": "abc123",
+    "limits": [
+        {
+            "name": "stress in lattice",
+            "load_case": "pull & push",
+            "value": 41.23,
+            "limit": 50.0,
+            "unit": "MPa",
+            "use": 0.8246,
+            "passed": True,
+            "judged_by": "windows",
+            "resolution_error": -0.0312,
+        },
+        {
+            "name": "displacement of tip",
+            "load_case": "side",
+            "value": 2.1,
+            "limit": 2.0,
+            "unit": "mm",
+            "use": 1.05,
+            "passed": False,
+            "judged_by": "explicit analysis",
+            "resolution_error": None,
+        },
+    ],
+    "mass_g": 12.345,
+    "lattice_mass_g": 8.7654,
+    "solid_mass_g": 50.0,
+    "relative_density": 0.2469,
+    "lattice_density": 0.175,
+    "iterations": [
+        {
+            "round": 1,
+            "mass_g": 12.345,
+            "mean_density": 0.175,
+            "use": 0.99,
+            "displacement_gap": (0.012,),
+            "stress_gap": None,
+            "stiffness_factor": 1.05,
+            "dofs": 1234567,
+            "seconds": 33.0,
+        }
+    ],
+    "acceptance": {
+        "scope": "windows",
+        "share_of_volume": 0.12,
+        "limits": [
+            {
+                "limit": "stress in lattice",
+                "mesher": "pytetwild",
+                "scope": "windows",
+                "volume_mm3": 123.0,
+                "mesh_sizes_mm": [0.5, 0.625],
+                "resolution_error": -0.0312,
+            }
+        ],
+        "windows": [
+            {
+                "centre_mm": [1.0, 2.0, 3.0],
+                "load_case": "pull & push",
+                "value_MPa": 41.0,
+                "explicit_MPa": 40.0,
+                "force_gap": 0.011,
+                "energy_gap": 0.041,
+                "matches": False,
+                "tets": 1000,
+            }
+        ],
+    },
+    "law": {"name": "a-law", "source": "Someone 2022, table 1", "window": [0.1, 0.6]},
+    "warnings": ["a warning with <angle>"],
+    "versions": {"gradedesign": "0.1.0"},
+    "plugins": ["acme 1.2"],
+    "timing_s": {"round": 33.0},
+}
+
+
+class Checker(HTMLParser):
+    """Collects tags and what they load; every opened tag must be closed."""
+
+    VOID = ("meta", "img", "br")
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.tags, self.loads = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.loads += [value for name, value in attrs if name in ("src", "href")]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture
+def html():
+    return render_report(RESULT, {"loads": PNG, "other": PNG}, 'name = "</pre><script>"')
+
+
+def test_it_is_well_formed_and_loads_nothing(html):
+    checker = Checker()
+    checker.feed(html)
+    assert checker.open == []
+    assert "script" not in checker.tags
+    assert all(value.startswith("data:image/png;base64,") for value in checker.loads)
+    assert len(checker.loads) == 1
+    assert "http" not in html.replace("http-equiv", "")
+    assert "default-src 'none'" in html
+
+
+def test_text_from_outside_is_escaped(html):
+    assert "<script" not in html
+    assert html.count("&lt;script&gt;") >= 2
+    assert "pull &amp; push" in html
+    assert "a warning with &lt;angle&gt;" in html
+    assert "every limit holds &lt;b&gt;" in html
+
+
+def test_the_verdict_comes_first(html):
+    body = html[html.index("<body>") :]
+    assert body.index("MET, lightest") < body.index("<h2>Limits") < body.index("<h2>Mass")
+
+
+def test_limits_have_value_limit_and_margin(html):
+    rows = re.findall(r"<tr>(.*?)</tr>", html)
+    cells = [[re.sub("<.*?>", "", c) for c in re.findall(r"<td.*?</td>", row)] for row in rows]
+    assert [
+        "stress in lattice", "pull &amp; push", "41.23 MPa", "50 MPa", "+17.5%", "-3.1%",
+        "holds", "windows",
+    ] in cells  # fmt: skip
+    assert [
+        "displacement of tip", "side", "2.1 mm", "2 mm", "-5.0%", "–", "BROKEN",
+        "explicit analysis",
+    ] in cells  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["12.345", "8.7654", "24.7%", "0.175", "+1.2%", "1.23", "12.0%", "4.1%", "acme 1.2", "abc123",
+     "Someone 2022, table 1", "0.1 to 0.6", "1.0, 2.0, 3.0"],
+)  # fmt: skip
+def test_every_number_is_there(html, words):
+    assert words in html
+
+
+def test_a_window_that_does_not_match_stands_out(html):
+    assert '<span class="broken">NO</span>' in html
+
+
+def test_a_result_without_lattice_has_no_empty_sections():
+    bare = {
+        "status": "infeasible",
+        "reason": "too weak",
+        "limits": RESULT["limits"],
+        "case_name": "x",
+    }
+    html = render_report(bare, {}, "")
+    assert "INFEASIBLE" in html
+    for heading in ("Rounds", "What the verdict rests on", "Pictures", "Warnings", "Mass"):
+        assert f"<h2>{heading}" not in html

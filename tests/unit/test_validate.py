@@ -1,0 +1,183 @@
+"""The regression suite's own logic: choosing cases, comparing, updating."""
+
+import json
+import tomllib
+
+import pytest
+
+from gradedesign.cli import validate as module
+from gradedesign.cli.validate import compare, matches, value_at
+from gradedesign.errors import MeshError
+
+DATA = {
+    "status": "met",
+    "reason": "fine",
+    "lightest": True,
+    "mass_g": 10.04,
+    "limits": ({"use": 0.98}, {"use": 0.5}),
+    "iterations": ({"gap": (0.01, 0.02)}, {"gap": (0.03,)}),
+}
+
+EXPECTED = """\
+# Why these numbers.
+[status]
+value = "met"
+origin = "the design"
+
+[mass_g]
+value = 10.0        # g
+tolerance = 0.01
+origin = "value = 9 in [an older] commit"
+
+["iterations.-1.gap.0"]
+value = 0.03
+at_most = 0.05
+origin = "acceptance criterion"
+"""
+
+
+@pytest.fixture
+def suite(tmp_path, monkeypatch):
+    """Two case folders whose runs are canned."""
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "case.toml").write_text("")
+        (tmp_path / name / "expected.toml").write_text(EXPECTED, encoding="utf-8")
+    (tmp_path / "no-expectations").mkdir()
+    (tmp_path / "no-expectations" / "case.toml").write_text("")
+    results = {"one": dict(DATA), "two": dict(DATA)}
+    monkeypatch.setattr(module, "run_data", lambda folder, _: results[folder.name])
+    return tmp_path, results
+
+
+def test_everything_as_expected(cli, suite):
+    folder, _ = suite
+    ended = cli("validate", folder)
+    assert ended.code == 0
+    assert ended.out.count(" ok ") == 6
+    assert "9.9 to 10.1" in ended.out
+    assert "acceptance criterion" in ended.out
+
+
+def test_a_deviation_ends_with_1_and_is_shown(cli, suite):
+    folder, results = suite
+    results["two"]["mass_g"] = 10.2
+    ended = cli("validate", folder, "--json")
+    assert ended.code == 1
+    (wrong,) = [c for c in json.loads(ended.out) if not c["passed"]]
+    assert (wrong["case"], wrong["quantity"], wrong["value"]) == ("two", "mass_g", 10.2)
+    assert wrong["origin"]
+    assert cli("validate", folder / "one").code == 0
+    assert cli("validate", folder, "-k", "not two").code == 0
+    assert "DEVIATES" in cli("validate", folder, "-k", "two").out
+
+
+def test_update_writes_new_values_and_keeps_the_rest(cli, suite):
+    folder, results = suite
+    results["one"] |= {"mass_g": 12.3456789, "status": "not_met"}
+    ended = cli("validate", folder / "one", "--update")
+    assert "mass_g 10.0 -> 12.3457" in ended.out
+    assert 'status "met" -> "not_met"' in ended.out
+    text = (folder / "one" / "expected.toml").read_text(encoding="utf-8")
+    changed = EXPECTED.replace('"met"', '"not_met"').replace("10.0 ", "12.3457 ")
+    assert text == changed
+    assert tomllib.loads(text)["mass_g"]["value"] == 12.3457
+    assert cli("validate", folder / "one").code == 0
+
+
+def test_a_failed_run_deviates_and_is_never_made_the_expectation(cli, suite):
+    folder, results = suite
+    results["one"] = {"status": "failed", "reason": "mesher gone", "exit_code": 6}
+    ended = cli("validate", folder / "one", "--update")
+    assert ended.code == 1
+    assert "mesher gone" in ended.out
+    assert (folder / "one" / "expected.toml").read_text(encoding="utf-8") == EXPECTED
+
+
+def test_an_error_of_a_case_is_its_result(tmp_path, monkeypatch):
+    def fail(*args, **options):
+        raise MeshError("no mesh")
+
+    monkeypatch.setattr(module, "load_case", fail)
+    assert module.run_data(tmp_path, None) == {
+        "status": "failed",
+        "reason": "no mesh",
+        "exit_code": 6,
+    }
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ("[mass_g]\nvalue = 1.0\ntolerance = 0.1", "lacks origin"),
+        ("[mass_g]\ntolerance = 0.1\norigin = 'x'", "lacks value"),
+        ("[mass_g]\nvalue = 1.0\norigin = 'x'", "how far"),
+        ("mass_g = 1.0", "not a table"),
+        ("mass_g = ", "expected.toml"),
+    ],
+)
+def test_careless_expectations_are_refused(cli, suite, entry, words):
+    folder, _ = suite
+    (folder / "one" / "expected.toml").write_text(entry, encoding="utf-8")
+    ended = cli("validate", folder / "one")
+    assert ended.code == 2
+    assert words in ended.err
+
+
+def test_nothing_to_validate_is_an_error(cli, suite):
+    folder, _ = suite
+    ended = cli("validate", folder, "-k", "three")
+    assert ended.code == 2
+    assert "found: one, two" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("expression", "chosen"),
+    [
+        ("", "mini bracket infeasible"),
+        ("mini", "mini"),
+        ("mini or bracket", "mini bracket"),
+        ("not mini", "bracket infeasible"),
+        ("in and not feasible", "mini"),
+    ],
+)
+def test_expressions(expression, chosen):
+    names = ["mini", "bracket", "infeasible"]
+    assert [n for n in names if matches(n, expression)] == chosen.split()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("mass_g", 10.04),
+        ("limits.1.use", 0.5),
+        ("iterations.-1.gap.0", 0.03),
+        ("iterations.7.gap", None),
+        ("iterations.-3.gap", None),
+        ("iterations.x", None),
+        ("mass_g.x", None),
+        ("absent", None),
+    ],
+)
+def test_values_by_name(name, value):
+    assert value_at(DATA, name) == value
+
+
+@pytest.mark.parametrize(
+    ("spec", "passed"),
+    [
+        ({"value": 10.0, "tolerance": 0.005}, True),
+        ({"value": 10.0, "tolerance": 0.003}, False),
+        ({"value": 10.0, "at_most": 10.04}, True),
+        ({"value": 10.0, "at_most": 10.03}, False),
+        ({"value": 10.0, "at_least": 10.05}, False),
+        ({"value": 10.0, "tolerance": 0.1, "at_least": 10.05}, False),
+    ],
+)
+def test_bounds(spec, passed):
+    assert compare("c", "mass_g", {**spec, "origin": "x"}, DATA).passed is passed
+
+
+def test_text_and_truth_are_compared_as_they_are():
+    assert compare("c", "status", {"value": "met", "origin": "x"}, DATA).passed
+    assert not compare("c", "lightest", {"value": False, "origin": "x"}, DATA).passed
