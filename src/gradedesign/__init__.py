@@ -19,7 +19,9 @@ from gradedesign.errors import (
 from gradedesign.material.cubic_law import cubic_law, cubic_table_law
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
+from gradedesign.material.property_table import PropertyTable, read_property_table
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.raw_triangles import RawTriangles
@@ -42,6 +44,7 @@ __all__ = [
     "PartError",
     "PartReader",
     "PluginError",
+    "PropertyTable",
     "RawTriangles",
     "ResourceError",
     "ScalingLaw",
@@ -52,7 +55,9 @@ __all__ = [
     "hookimpl",
     "load_case",
     "power_law",
+    "read_property_table",
     "run",
+    "tabulated_law",
 ]
 
 

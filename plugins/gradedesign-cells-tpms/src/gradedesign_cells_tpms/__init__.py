@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from gradedesign import CellFamily, ScalingLaw, hookimpl
 from gradedesign_cells_tpms import diamond, gyroid, primitive
 from gradedesign_cells_tpms.laws import scaling_laws
+from gradedesign_cells_tpms.properties import computed_laws
 
 
 @hookimpl
@@ -19,4 +20,5 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
 @hookimpl
 def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register laws from the literature and from homogenisation."""
-    return scaling_laws()
+    yield from scaling_laws()
+    yield from computed_laws()

@@ -1,0 +1,198 @@
+"""The record of a cell's computed properties over relative density, and its plain file form."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.errors import PluginError
+
+#: Changes whenever a table written by an older version could not be read as it was meant.
+FORMAT = 1
+
+_UPPER = np.triu_indices(6)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PropertyTable:
+    """Effective stiffness and strength of one cell at some densities.
+
+    Attributes
+    ----------
+    name : str
+        Of the law made from it: ``<family>-computed``.
+    family : str
+    parameters : mapping of str to float
+        Complete.
+    symmetry : str
+        ``cubic``, ``tetragonal``, ``orthotropic`` or ``none``.
+    poissons_ratio : float
+        Of the base material.
+    density : (k,) array
+        Increasing.
+    stiffness : (k, 6, 6) array
+        Over the base material's Young's modulus, Voigt order xx, yy, zz, yz, xz, xy with
+        engineering shear, in the cell's axes; extrapolated to no voxels.
+    stiffness_error : (k,) array
+        Norm of the extrapolation over that of the stiffness.
+    strength : (k,) array
+        Macroscopic von Mises stress at which the percentile of the local one reaches the base
+        material's strength, over that strength, in the worst direction.
+    strength_error : (k,) array
+        Relative change from half the resolution.
+    factors : mapping of str to (k,) array
+        Local over macroscopic von Mises stress for each class of directions, and over the
+        hydrostatic stress for ``hydrostatic``.
+    resolution : (k,) array
+        Voxels along each edge of the cell; the second grid has half of them.
+    percentile : float
+        By volume, of the local von Mises stress.
+    method, version, date : str
+        Provenance: how, with which version of gradedesign and when it was computed.
+    """
+
+    name: str
+    family: str
+    parameters: Mapping[str, float]
+    symmetry: str
+    poissons_ratio: float
+    density: FloatArray
+    stiffness: FloatArray
+    stiffness_error: FloatArray
+    strength: FloatArray
+    strength_error: FloatArray
+    resolution: IntArray
+    percentile: float
+    method: str
+    version: str
+    date: str
+    factors: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        k = np.asarray(self.density).size
+        for key, shape in (
+            ("density", (k,)),
+            ("stiffness", (k, 6, 6)),
+            ("stiffness_error", (k,)),
+            ("strength", (k,)),
+            ("strength_error", (k,)),
+        ):
+            object.__setattr__(self, key, locked(getattr(self, key), shape, name=key))
+        whole = locked(self.resolution, (k,), dtype=np.int64, name="resolution")
+        object.__setattr__(self, "resolution", whole)
+        factors = {n: locked(v, (k,), name=n) for n, v in self.factors.items()}
+        object.__setattr__(self, "factors", MappingProxyType(factors))
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        if k < 2 or (np.diff(self.density) <= 0).any() or not self.density[0] > 0:
+            raise ValueError(
+                f"property table '{self.name}' needs two or more increasing positive densities, "
+                f"found {self.density.tolist()}"
+            )
+
+
+def write_property_table(table: PropertyTable) -> str:
+    """Text of a table: JSON, one line for each density."""
+    head = {
+        "gradedesign property table": FORMAT,
+        "name": table.name,
+        "family": table.family,
+        "parameters": dict(table.parameters),
+        "symmetry": table.symmetry,
+        "poissons_ratio": table.poissons_ratio,
+        "percentile": table.percentile,
+        "method": table.method,
+        "version": table.version,
+        "date": table.date,
+        "stiffness entries": "upper triangle by rows, over the base material's Young's modulus",
+    }
+    rows = [
+        {
+            "density": _digits(table.density[i]),
+            "resolution": int(table.resolution[i]),
+            "stiffness": [_digits(v) for v in table.stiffness[i][_UPPER]],
+            "stiffness_error": _digits(table.stiffness_error[i], 2),
+            "strength": _digits(table.strength[i], 5),
+            "strength_error": _digits(table.strength_error[i], 2),
+            "factors": {n: _digits(v[i], 5) for n, v in table.factors.items()},
+        }
+        for i in range(table.density.size)
+    ]
+    lines = [f"  {json.dumps(k)}: {json.dumps(v)}," for k, v in head.items()]
+    body = ",\n".join("    " + json.dumps(row) for row in rows)
+    return "{\n" + "\n".join(lines) + '\n  "rows": [\n' + body + "\n  ]\n}\n"
+
+
+def read_property_table(text: str) -> PropertyTable:
+    """Parse what `write_property_table` wrote.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    PropertyTable
+
+    Raises
+    ------
+    PluginError
+        If the text is no table, is damaged, or of another format version.
+    """
+    try:
+        data: dict[str, Any] = json.loads(text)
+        found = data["gradedesign property table"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise PluginError(
+            f"this is no property table of gradedesign ({type(error).__name__}: {error}); "
+            f"expected JSON with the key 'gradedesign property table'"
+        ) from error
+    if found != FORMAT:
+        raise PluginError(
+            f"property table '{data.get('name')}' has format {found!r}, this version of "
+            f"gradedesign reads {FORMAT}; compute it again, or install the matching plugin"
+        )
+    try:
+        return _table(data)
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        raise PluginError(
+            f"property table '{data.get('name')}' is damaged ({type(error).__name__}: {error}); "
+            f"compute it again, or install the plugin again"
+        ) from error
+
+
+def _table(data: Mapping[str, Any]) -> PropertyTable:
+    """Build the record from parsed text."""
+    rows = data["rows"]
+    stiffness = np.zeros((len(rows), 6, 6))
+    for c, row in zip(stiffness, rows, strict=True):
+        c[_UPPER] = row["stiffness"]
+        c[_UPPER[::-1]] = row["stiffness"]
+    return PropertyTable(
+        name=str(data["name"]),
+        family=str(data["family"]),
+        parameters={str(k): float(v) for k, v in data["parameters"].items()},
+        symmetry=str(data["symmetry"]),
+        poissons_ratio=float(data["poissons_ratio"]),
+        density=np.array([row["density"] for row in rows]),
+        stiffness=stiffness,
+        stiffness_error=np.array([row["stiffness_error"] for row in rows]),
+        strength=np.array([row["strength"] for row in rows]),
+        strength_error=np.array([row["strength_error"] for row in rows]),
+        resolution=np.array([row["resolution"] for row in rows]),
+        percentile=float(data["percentile"]),
+        method=str(data["method"]),
+        version=str(data["version"]),
+        date=str(data["date"]),
+        factors={n: np.array([row["factors"][n] for row in rows]) for n in rows[0]["factors"]},
+    )
+
+
+def _digits(value: float, digits: int = 7) -> float:
+    """Round to significant digits, so that files stay short and stable."""
+    return float(f"{value:.{digits}g}")
