@@ -64,7 +64,7 @@ def test_mean_density_at_two_millimetres(surface, bounds, mean_at_most):
         bounds=bounds,
         filter=cone_filter(centres, signed_volumes(mesh), 30.0),
     )  # fmt: skip
-    result = size(problem)
+    result = size(problem, tolerance=0.001)
     mean = np.average(result.rho, weights=signed_volumes(mesh))
     last = result.history[-1]
     assert result.converged

@@ -25,6 +25,10 @@ from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.mesh.tet_mesh import signed_volumes
 
 
+#: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
+RTOL = 1e-6
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HomogenisedModel:
     """A part whose tetrahedra carry a lattice of given density.
@@ -200,7 +204,7 @@ def solve_vectors(
 ) -> tuple[Solution, ...]:
     """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
     stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
-    return solve_elastic(model.space, stiffness, vectors, pattern=model.pattern)
+    return solve_elastic(model.space, stiffness, vectors, rtol=RTOL, pattern=model.pattern)
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:

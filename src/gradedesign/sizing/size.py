@@ -254,7 +254,7 @@ def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
     mass = np.array([h.mass_g for h in history[-5:]])
     uses = np.array([(*h.displacement_use, h.stress_use) for h in history[-5:]])
     return bool(
-        np.ptp(mass) <= 0.25 * tolerance * mass[-1] and np.ptp(uses, axis=0).max() <= tolerance
+        np.ptp(mass) <= 0.75 * tolerance * mass[-1] and np.ptp(uses, axis=0).max() <= tolerance
     )
 
 
