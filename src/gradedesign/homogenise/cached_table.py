@@ -1,0 +1,84 @@
+"""Property tables of cells that come without one, computed once and kept in the user's cache."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+
+import numpy as np
+
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.shape import evaluate_shape, grid_nodes
+from gradedesign.errors import PluginError
+from gradedesign.homogenise.strength import PERCENTILE
+from gradedesign.homogenise.table import METHOD_VERSION, compute_table
+from gradedesign.material.property_table import (
+    FORMAT,
+    PropertyTable,
+    read_property_table,
+    write_property_table,
+)
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+
+log = logging.getLogger(__name__)
+
+_KIND = "property-table"
+
+
+def property_table(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None = None,
+    poissons_ratio: float = 0.3,
+    resolution: int | None = None,
+) -> PropertyTable:
+    """Property table of any cell: from the user's cache, or computed and stored there.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float, optional
+        Override the family's defaults.
+    poissons_ratio : float
+        Of the base material.
+    resolution : int, optional
+        Voxels along the cell; by default what each density's wall needs.
+
+    Returns
+    -------
+    PropertyTable
+
+    Raises
+    ------
+    DensityError, LatticeError, SolverError
+        As `compute_table`.
+
+    Notes
+    -----
+    The key holds the family's name and its shape function's values at 4096 nodes, the complete
+    parameters, nu, the resolution, and the versions of method and format: a changed cell or a
+    newer method is computed again.
+    """
+    complete = calibrate(family, parameters).parameters
+    key = content_key(
+        family.name,
+        family.symmetry,
+        repr(sorted(complete.items())),
+        evaluate_shape(family, complete, grid_nodes(16, (0.3, 0.6, 0.8))),
+        float(poissons_ratio),
+        int(resolution or 0),
+        PERCENTILE,
+        METHOD_VERSION,
+        FORMAT,
+    )
+    entry = load_arrays(_KIND, key)
+    if entry is not None:
+        try:
+            return read_property_table(entry["json"].tobytes().decode("utf-8"))
+        except (KeyError, UnicodeDecodeError, PluginError) as error:
+            log.warning("the cached table of cell %s is unusable: %s", family.name, error)
+    log.info("no table for cell %s: computing one", family.name)
+    table = compute_table(family, parameters, poissons_ratio=poissons_ratio, resolution=resolution)
+    text = write_property_table(table).encode("utf-8")
+    store_arrays(_KIND, key, json=np.frombuffer(text, dtype=np.uint8))
+    return table

@@ -1,0 +1,229 @@
+"""Engineering constants, averages, anisotropy, rotation and bounds of a stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.errors import SolverError
+
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EngineeringConstants:
+    """Moduli along the axes of a stiffness, in its unit.
+
+    Attributes
+    ----------
+    youngs : (float, float, float)
+        E along x, y, z.
+    shear : (float, float, float)
+        G of yz, xz, xy.
+    poisson : (float, float, float)
+        Contraction along z under tension along y, z under x, y under x.
+    """
+
+    youngs: tuple[float, float, float]
+    shear: tuple[float, float, float]
+    poisson: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IsotropicAverages:
+    """Bulk and shear moduli of a polycrystal: Voigt, Reuss and Hill, and Hill's E and nu."""
+
+    bulk_voigt: float
+    bulk_reuss: float
+    shear_voigt: float
+    shear_reuss: float
+
+    @property
+    def bulk(self) -> float:
+        """Hill's bulk modulus."""
+        return 0.5 * (self.bulk_voigt + self.bulk_reuss)
+
+    @property
+    def shear(self) -> float:
+        """Hill's shear modulus."""
+        return 0.5 * (self.shear_voigt + self.shear_reuss)
+
+    @property
+    def youngs(self) -> float:
+        """Young's modulus of Hill's averages."""
+        return 9 * self.bulk * self.shear / (3 * self.bulk + self.shear)
+
+    @property
+    def poisson(self) -> float:
+        """Poisson ratio of Hill's averages."""
+        return (3 * self.bulk - 2 * self.shear) / (6 * self.bulk + 2 * self.shear)
+
+
+def solid_stiffness(poissons_ratio: float) -> FloatArray:
+    """Stiffness ``(6, 6)`` of the base material at unit Young's modulus."""
+    nu = poissons_ratio
+    lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 1 / (2 * (1 + nu))
+    c = np.diag([2 * mu] * 3 + [mu] * 3)
+    c[:3, :3] += lam
+    return c
+
+
+def engineering_constants(stiffness: FloatArray) -> EngineeringConstants:
+    """Young's and shear moduli and Poisson ratios along the axes of ``(6, 6)``."""
+    s = np.linalg.inv(stiffness)
+    x, y, z, yz, xz, xy = (float(1 / v) for v in np.diag(s))
+    return EngineeringConstants(
+        youngs=(x, y, z),
+        shear=(yz, xz, xy),
+        poisson=(float(-s[1, 2] * y), float(-s[0, 2] * x), float(-s[0, 1] * x)),
+    )
+
+
+def isotropic_averages(stiffness: FloatArray) -> IsotropicAverages:
+    """Averages over all orientations of a stiffness ``(6, 6)``.
+
+    References
+    ----------
+    R. Hill, Proc. Phys. Soc. A 65 (1952) 349.
+    """
+    c, s = stiffness, np.linalg.inv(stiffness)
+    a, b, d = (np.trace(c[:3, :3]) / 3, (c[0, 1] + c[0, 2] + c[1, 2]) / 3, np.trace(c[3:, 3:]) / 3)
+    p, q, r = (np.trace(s[:3, :3]) / 3, (s[0, 1] + s[0, 2] + s[1, 2]) / 3, np.trace(s[3:, 3:]) / 3)
+    return IsotropicAverages(
+        bulk_voigt=float((a + 2 * b) / 3),
+        bulk_reuss=float(1 / (3 * p + 6 * q)),
+        shear_voigt=float((a - b + 3 * d) / 5),
+        shear_reuss=float(5 / (4 * p - 4 * q + 3 * r)),
+    )
+
+
+def zener_ratio(stiffness: FloatArray) -> float:
+    """``2 C44 / (C11 - C12)`` with each entry averaged over its three equivalents."""
+    c = stiffness
+    normal = np.trace(c[:3, :3]) / 3 - (c[0, 1] + c[0, 2] + c[1, 2]) / 3
+    return float(2 * np.trace(c[3:, 3:]) / 3 / normal)
+
+
+def stress_rotation(rotation: FloatArray) -> FloatArray:
+    """Matrix ``(6, 6)`` that turns Voigt stresses: components along the columns to global ones.
+
+    Parameters
+    ----------
+    rotation : (3, 3) array
+        Columns are the local axes in global coordinates.
+    """
+    r = rotation
+    pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+    m = np.zeros((6, 6))
+    for a, (i, j) in enumerate(pairs):
+        for b, (k, p) in enumerate(pairs):
+            m[a, b] = r[i, k] * r[j, p] + (r[i, p] * r[j, k] if k != p else 0.0)
+    return m
+
+
+def rotated_stiffness(stiffness: FloatArray, rotation: FloatArray) -> FloatArray:
+    """Stiffness in global axes of a cell whose axes are the columns of ``rotation``.
+
+    Raises
+    ------
+    SolverError
+        If the matrix is not a rotation.
+    """
+    r = np.asarray(rotation, dtype=np.float64)
+    if r.shape != (3, 3) or not np.allclose(r.T @ r, np.eye(3), atol=1e-9):
+        raise SolverError(f"{r.tolist()} is not a rotation matrix; its columns must be unit axes")
+    m = stress_rotation(r)
+    return np.asarray(m @ stiffness @ m.T)
+
+
+def youngs_along(stiffness: FloatArray, direction: FloatArray) -> FloatArray:
+    """Young's modulus along directions ``(3, ...)``, ``(...)``."""
+    n = direction / np.linalg.norm(direction, axis=0)
+    v = np.stack([n[0] ** 2, n[1] ** 2, n[2] ** 2, n[1] * n[2], n[0] * n[2], n[0] * n[1]])
+    s = np.linalg.inv(stiffness)
+    return np.asarray(1 / np.einsum("a...,ab,b...->...", v, s, v))
+
+
+def shear_and_poisson(
+    stiffness: FloatArray, direction: FloatArray, across: FloatArray
+) -> tuple[float, float]:
+    """Shear modulus in the plane of two directions, and contraction across under tension along.
+
+    Parameters
+    ----------
+    stiffness : (6, 6) array
+    direction, across : (3,) arrays
+        Orthogonal.
+    """
+    n, m = direction / np.linalg.norm(direction), across / np.linalg.norm(across)
+    if abs(float(n @ m)) > 1e-9:
+        raise SolverError(f"directions {n.tolist()} and {m.tolist()} are not orthogonal")
+    s = np.linalg.inv(stiffness)
+    frame = stress_rotation(np.stack([n, m, np.cross(n, m)], axis=1))
+    local = frame.T @ s @ frame
+    return float(1 / local[5, 5]), float(-local[0, 1] / local[0, 0])
+
+
+def hashin_shtrikman_upper(rho: float, poissons_ratio: float) -> tuple[float, float]:
+    """Largest bulk and shear modulus of an isotropic solid with voids, over the solid's E.
+
+    References
+    ----------
+    Z. Hashin, S. Shtrikman, J. Mech. Phys. Solids 11 (1963) 127.
+    """
+    nu = poissons_ratio
+    bulk, shear = 1 / (3 * (1 - 2 * nu)), 1 / (2 * (1 + nu))
+    void = 1 - rho
+    if void <= 0:
+        return bulk, shear
+    upper = bulk + void / (-1 / bulk + rho / (bulk + 4 / 3 * shear))
+    zeta = 2 * rho * (bulk + 2 * shear) / (5 * shear * (bulk + 4 / 3 * shear))
+    return upper, shear + void / (-1 / shear + zeta)
+
+
+def require_bounds(
+    stiffness: FloatArray, rho: float, poissons_ratio: float, *, what: str = "the cell"
+) -> None:
+    """Refuse a stiffness that no solid of this density can have.
+
+    Checked are symmetry, positive definiteness, Voigt's bound ``rho C_solid - C`` in the sense of
+    energies (Reuss' bound of a solid with voids is zero, so it is definiteness), and the upper
+    bounds of Hashin and Shtrikman on the isotropic averages: on the bulk modulus, which orientation
+    does not change, and on Reuss' shear modulus.
+
+    Raises
+    ------
+    SolverError
+        Naming the bound, the value and the limit.
+    """
+    solid = solid_stiffness(poissons_ratio)
+    slack = 1e-7
+    if not np.allclose(stiffness, stiffness.T, rtol=0, atol=1e-8):
+        raise SolverError(f"the stiffness of {what} is not symmetric")
+    least = float(np.linalg.eigvalsh(stiffness)[0])
+    if least <= 0:
+        raise SolverError(
+            f"the stiffness of {what} at density {rho:g} has an eigenvalue of {least:g}, expected "
+            f"only positive ones: the cell has a mechanism or the solve failed"
+        )
+    gap = float(np.linalg.eigvalsh(rho * solid - stiffness)[0])
+    if gap < -slack:
+        raise SolverError(
+            f"the stiffness of {what} at density {rho:g} exceeds Voigt's bound by {-gap:g} of the "
+            f"solid's modulus; the density or the analysis is wrong"
+        )
+    means = isotropic_averages(stiffness)
+    bulk, shear = hashin_shtrikman_upper(rho, poissons_ratio)
+    for name, value, limit in (
+        ("bulk", means.bulk_reuss, bulk),
+        ("shear", means.shear_reuss, shear),
+        ("mean bulk", means.bulk, bulk),
+        ("mean shear", means.shear, shear),
+    ):
+        if value > limit + slack:
+            raise SolverError(
+                f"the {name} modulus {value:.5f} of {what} at density {rho:g} exceeds the bound "
+                f"of Hashin and Shtrikman, {limit:.5f}; the density or the analysis is wrong"
+            )

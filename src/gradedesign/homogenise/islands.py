@@ -1,0 +1,111 @@
+"""Which solid voxels of a periodic grid hang together, and whether they carry load."""
+
+from __future__ import annotations
+
+import logging
+from collections import defaultdict
+
+import numpy as np
+from scipy.ndimage import label
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.errors import LatticeError
+
+log = logging.getLogger(__name__)
+
+#: Share of the solid that may be loose: noise of the grid, removed and reported.
+LOOSE_SHARE = 1e-3
+
+_Offset = tuple[int, int, int]
+
+
+def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
+    """Remove loose pieces of a periodic grid, and refuse one that carries no load.
+
+    Voxels hang together across faces; what touches at an edge or a corner only is a hinge.
+
+    Parameters
+    ----------
+    fill : (nx, ny, nz) array
+        Solid where positive.
+
+    Returns
+    -------
+    fill : (nx, ny, nz) array
+        With void in place of the pieces that do not connect the cell to its neighbours.
+    share : float
+        Of the solid voxels removed.
+
+    Raises
+    ------
+    LatticeError
+        If no piece connects the cell to its neighbours in three directions, two unconnected ones
+        do, or more than `LOOSE_SHARE` is loose.
+    """
+    values = np.asarray(fill, dtype=np.float64)
+    solid = values > 0
+    total = int(np.count_nonzero(solid))
+    if total == 0:
+        raise LatticeError("the cell is empty: no voxel is solid; raise the density")
+    pieces, count = label(solid)
+    group, directions = _merge(pieces, count)
+    volume = np.bincount(group[pieces[solid]], minlength=count + 1)
+    spanning = [g for g in range(1, count + 1) if volume[g] and directions[g] == 3]
+    if not spanning:
+        raise LatticeError(
+            f"the solid ({total / solid.size:.4f} of the cell on {solid.shape} voxels) does not "
+            f"connect the cell to its neighbours in three directions, so it carries no load; "
+            f"raise the density or take more voxels"
+        )
+    largest = max(spanning, key=lambda g: volume[g])
+    share = 1 - float(volume[largest]) / total
+    if share > LOOSE_SHARE:
+        raise LatticeError(
+            f"{100 * share:.2f} % of the solid is not connected to the rest "
+            f"({count} pieces on {solid.shape} voxels), at most {100 * LOOSE_SHARE:g} % is taken "
+            f"for noise of the grid; raise the density or take more voxels"
+        )
+    if share == 0:
+        return values, 0.0
+    log.warning("removed loose voxels: %.2g of the solid", share)
+    return np.where(group[pieces] == largest, values, 0.0), share
+
+
+def _merge(pieces: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Join the pieces of one cell with those of its copies.
+
+    Returns the group ``(count + 1,)`` of each piece, and for each group in how many independent
+    directions its closed paths wind around the cell.
+    """
+    neighbours: dict[int, list[tuple[int, _Offset]]] = defaultdict(list)
+    for axis in range(3):
+        last = np.take(pieces, -1, axis).ravel()
+        start = np.take(pieces, 0, axis).ravel()
+        touching = (last > 0) & (start > 0)
+        step: _Offset = (int(axis == 0), int(axis == 1), int(axis == 2))
+        back: _Offset = (-step[0], -step[1], -step[2])
+        for a, b in {
+            (int(i), int(j)) for i, j in zip(last[touching], start[touching], strict=True)
+        }:
+            neighbours[a].append((b, step))
+            neighbours[b].append((a, back))
+    group = np.zeros(count + 1, dtype=np.int64)
+    directions = np.zeros(count + 1, dtype=np.int64)
+    for seed in range(1, count + 1):
+        if group[seed]:
+            continue
+        place: dict[int, _Offset] = {seed: (0, 0, 0)}
+        waiting, windings = [seed], [(0, 0, 0)]
+        while waiting:
+            a = waiting.pop()
+            group[a] = seed
+            for b, step in neighbours[a]:
+                there = (place[a][0] + step[0], place[a][1] + step[1], place[a][2] + step[2])
+                if b not in place:
+                    place[b] = there
+                    waiting.append(b)
+                else:
+                    known = place[b]
+                    windings.append((there[0] - known[0], there[1] - known[1], there[2] - known[2]))
+        directions[seed] = np.linalg.matrix_rank(np.array(sorted(set(windings))))
+    return group, directions

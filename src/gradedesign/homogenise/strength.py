@@ -1,0 +1,135 @@
+"""Local stress in a cell under any macroscopic stress, and the strength that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray
+from gradedesign.fe.stress import weighted_percentile
+from gradedesign.homogenise._hexahedron_kernels import centre_strain
+from gradedesign.homogenise.constants import solid_stiffness
+from gradedesign.homogenise.macro_directions import named_directions, von_mises_of
+from gradedesign.homogenise.operator import threads_for
+from gradedesign.homogenise.periodic import PeriodicSolution
+
+#: Percentile by volume that stands for the highest local stress.
+PERCENTILE = 99.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LocalStress:
+    """Stress at the centre of every solid voxel for the six unit macroscopic stresses.
+
+    Attributes
+    ----------
+    stress : (6, 6, n) float32 array
+        Local Voigt component, macroscopic Voigt component, voxel; local over macroscopic.
+    volume : (n,) array
+        Solid part of each voxel.
+    """
+
+    stress: NDArray[np.float32]
+    volume: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Strength:
+    """How far a cell multiplies the macroscopic stress.
+
+    Attributes
+    ----------
+    strength : float
+        Macroscopic over local von Mises stress in the worst of the directions.
+    factor : mapping of str to float
+        Largest percentile of the local von Mises stress in each class of directions, per unit
+        macroscopic von Mises stress.
+    hydrostatic : float
+        The same per unit hydrostatic stress, which has no von Mises stress of its own.
+    percentile : float
+    """
+
+    strength: float
+    factor: Mapping[str, float]
+    hydrostatic: float
+    percentile: float
+
+
+def local_stress(solution: PeriodicSolution) -> LocalStress:
+    """Local stress of the base material at voxel centres per unit macroscopic stress.
+
+    In a partly filled voxel that is the stress of the solid in it, at the voxel's mean strain.
+    """
+    voxel = np.flatnonzero(solution.fill)
+    count = voxel.size
+    solid = solid_stiffness(solution.poissons_ratio)
+    compliance = np.linalg.inv(solution.stiffness)
+    stress = np.zeros((6, 6, count), dtype=np.float32)
+    strain = np.zeros((6, count))
+    for case in range(6):
+        with threads_for(solution.fill.size):
+            centre_strain(solution.displacement[case], voxel, np.eye(6)[case], strain)
+        stress[:, case] = solid @ strain
+    # Local stress is linear in the macroscopic strain, and that in the macroscopic stress.
+    per_stress = np.matmul(compliance.astype(np.float32), stress)
+    return LocalStress(stress=per_stress, volume=solution.fill.ravel()[voxel].copy())
+
+
+def stress_factors(
+    local: LocalStress, macro: FloatArray, percentile: float = PERCENTILE
+) -> FloatArray:
+    """Percentile by volume of the local von Mises stress under macroscopic stresses.
+
+    Parameters
+    ----------
+    local : LocalStress
+    macro : (6, k) array
+    percentile : float
+
+    Returns
+    -------
+    (k,) array
+        In units of ``macro``.
+    """
+    factors = np.zeros(macro.shape[1])
+    for k in range(macro.shape[1]):
+        stress = np.tensordot(local.stress, macro[:, k].astype(np.float32), axes=(1, 0))
+        value = von_mises_of(stress.astype(np.float64))
+        factors[k] = _upper_percentile(value, local.volume, percentile)
+    return factors
+
+
+def _upper_percentile(value: FloatArray, volume: FloatArray, percentile: float) -> float:
+    """`weighted_percentile` of a high percentage, sorting no more than the highest tenth."""
+    share = min(10 * (1 - percentile / 100), 1.0)
+    rank = int((1 - share) * (value.size - 1))
+    threshold = np.partition(value, rank)[rank]
+    high = value >= threshold
+    above = float(volume[high].sum())
+    exceeding = (1 - percentile / 100) * float(volume.sum())
+    if exceeding >= above or above <= 0:
+        return weighted_percentile(value, volume, percentile)
+    return weighted_percentile(value[high], volume[high], 100 * (1 - exceeding / above))
+
+
+def cell_strength(local: LocalStress, percentile: float = PERCENTILE) -> Strength:
+    """Strength of a cell as one number: the worst over `named_directions`.
+
+    First yield is taken where the percentile of the local von Mises stress reaches the yield
+    stress, so that the strength is macroscopic von Mises stress over yield stress. Hydrostatic
+    stress strains a cell too, but no von Mises stress measures it: it is reported apart.
+    """
+    factor = {
+        name: float(stress_factors(local, macro, percentile).max())
+        for name, macro in named_directions().items()
+    }
+    hydrostatic = np.array([[1.0], [1.0], [1.0], [0.0], [0.0], [0.0]])
+    return Strength(
+        strength=1 / max(factor.values()),
+        factor=factor,
+        hydrostatic=float(stress_factors(local, hydrostatic, percentile)[0]),
+        percentile=percentile,
+    )
