@@ -43,6 +43,9 @@ from gradedesign.verify.explicit_mesh import ExplicitMesh
 
 #: Sizing aims a little below each limit, so that a small gap does not break it.
 TARGET = 0.985
+#: Sizing iterations per round. Each round goes on from the last one's variables, and what is left
+#: to win by then is less than what the next correction changes.
+MOST_ITERATIONS = 20
 #: The density grid resolves a cell by this many nodes.
 NODES_PER_CELL = 4
 
@@ -139,7 +142,7 @@ def size_round(
         filter=matrix,
         target=TARGET,
     )
-    return size(problem, start=start, on_step=on_step)
+    return size(problem, start=start, max_iterations=MOST_ITERATIONS, on_step=on_step)
 
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:

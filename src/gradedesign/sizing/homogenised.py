@@ -24,7 +24,6 @@ from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.mesh.tet_mesh import signed_volumes
 
-
 #: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
 RTOL = 1e-6
 

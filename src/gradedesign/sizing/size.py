@@ -14,6 +14,8 @@ from gradedesign.errors import DensityError
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
     lattice_mass,
+    lattice_stiffness,
+    lattice_stiffness_derivative,
     solve_homogenised,
     solve_vectors,
 )
@@ -157,6 +159,7 @@ def size(
                 (gradients / problem.target) @ problem.filter[:, active],
                 step_lower[active],
                 step_upper[active],
+                exponent=_stiffness_exponent(model, rho, weights),
             )[0]
         else:
             new = np.where(active, step_lower, lo)
@@ -214,6 +217,13 @@ def _evaluate(
         ]
     )
     return use, gradients, stress
+
+
+def _stiffness_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
+    """Mean of d(ln C11)/d(ln rho) over the lattice, the power of the reciprocal expansion."""
+    stiffness = lattice_stiffness(model, rho)[0, 0]
+    slope = rho * lattice_stiffness_derivative(model, rho)[0, 0] / stiffness
+    return max(float(weights @ slope / weights.sum()), 1.0)
 
 
 def _in_reach(use: FloatArray) -> BoolArray:
