@@ -17,7 +17,6 @@ from gradedesign.ladder.setup import Setup
 from gradedesign.lattice.density_grid import (
     DensityGrid,
     density_grid_from_elements,
-    grid_density_at_elements,
 )
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.mesh.tet_mesh import centroids
@@ -208,10 +207,13 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
     return min([thinnest, *solids]) / case.run.mesh_cubes_per_wall
 
 
-def predict(setup: Setup, correction: Correction, grid: DensityGrid) -> Prediction:
-    """Solve the corrected homogenised part for the densities that are built."""
+def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction:
+    """Solve the corrected homogenised part for the densities that sizing chose.
+
+    What the density grid smooths on the way to the lattice is part of what explicit analyses
+    teach, so that the value sizing aims at is the value the lattice shows.
+    """
     model = corrected_model(setup, correction)
-    rho = grid_density_at_elements(grid, setup.space.mesh)
     limits = corrected_limits(setup, correction)
     solutions = solve_homogenised(model, rho)
     values = displacement_values(limits, solutions)

@@ -130,8 +130,7 @@ def play_round(
     )
     start = previous[-1].variables if previous else None
     sized = size_round(setup, correction, factors, start=start, on_step=on_step)
-    grid = density_grid(setup, sized.rho)
-    predicted = predict(setup, correction, grid)
+    predicted = predict(setup, correction, sized.rho)
     analysed = analyse_design(setup, sized.rho)
     result = analysed.result
     displacements = explicit_displacements(setup, result)
@@ -140,7 +139,7 @@ def play_round(
     stress = None if lattice is None else lattice[1].value
     gap = gap_between(predicted.displacement, displacements, predicted.stress, stress)
     gaps = (*(r.gap for r in previous), gap)
-    learned = _learn(setup, correction, predicted, displacements, gap, gaps, grid)
+    learned = _learn(setup, correction, predicted, displacements, gap, gaps, sized.rho)
     masses = explicit_masses(setup, analysed.mesh, result)
     weights = setup.model.volumes * (1 - setup.model.solid_share)
     iteration = Iteration(
@@ -185,7 +184,7 @@ def _learn(
     displacements: tuple[float, ...],
     gap: Gap,
     gaps: tuple[Gap, ...],
-    grid: DensityGrid,
+    rho: FloatArray,
 ) -> Correction:
     """Factors that make the homogenised model agree with this explicit analysis."""
     damping = damping_for(gaps)
@@ -199,19 +198,19 @@ def _learn(
     ratio = stiffness_update(
         displacements[worst], predicted.displacement[worst], predicted.lattice_share
     )
-    rho = predicted.mean_density
-    factor = correction.stiffness * (rho / correction.reference) ** correction.exponent
-    samples = (*correction.samples, (rho, damped(factor, factor * ratio, damping)))
+    mean = predicted.mean_density
+    factor = correction.stiffness * (mean / correction.reference) ** correction.exponent
+    samples = (*correction.samples, (mean, damped(factor, factor * ratio, damping)))
     trial = Correction(
         stiffness=samples[-1][1],
         exponent=stiffness_exponent(samples),
-        reference=rho,
+        reference=mean,
         samples=samples,
         displacement=correction.displacement,
         stress=correction.stress,
     )
     # What the stiffness leaves goes to each limit's own factor.
-    again = predict(setup, trial, grid)
+    again = predict(setup, trial, rho)
     factors = tuple(
         damped(old, old * explicit / new, damping)
         for old, explicit, new in zip(
