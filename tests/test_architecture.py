@@ -22,21 +22,21 @@ SOURCE = ROOT / "src" / "gradedesign"
 ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
     "voxel", "homogenise", "sizing", "lattice", "verify", "output", "plugin", "ladder",
-    "pipeline", "testing", "cli",
+    "pipeline", "testing", "cli", "__main__",
 )  # fmt: skip
 
 #: Where each heavy library may be imported at all.
 HEAVY = {
     "skfem": ("fe", "part"),
     "pytetwild": ("mesh/_tetwild_worker.py",),
-    "vtk": ("output", "lattice"),
-    "vtkmodules": ("output", "lattice"),
-    "pyvista": ("output", "lattice"),
+    "vtk": ("output",),
+    "vtkmodules": ("output",),
+    "pyvista": ("output",),
     "matplotlib": ("output",),
-    "skimage": ("lattice", "output"),
+    "skimage": (),
     "meshio": ("output",),
     "trimesh": (),
-    "manifold3d": ("part", "lattice", "output", "verify"),
+    "manifold3d": ("mesh", "part"),
     "pymeshlab": (),
 }
 
