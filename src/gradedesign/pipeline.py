@@ -39,6 +39,8 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: A round is only begun if this many times the last one's duration is left.
 ROUND_RESERVE = 1.3
+#: Use that sizing aims at when no explicit analysis follows it.
+FULL_USE = 0.998
 #: Densities that differ by less are the same design.
 SAME_DENSITY = 1e-4
 
@@ -127,7 +129,15 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
     """Size once, and stop there or after building the lattice."""
     start = Correction(displacement=(1.0,) * len(setup.displacement_limits))
     with announce.stage("sizing"):
-        sized = size_round(setup, start, {}, start=None, on_step=announce.sizing_step)
+        sized = size_round(
+            setup,
+            start,
+            {},
+            start=None,
+            target=FULL_USE,
+            most_iterations=60,
+            on_step=announce.sizing_step,
+        )
     result = partial_result(setup, registry, (), setup.case.run.stop_after, sized=sized)
     return write_outputs(out, setup, result, announce, rho=sized.rho)
 

@@ -112,6 +112,8 @@ def size_round(
     factors: Mapping[str, float],
     *,
     start: FloatArray | None,
+    target: float = TARGET,
+    most_iterations: int = MOST_ITERATIONS,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size the corrected homogenised part.
@@ -139,9 +141,9 @@ def size_round(
         stress_limit=stress,
         bounds=setup.bounds,
         filter=matrix,
-        target=TARGET,
+        target=target,
     )
-    return size(problem, start=start, max_iterations=MOST_ITERATIONS, on_step=on_step)
+    return size(problem, start=start, max_iterations=most_iterations, on_step=on_step)
 
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
