@@ -106,7 +106,7 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
 
     From two analyses whose mean densities differ by 3 % or more, the slope between the last two.
     Before that, the power law through the one sample and a factor of 1 for dense material: what
-    free faces cost vanishes as the voids close. Kept within -0.5 to 2, the range that free faces
+    free faces cost vanishes as the voids close. Kept within -0.5 to 4, the range that free faces
     of one to many cells explain.
     """
     if not samples:
@@ -116,7 +116,7 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
     run = np.log(rho_b / rho_a)
     if abs(run) < 0.03:
         (rho_a, factor_a), run = (1.0, 1.0), np.log(rho_b)
-    return float(np.clip(np.log(factor_b / factor_a) / run, -0.5, 2.0))
+    return float(np.clip(np.log(factor_b / factor_a) / run, -0.5, 4.0))
 
 
 def damped(old: float, new: float, damping: float) -> float:
