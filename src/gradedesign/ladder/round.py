@@ -45,6 +45,8 @@ TARGET = 0.985
 #: Sizing iterations per round. Each round goes on from the last one's variables, and what is left
 #: to win by then is less than what the next correction changes.
 MOST_ITERATIONS = 20
+#: Later rounds only tune: a design that keeps changing outruns what was learned about the last one.
+TUNING_ITERATIONS = 8
 #: The density grid resolves a cell by this many nodes.
 NODES_PER_CELL = 4
 

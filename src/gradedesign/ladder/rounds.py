@@ -16,6 +16,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.ladder.result import Iteration
 from gradedesign.ladder.round import (
+    MOST_ITERATIONS,
+    TUNING_ITERATIONS,
     Prediction,
     build_design,
     density_grid,
@@ -129,7 +131,14 @@ def play_round(
         else Correction(displacement=(1.0,) * len(setup.displacement_limits))
     )
     start = previous[-1].variables if previous else None
-    sized = size_round(setup, correction, factors, start=start, on_step=on_step)
+    sized = size_round(
+        setup,
+        correction,
+        factors,
+        start=start,
+        most_iterations=MOST_ITERATIONS if len(previous) < 3 else TUNING_ITERATIONS,
+        on_step=on_step,
+    )
     predicted = predict(setup, correction, sized.rho)
     analysed = analyse_design(setup, sized.rho)
     result = analysed.result
