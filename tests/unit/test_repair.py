@@ -301,3 +301,24 @@ def test_winding_number_is_one_inside_and_zero_outside():
 def test_box_of_no_size():
     with pytest.raises(CaseError, match="positive"):
         box_surface((1.0, 0.0, 2.0))
+
+
+def test_closed_shells_without_volume_are_dropped_and_told():
+    """A pocket flattened to two coincident facets encloses nothing; the box stays 1000 mm^3."""
+    box = corner_points(box_surface((10.0, 10.0, 10.0)))
+    flat = np.array(
+        [
+            [[2.0, 2.0, 5.0], [3.0, 2.0, 5.0], [2.0, 3.0, 5.0]],
+            [[3.0, 2.0, 5.0], [3.0, 3.0, 5.0], [2.0, 3.0, 5.0]],
+        ]
+    )
+    # The same square, split along its other diagonal, so that no facet is a duplicate.
+    lid = np.array(
+        [
+            [[2.0, 2.0, 5.0], [3.0, 3.0, 5.0], [3.0, 2.0, 5.0]],
+            [[2.0, 2.0, 5.0], [2.0, 3.0, 5.0], [3.0, 3.0, 5.0]],
+        ]
+    )
+    surface, report = build_surface(np.concatenate([box, flat, lid]))
+    assert enclosed_volume(surface) == pytest.approx(1000.0, rel=1e-12)
+    assert any("without volume" in w for w in report.warnings)

@@ -128,7 +128,9 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     design = analysed.design
     step = SURFACE_PER_CUBE * analysed.mesh.cube
     raw = trimmed_surface(design, setup.part.surface, step)
-    surface, islands = remove_islands(raw, keep=setup.part.report.bodies)
+    surface, islands = remove_islands(
+        raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
+    )
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)

@@ -285,7 +285,9 @@ def _unjudged_lattice(
     design = build_design(setup, density_grid(setup, rho))
     step = setup.case.lattice.size / 24
     raw = trimmed_surface(design, setup.part.surface, step)
-    surface, islands = remove_islands(raw, keep=setup.part.report.bodies)
+    surface, islands = remove_islands(
+        raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
+    )
     files |= {"stl": STL_NAME, "lattice": "lattice.png"}
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)

@@ -46,7 +46,11 @@ class Islands:
 
 
 def remove_islands(
-    surface: SurfaceMesh, *, keep: int = 1, max_share: float = MAX_SHARE
+    surface: SurfaceMesh,
+    *,
+    keep: int = 1,
+    max_share: float = MAX_SHARE,
+    least_pocket: float = 0.0,
 ) -> tuple[SurfaceMesh, Islands]:
     """Keep the largest solids of a closed surface with their voids, drop the others.
 
@@ -61,6 +65,8 @@ def remove_islands(
         Number of solids to keep, by volume; the number of bodies of the part.
     max_share : float
         Largest share of the volume that may be dropped.
+    least_pocket : float, mm^3
+        Closed voids up to this volume are filled: below the grid they are artefacts of cutting.
 
     Returns
     -------
@@ -85,7 +91,7 @@ def remove_islands(
     loose = by_size[keep:]
     voids = np.flatnonzero(volume <= 0)
     owner = _void_owners(surface, shell, voids, loose, int(by_size[0]))
-    kept[voids] = kept[owner]
+    kept[voids] = kept[owner] & (volume[voids] < -least_pocket)
     gone = float(volume[~kept].sum())
     share = gone / float(volume.sum())
     report = Islands(
@@ -96,7 +102,7 @@ def remove_islands(
         pocket_volume=abs(float(volume[voids][kept[voids]].sum())),
     )
     _refuse_large(report.dropped, share, max_share)
-    if not loose.size:
+    if kept.all():
         return surface, report
     log.info("dropped %d loose pieces, %.3g mm^3 (%.2g of the volume)", len(loose), gone, share)
     return _faces_only(surface, kept[shell]), report

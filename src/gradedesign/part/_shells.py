@@ -21,6 +21,8 @@ from gradedesign.part._orient import shell_labels
 
 #: A loose piece below this share of the largest one's volume is a crumb.
 CRUMB_SHARE = 1e-3
+#: Shells below this share of the largest volume enclose nothing that single precision can hold.
+FLAT_SHARE = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,13 +59,17 @@ def settle_shells(
     parts = [faces[label == k] for k in range(int(label.max()) + 1)]
     volumes = np.array([_volume(vertices, part) for part in parts])
     _require_volume(vertices, volumes, source)
+    parts, volumes, flat = _without_flat(parts, volumes, source)
     nesting = find_nesting(vertices, parts, volumes)
     crumb = _crumbs(nesting, volumes)
     sign, inverted = _outward_signs(nesting, volumes)
     outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
     bounding = (outside > 0) != (outside + sign > 0)
     ignored, keep = ~bounding & ~crumb, bounding & ~crumb
-    warnings = _notes(volumes, crumb=crumb, inverted=inverted, ignored=ignored, source=source)
+    warnings = [
+        *flat,
+        *_notes(volumes, crumb=crumb, inverted=inverted, ignored=ignored, source=source),
+    ]
     parts = [p[:, ::-1] if flip else p for p, flip in zip(parts, sign * volumes < 0, strict=True)]
     crossing = keep & nesting.overlap[:, keep].any(axis=1)
     kept = [parts[k] for k in np.flatnonzero(keep)]
@@ -109,6 +115,18 @@ def _volume(vertices: FloatArray, faces: IntArray) -> float:
     corners = vertices[faces]
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def _without_flat(
+    parts: list[IntArray], volumes: FloatArray, source: str
+) -> tuple[list[IntArray], FloatArray, list[str]]:
+    """Drop closed shells that enclose nothing, such as pockets flattened by single precision."""
+    solid = np.abs(volumes) > FLAT_SHARE * np.abs(volumes).max()
+    gone = int(np.count_nonzero(~solid))
+    if gone == 0:
+        return parts, volumes, []
+    note = f"{source}: {gone} closed shells without volume were dropped"
+    return [p for p, keep in zip(parts, solid, strict=True) if keep], volumes[solid], [note]
 
 
 def _closed_shells(vertices: FloatArray, faces: IntArray, source: str) -> IntArray:
