@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from typing import Any
+
+from gradedesign.output._html import percent, plain, table
 
 #: Nothing is loaded from outside and no script runs.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -100,7 +102,7 @@ def _limits(result: Mapping[str, Any]) -> str:
             f"{row['value']:.4g} {row['unit']}",
             f"{row['limit']:.4g} {row['unit']}",
             f"{1 - row['use']:+.1%}",
-            _percent(row["resolution_error"]),
+            percent(row["resolution_error"]),
             "holds" if row["passed"] else "BROKEN",
             row["judged_by"],
         )
@@ -116,7 +118,7 @@ def _limits(result: Mapping[str, Any]) -> str:
         "",
         "judged by",
     )
-    return "<h2>Limits</h2>" + _table(header, rows, numbers={2, 3, 4, 5})
+    return "<h2>Limits</h2>" + table(header, rows, numbers={2, 3, 4, 5})
 
 
 def _masses(result: Mapping[str, Any]) -> str:
@@ -131,7 +133,7 @@ def _masses(result: Mapping[str, Any]) -> str:
         )
         if result.get(key) is not None
     ]
-    return "<h2>Mass</h2>" + _table(("", ""), rows, numbers={1}) if rows else ""
+    return "<h2>Mass</h2>" + table(("", ""), rows, numbers={1}) if rows else ""
 
 
 def _iterations(result: Mapping[str, Any]) -> str:
@@ -142,7 +144,7 @@ def _iterations(result: Mapping[str, Any]) -> str:
             f"{it['mean_density']:.3f}",
             f"{it['use']:.1%}",
             " ".join(f"{g:+.1%}" for g in it["displacement_gap"]),
-            _percent(it["stress_gap"]),
+            percent(it["stress_gap"]),
             f"{it['stiffness_factor']:.3f}",
             f"{it['dofs'] / 1e6:.2f}",
             f"{it['seconds']:.0f}",
@@ -166,7 +168,7 @@ def _iterations(result: Mapping[str, Any]) -> str:
         "M unknowns",
         "s",
     )
-    return "<h2>Rounds</h2>" + _table(header, rows, numbers=set(range(9))) + note
+    return "<h2>Rounds</h2>" + table(header, rows, numbers=set(range(9))) + note
 
 
 def _acceptance(result: Mapping[str, Any]) -> str:
@@ -184,13 +186,18 @@ def _acceptance(result: Mapping[str, Any]) -> str:
             entry["scope"],
             f"{entry['volume_mm3']:.4g}",
             ", ".join(f"{size:.3g}" for size in entry["mesh_sizes_mm"]),
-            _percent(entry["resolution_error"]),
+            percent(entry["resolution_error"]),
         )
         for entry in data["limits"]
     ]
     header = ("limit", "mesher", "scope", "volume mm³", "mesh sizes mm", "difference")
-    parts.append(_table(header, rows, numbers={3, 5}))
-    windows = [
+    parts.append(table(header, rows, numbers={3, 5}))
+    parts.append(_windows(data))
+    return "<h2>What the verdict rests on</h2>" + "".join(parts)
+
+
+def _windows(data: Mapping[str, Any]) -> str:
+    rows = [
         (
             ", ".join(f"{c:.1f}" for c in w["centre_mm"]),
             w["load_case"],
@@ -203,19 +210,17 @@ def _acceptance(result: Mapping[str, Any]) -> str:
         )
         for w in data["windows"]
     ]
-    if windows:
-        header = (
-            "window at mm",
-            "load case",
-            "MPa",
-            "explicit MPa",
-            "force gap",
-            "energy gap",
-            "within 3 %",
-            "tets",
-        )
-        parts.append(_table(header, windows, numbers={2, 3, 4, 5, 7}))
-    return "<h2>What the verdict rests on</h2>" + "".join(parts)
+    header = (
+        "window at mm",
+        "load case",
+        "MPa",
+        "explicit MPa",
+        "force gap",
+        "energy gap",
+        "within 3 %",
+        "tets",
+    )
+    return table(header, rows, numbers={2, 3, 4, 5, 7}) if rows else ""
 
 
 def _measures(result: Mapping[str, Any]) -> str:
@@ -246,7 +251,7 @@ def _measures(result: Mapping[str, Any]) -> str:
         "worst cell MPa",
         "at mm",
     )
-    return "<h2>Stress by phase</h2>" + _table(header, rows, numbers={2, 3, 4, 5})
+    return "<h2>Stress by phase</h2>" + table(header, rows, numbers={2, 3, 4, 5})
 
 
 def _figures(pictures: Mapping[str, bytes]) -> str:
@@ -263,11 +268,11 @@ def _figures(pictures: Mapping[str, bytes]) -> str:
 def _law(result: Mapping[str, Any]) -> str:
     law = result.get("law") or {}
     rows = [
-        (key.replace("_", " "), _plain(value))
+        (key.replace("_", " "), plain(value))
         for key, value in law.items()
         if value not in (None, "")
     ]
-    return "<h2>Cell, law and material</h2>" + _table(("", ""), rows) if rows else ""
+    return "<h2>Cell, law and material</h2>" + table(("", ""), rows) if rows else ""
 
 
 def _warnings(result: Mapping[str, Any]) -> str:
@@ -280,36 +285,4 @@ def _provenance(result: Mapping[str, Any]) -> str:
     rows += [("plugin", p) for p in result.get("plugins", [])]
     rows += [(f"seconds, {k}", f"{v:.1f}") for k, v in (result.get("timing_s") or {}).items()]
     rows.append(("case hash", str(result.get("case_hash", ""))))
-    return "<h2>Versions and time</h2>" + _table(("", ""), rows)
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, Mapping):
-        return ", ".join(f"{k} {_plain(v)}" for k, v in value.items())
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return " to ".join(_plain(v) for v in value)
-    return str(value)
-
-
-def _percent(value: float | None) -> str:
-    return "–" if value is None else f"{value:+.1%}"
-
-
-def _table(
-    header: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: set[int] | None = None
-) -> str:
-    aligned = numbers or set()
-
-    def cell(tag: str, k: int, text: str) -> str:
-        kind = ' class="n"' if k in aligned else ""
-        broken = f'<span class="broken">{escape(text)}</span>' if text in ("BROKEN", "NO") else None
-        return f"<{tag}{kind}>{broken or escape(text)}</{tag}>"
-
-    head = "".join(cell("th", k, text) for k, text in enumerate(header))
-    body = "".join(
-        "<tr>" + "".join(cell("td", k, text) for k, text in enumerate(row)) + "</tr>"
-        for row in rows
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return "<h2>Versions and time</h2>" + table(("", ""), rows)
