@@ -6,9 +6,8 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from gradedesign.arrays import BoolArray
+from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
 from gradedesign.lattice.islands import largest_piece
 from gradedesign.mesh.quality import tet_report
@@ -125,11 +124,13 @@ def accept_windows(
         percentile=judged.percentile,
         cell_size=judged.design.cell_size,
         count=run.window_count,
+        avoid=[judged.regions[name].corners for name in sorted(held_and_loaded(judged.case))],
     )
     if not windows:
         raise MeshError(
-            "no window can be chosen: all lattice lies within the exclusion radius of a clamped "
-            'region; reduce [limits] exclusion_radius or set [run] acceptance = "whole"'
+            "no window can be chosen: every cell of lattice lies within the exclusion radius of a "
+            "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
+            'or set [run] acceptance = "whole"'
         )
     displacement = {s.name: s.displacement for s in explicit.solutions}
     results = []
@@ -160,19 +161,18 @@ def accept_windows(
     )
 
 
+def held_and_loaded(case: Case) -> set[str]:
+    """Regions that supports or loads act on."""
+    held = {f.region for spec in case.load_case for f in spec.fix}
+    return held | {s.region for spec in case.load_case for s in spec.load}
+
+
 def eligible_lattice(judged: JudgedSolid, explicit: ExplicitResult) -> BoolArray:
-    """Lattice elements where windows may lie: away from clamped and from loaded regions."""
+    """Lattice elements outside the exclusion radius of clamped regions."""
     points = centroids(explicit.space.mesh)
-    half = 0.5 * judged.design.cell_size
-    loaded = {s.region for spec in judged.case.load_case for s in spec.load}
-    fields = judged.clamped
-    keep = (explicit.phase == LATTICE) & considered_at(points, fields, judged.exclusion_radius)
-    for name in sorted(loaded):
-        low = judged.regions[name].corners.reshape(-1, 3).min(axis=0) - 0.1 * half
-        high = judged.regions[name].corners.reshape(-1, 3).max(axis=0) + 0.1 * half
-        inside = np.all((points > low[:, None]) & (points < high[:, None]), axis=0)
-        keep &= ~inside
-    return keep
+    return (explicit.phase == LATTICE) & considered_at(
+        points, judged.clamped, judged.exclusion_radius
+    )
 
 
 def _stress_ratio(accepted: ExplicitResult, explicit: ExplicitResult) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +64,7 @@ def most_stressed_windows(
     percentile: float,
     cell_size: float,
     count: int,
+    avoid: Sequence[FloatArray] = (),
 ) -> tuple[Window, ...]:
     """Choose the cells with the highest stress percentile, none overlapping another.
 
@@ -77,6 +79,9 @@ def most_stressed_windows(
     percentile : float
     cell_size : float, mm
     count : int
+    avoid : sequence of (k, 3, 3) array, mm
+        Triangles that no analysed box may touch: held and loaded regions, whose supports and
+        loads a window does not carry.
 
     Returns
     -------
@@ -95,6 +100,8 @@ def most_stressed_windows(
             )
     chosen: list[Window] = []
     for window in sorted(candidates, key=lambda w: -w.value):
+        if any(_touches(window, corners) for corners in avoid):
+            continue
         apart = all(
             np.abs(np.subtract(window.centre, other.centre)).max() >= 0.99 * cell_size
             for other in chosen
@@ -104,6 +111,13 @@ def most_stressed_windows(
         if len(chosen) == count:
             break
     return tuple(chosen)
+
+
+def _touches(window: Window, corners: FloatArray) -> bool:
+    """Whether the box of any triangle meets the analysed box."""
+    lower, upper = window_box(window)
+    meets = (corners.min(axis=1) <= upper) & (corners.max(axis=1) >= lower)
+    return bool(meets.all(axis=1).any())
 
 
 def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> SurfaceMesh:
