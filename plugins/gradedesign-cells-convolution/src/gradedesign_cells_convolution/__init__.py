@@ -1,0 +1,29 @@
+"""Strut cells with smooth joints for gradedesign: convolution surfaces of eleven graphs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+
+from gradedesign import CellFamily, hookimpl
+from gradedesign_cells_convolution.convolution_family import convolution_family
+from gradedesign_cells_convolution.graphs import graphs
+
+__all__ = ["convolution_family", "gradedesign_cell_families"]
+
+
+@cache
+def _families() -> tuple[CellFamily, ...]:
+    """One cell for each graph, the same records at every call."""
+    return tuple(
+        convolution_family(
+            f"{graph.name}-convolution", graph.nodes, graph.edges, source=f"{graph.name} struts"
+        )
+        for graph in graphs()
+    )
+
+
+@hookimpl
+def gradedesign_cell_families() -> Iterator[CellFamily]:
+    """Register the convolution of every graph."""
+    yield from _families()

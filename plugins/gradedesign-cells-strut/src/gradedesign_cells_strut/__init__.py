@@ -1,0 +1,34 @@
+"""Strut cells for gradedesign: eleven graphs, round and angular sections, waves and helices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gradedesign import CellFamily, hookimpl
+from gradedesign_cells_strut import (
+    bcc,
+    bccz,
+    cuboctahedron,
+    diamond,
+    f2bcc,
+    fcc,
+    fccz,
+    kelvin,
+    octet,
+    rhombic_dodecahedron,
+    sc,
+    sc_bcc,
+)
+from gradedesign_cells_strut.strut_family import strut_family
+
+__all__ = ["gradedesign_cell_families", "strut_family"]
+
+
+@hookimpl
+def gradedesign_cell_families() -> Iterator[CellFamily]:
+    """Register the cells of every graph."""
+    for graph in (
+        bcc, bccz, cuboctahedron, diamond, f2bcc, fcc, fccz, kelvin, octet,
+        rhombic_dodecahedron, sc, sc_bcc,
+    ):  # fmt: skip
+        yield from graph.FAMILIES
