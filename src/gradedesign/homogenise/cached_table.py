@@ -7,9 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import evaluate_shape, grid_nodes
+from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
 from gradedesign.errors import PluginError
 from gradedesign.homogenise.strength import PERCENTILE
 from gradedesign.homogenise.table import METHOD_VERSION, compute_table
@@ -59,7 +58,7 @@ def property_table(
     parameters, nu, the resolution, and the versions of method and format: a changed cell or a
     newer method is computed again.
     """
-    complete = calibrate(family, parameters).parameters
+    complete = complete_parameters(family, parameters)
     key = content_key(
         family.name,
         family.symmetry,

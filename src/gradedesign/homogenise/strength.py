@@ -78,6 +78,15 @@ def local_stress(solution: PeriodicSolution) -> LocalStress:
     return LocalStress(stress=per_stress, volume=solution.fill.ravel()[voxel].copy())
 
 
+def sampled(local: LocalStress, count: int, rng: np.random.Generator) -> LocalStress:
+    """At most ``count`` points of equal volume, drawn in proportion to volume."""
+    n = local.volume.size
+    if n <= count:
+        return local
+    chosen = rng.choice(n, count, replace=False, p=local.volume / local.volume.sum())
+    return LocalStress(stress=local.stress[:, :, chosen], volume=np.ones(count))
+
+
 def stress_factors(
     local: LocalStress, macro: FloatArray, percentile: float = PERCENTILE
 ) -> FloatArray:

@@ -12,6 +12,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import PluginError
+from gradedesign.material.strength_surface import StrengthSurface
 
 #: Changes whenever a table written by an older version could not be read as it was meant.
 FORMAT = 1
@@ -49,6 +50,8 @@ class PropertyTable:
     factors : mapping of str to (k,) array
         Local over macroscopic von Mises stress for each class of directions, and over the
         hydrostatic stress for ``hydrostatic``.
+    surfaces : tuple of StrengthSurface
+        Local stress under any macroscopic stress, one for each density, or none.
     resolution : (k,) array
         Voxels along each edge of the cell; the second grid has half of them.
     percentile : float
@@ -73,6 +76,7 @@ class PropertyTable:
     version: str
     date: str
     factors: Mapping[str, FloatArray] = field(default_factory=dict)
+    surfaces: tuple[StrengthSurface, ...] = ()
 
     def __post_init__(self) -> None:
         k = np.asarray(self.density).size
@@ -89,6 +93,11 @@ class PropertyTable:
         factors = {n: locked(v, (k,), name=n) for n, v in self.factors.items()}
         object.__setattr__(self, "factors", MappingProxyType(factors))
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        if len(self.surfaces) not in (0, k):
+            raise ValueError(
+                f"property table '{self.name}' has {len(self.surfaces)} strength surfaces for {k} "
+                f"densities; expected one for each, or none"
+            )
         if k < 2 or (np.diff(self.density) <= 0).any() or not self.density[0] > 0:
             raise ValueError(
                 f"property table '{self.name}' needs two or more increasing positive densities, "
@@ -111,7 +120,7 @@ def write_property_table(table: PropertyTable) -> str:
         "date": table.date,
         "stiffness entries": "upper triangle by rows, over the base material's Young's modulus",
     }
-    rows = [
+    rows: list[dict[str, Any]] = [
         {
             "density": _digits(table.density[i]),
             "resolution": int(table.resolution[i]),
@@ -123,6 +132,8 @@ def write_property_table(table: PropertyTable) -> str:
         }
         for i in range(table.density.size)
     ]
+    for row, surface in zip(rows, table.surfaces, strict=False):
+        row["surface"] = _surface_entry(surface)
     lines = [f"  {json.dumps(k)}: {json.dumps(v)}," for k, v in head.items()]
     body = ",\n".join("    " + json.dumps(row) for row in rows)
     return "{\n" + "\n".join(lines) + '\n  "rows": [\n' + body + "\n  ]\n}\n"
@@ -190,6 +201,37 @@ def _table(data: Mapping[str, Any]) -> PropertyTable:
         version=str(data["version"]),
         date=str(data["date"]),
         factors={n: np.array([row["factors"][n] for row in rows]) for n in rows[0]["factors"]},
+        surfaces=tuple(_surface(row["surface"], data) for row in rows if "surface" in row),
+    )
+
+
+def _surface_entry(surface: StrengthSurface) -> dict[str, Any]:
+    """Plain data of a surface; symmetry and percentile are those of the table."""
+    return {
+        "exponent": surface.exponent,
+        "weights": [_digits(v) for v in surface.weights],
+        "forms": [[_digits(v) for v in form[_UPPER]] for form in surface.forms],
+        "max_error": _digits(surface.max_error, 2),
+        "rms_error": _digits(surface.rms_error, 2),
+        "unsafe_error": _digits(surface.unsafe_error, 2),
+    }
+
+
+def _surface(entry: Mapping[str, Any], data: Mapping[str, Any]) -> StrengthSurface:
+    """Record of what `_surface_entry` wrote."""
+    forms = np.zeros((len(entry["forms"]), 6, 6))
+    for form, values in zip(forms, entry["forms"], strict=True):
+        form[_UPPER] = values
+        form[_UPPER[::-1]] = values
+    return StrengthSurface(
+        exponent=int(entry["exponent"]),
+        weights=np.array(entry["weights"], dtype=np.float64),
+        forms=forms,
+        symmetry=str(data["symmetry"]),
+        max_error=float(entry["max_error"]),
+        rms_error=float(entry["rms_error"]),
+        unsafe_error=float(entry["unsafe_error"]),
+        percentile=float(data["percentile"]),
     )
 
 

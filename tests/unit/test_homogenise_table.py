@@ -1,0 +1,163 @@
+"""Sampling of cells, property tables, their file form and the cache."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+import pytest
+
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import DensityError, PluginError, SolverError
+from gradedesign.homogenise import cached_table
+from gradedesign.homogenise.cached_table import property_table
+from gradedesign.homogenise.constants import require_bounds
+from gradedesign.homogenise.sampling import cell_fill, require_resolved
+from gradedesign.homogenise.table import (
+    cell_properties,
+    compute_table,
+    cubic_part,
+    table_densities,
+)
+from gradedesign.material.property_table import read_property_table, write_property_table
+from gradedesign.material.tabulated_law import tabulated_law
+
+
+def skewed_gyroid(u, skew=0.0):
+    x, y, z = 2 * np.pi * u
+    return np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + (1 + skew) * np.sin(z) * np.cos(x)
+
+
+NETWORK = CellFamily(name="test-network", shape=skewed_gyroid, parameters={"skew": 0.0})
+SHEET = CellFamily(name="test-sheet", shape=lambda u: np.abs(skewed_gyroid(u)), sides=2)
+SKEWED = CellFamily(
+    name="test-skewed", shape=skewed_gyroid, parameters={"skew": 0.4}, symmetry="none"
+)
+
+
+def test_fill_has_the_density_asked_for() -> None:
+    fill = cell_fill(NETWORK, None, 0.3, 20)
+    assert fill.mean() == pytest.approx(0.3, abs=1e-3)
+    assert set(np.round(np.unique(fill) * 81).astype(int)) <= set(range(82))
+    np.testing.assert_array_equal(fill, fill.transpose(1, 2, 0))
+
+
+def test_fill_of_one_sample_is_the_voxel_centre() -> None:
+    fill = cell_fill(NETWORK, None, 0.3, 12, subsamples=1)
+    axis = (np.arange(12) + 0.5) / 12
+    value = skewed_gyroid(np.stack(np.meshgrid(axis, axis, axis, indexing="ij")))
+    inside = value[fill == 1.0]
+    assert set(np.unique(fill)) == {0.0, 1.0}
+    assert inside.max() <= value[fill == 0.0].min() + 1e-12
+
+
+def test_density_below_the_percolation_floor_is_refused() -> None:
+    with pytest.raises(DensityError, match="falls apart"):
+        cell_fill(NETWORK, None, 0.005, 16)
+
+
+def test_a_wall_of_two_voxels_is_refused() -> None:
+    # gyroid sheet at 0.1: area 3.09 per cell, so a mean wall of 0.032, 0.0287 where thinnest.
+    with pytest.raises(DensityError, match=r"0\.92 voxels .* take resolution 105"):
+        require_resolved(SHEET, None, 0.1, 32)
+    with pytest.raises(DensityError, match="voxels across its thinnest wall"):
+        cell_properties(SHEET, None, 0.1, resolution=32)
+
+
+def test_odd_resolution_is_refused() -> None:
+    with pytest.raises(SolverError, match="resolution 15"):
+        cell_properties(NETWORK, None, 0.3, resolution=15)
+
+
+def test_declared_cubic_symmetry_is_checked() -> None:
+    c = np.diag([3.0, 3.0, 3.0, 1.0, 1.0, 1.0])
+    np.testing.assert_array_equal(cubic_part(c, "x"), c)
+    c[0, 0] *= 1.2
+    with pytest.raises(SolverError, match="departs by"):
+        cubic_part(c, "x")
+
+
+def test_densities_of_a_table() -> None:
+    found = table_densities(NETWORK, None, 64)
+    assert found[0] == 0.05
+    assert found[-1] == 0.8
+    assert (np.diff(found) > 0).all()
+    sheet = table_densities(SHEET, None, 64)
+    # 3 / 64 of a cell: 0.0469 over 0.2865 per unit of density.
+    assert sheet[0] == pytest.approx(0.0469 / 0.2865, abs=0.003)
+
+
+@pytest.fixture(scope="module")
+def small_table():
+    return compute_table(SKEWED, densities=(0.25, 0.4, 0.6), resolution=16)
+
+
+def test_table_round_trip(small_table) -> None:
+    again = read_property_table(write_property_table(small_table))
+    np.testing.assert_allclose(again.stiffness, small_table.stiffness, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(again.strength, small_table.strength, rtol=1e-4)
+    assert again.family == "test-skewed"
+    assert again.parameters == {"skew": 0.4}
+    assert again.symmetry == "none"
+    assert set(again.factors) == set(small_table.factors)
+    assert "99.5" in again.method
+    assert again.date.count("-") == 2
+    assert write_property_table(again) == write_property_table(small_table)
+
+
+def test_table_of_a_skewed_cell_keeps_its_anisotropy(small_table) -> None:
+    for rho, c in zip(small_table.density, small_table.stiffness, strict=True):
+        require_bounds(c, float(rho), 0.3)
+    c = small_table.stiffness[0]
+    assert abs(c[0, 0] - c[1, 1]) > 0.02 * c[0, 0]
+    law = tabulated_law(small_table)
+    np.testing.assert_allclose(law.stiffness(np.array(0.25)), c, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda text: text.replace('table": 1', 'table": 2'), "has format 2"),
+        (lambda text: text[: len(text) // 2], "no property table"),
+        (lambda text: f"[{len(text)}]", "no property table"),
+        (lambda text: text.replace('"strength":', '"weakness":'), "damaged"),
+        (lambda text: text.replace('"density": 0.4', '"density": 0.2'), "damaged"),
+        (lambda text: text.replace('"density": 0.4', '"density": NaN'), "damaged"),
+    ],
+)
+def test_damaged_tables_are_refused(small_table, change, message) -> None:
+    with pytest.raises(PluginError, match=message):
+        read_property_table(change(write_property_table(small_table)))
+
+
+def test_tables_are_computed_once(small_table, monkeypatch, tmp_path, caplog) -> None:
+    calls = []
+
+    def compute(family, parameters, **options):
+        calls.append((family.name, parameters, options))
+        return small_table
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(cached_table, "compute_table", compute)
+    first = property_table(SKEWED)
+    second = property_table(SKEWED)
+    assert len(calls) == 1
+    np.testing.assert_allclose(second.stiffness, first.stiffness, rtol=1e-6, atol=1e-9)
+    # Anything that changes the numbers changes the key.
+    property_table(SKEWED, {"skew": 0.3})
+    property_table(SKEWED, poissons_ratio=0.4)
+    property_table(SKEWED, resolution=32)
+    changed = CellFamily(
+        name="test-skewed",
+        shape=lambda u, skew: skewed_gyroid(u, skew) + 0.1 * np.cos(2 * np.pi * u[0]),
+        parameters={"skew": 0.4},
+        symmetry="none",
+    )
+    property_table(changed)
+    assert len(calls) == 5
+    # A damaged entry counts as absent.
+    for entry in tmp_path.rglob("*.npz"):
+        entry.write_bytes(entry.read_bytes()[:-20])
+    with caplog.at_level(logging.WARNING):
+        property_table(SKEWED)
+    assert len(calls) == 6
