@@ -10,8 +10,19 @@ from gradedesign.cell.shape import grid_nodes
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.plugin.registry import build_registry
 
-FAMILIES = list(build_registry().cell_families.values())
-every_family = pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.name)
+REGISTRY = build_registry()
+#: Families of other distributions are checked by those; here only in the slow run.
+FAMILIES = [
+    pytest.param(
+        family,
+        id=name,
+        marks=[]
+        if REGISTRY.sources["cell_families"][name].startswith("gradedesign-cells-tpms")
+        else [pytest.mark.slow],
+    )
+    for name, family in REGISTRY.cell_families.items()
+]
+every_family = pytest.mark.parametrize("family", FAMILIES)
 coordinate = st.floats(-4, 4, allow_nan=False)
 
 
@@ -50,11 +61,13 @@ def test_density_agrees_with_a_voxel_count(family):
 
 
 @pytest.mark.parametrize(
-    "family", [f for f in FAMILIES if f.name.endswith("-sheet")], ids=lambda f: f.name
+    "family",
+    [f for n, f in REGISTRY.cell_families.items() if n.endswith("-sheet")],
+    ids=lambda f: f.name,
 )
 def test_sheet_and_void_fill_the_cell(family):
     # Sheet f in [-t, t] of the network's function: solid plus both voids is one cell.
-    network = {f.name: f for f in FAMILIES}[family.name.replace("-sheet", "-network")]
+    network = REGISTRY.cell_families[family.name.replace("-sheet", "-network")]
     values = network.shape(grid_nodes(100, (0.5, 0.5, 0.5)))
     level = float(calibrate(family).level_of(0.3))
     voids = np.mean(values < -level) + np.mean(values > level)
