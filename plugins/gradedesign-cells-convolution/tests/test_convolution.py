@@ -40,7 +40,14 @@ def slow_convolution(segments, points, sigma):
     return total
 
 
-@pytest.mark.parametrize("family", FAMILIES.values(), ids=lambda f: f.name)
+def kinds():
+    """Every family; three at once, the rest with the slow tests."""
+    for name, family in FAMILIES.items():
+        slow = not name.startswith(("sc-", "bcc-", "octet-"))
+        yield pytest.param(family, id=name, marks=[pytest.mark.slow] if slow else [])
+
+
+@pytest.mark.parametrize("family", list(kinds()))
 def test_conforms(family):
     check_cell_family(family)
 

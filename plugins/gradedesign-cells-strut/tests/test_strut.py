@@ -61,7 +61,15 @@ def test_every_cell_is_there():
     assert set(FAMILIES) == sections | paths | {"sc-bcc"}
 
 
-@pytest.mark.parametrize("family", FAMILIES.values(), ids=lambda f: f.name)
+def kinds():
+    """Every family; of angular and bent ones some at once, the rest with the slow tests."""
+    quick = {"sc-square", "octet-square", "bcc-triangle", "sc-wave", "bcc-helix", "sc-bcc"}
+    for name, family in FAMILIES.items():
+        slow = name not in quick and name not in GRAPHS
+        yield pytest.param(family, id=name, marks=[pytest.mark.slow] if slow else [])
+
+
+@pytest.mark.parametrize("family", list(kinds()))
 def test_conforms(family):
     check_cell_family(family)
 

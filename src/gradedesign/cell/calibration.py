@@ -116,7 +116,7 @@ def calibrate(
     return _calibrate(family, tuple(complete.items()), resolution)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _calibrate(
     family: CellFamily, items: tuple[tuple[str, float], ...], resolution: int
 ) -> Calibration:

@@ -103,7 +103,7 @@ def density_for_wall(
     return float(density[int(np.argmax(enough))])
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _wall_table(calibration: Calibration) -> PchipInterpolator:
     """Thinnest wall in cell units against `_progress`, non-decreasing."""
     progress = np.linspace(0.0, 1.0, _STEPS)
