@@ -13,6 +13,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.percolation import Percolation, percolation
+from gradedesign.cell.period import require_period
 from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes, spread_points
 from gradedesign.errors import DensityError, PluginError
 
@@ -22,6 +23,10 @@ log = logging.getLogger(__name__)
 LEAST_DENSITY = 0.01
 
 _TABLE = 4001
+
+#: Nodes along one period on the coarse and the fine grid of the percolation.
+_NODES = (32, 64)
+_NODES_OF_LONG_PERIODS = (48, 96)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,7 +43,7 @@ class Calibration:
     window : (float, float)
         Densities between which solid and void percolate, see `percolation`.
     neck : (float, float, float)
-        Point in cell units where the last connection of the solid forms.
+        Point in cell units, of the first period, where the last connection of the solid forms.
     """
 
     family: CellFamily
@@ -82,7 +87,7 @@ class Calibration:
 def calibrate(
     family: CellFamily, parameters: Mapping[str, float] | None = None, resolution: int = 128
 ) -> Calibration:
-    """Sample a cell and tabulate the quantiles of its shape function.
+    """Sample one period of a cell and tabulate the quantiles of its shape function.
 
     Parameters
     ----------
@@ -102,7 +107,8 @@ def calibrate(
     CaseError
         For an unknown parameter.
     PluginError
-        If the shape function breaks its contract or is constant over a part of the cell.
+        If the shape function breaks its contract, does not repeat after its period, or is constant
+        over a part of the cell.
     DensityError
         If at no density the solid is one connected piece with an open void.
 
@@ -122,7 +128,9 @@ def _calibrate(
 ) -> Calibration:
     """Calibrate with hashable arguments."""
     parameters = dict(items)
-    samples = np.sort(evaluate_shape(family, parameters, spread_points(resolution**3)))
+    require_period(family, parameters)
+    points = family.period * spread_points(resolution**3)
+    samples = np.sort(evaluate_shape(family, parameters, points))
     density = np.linspace(0.0, 1.0, _TABLE)
     rank = np.clip(density * samples.size - 0.5, 0, samples.size - 1)
     level = np.interp(rank, np.arange(samples.size), samples)
@@ -132,6 +140,7 @@ def _calibrate(
         min(_share(samples, found.ceiling), 1 - LEAST_DENSITY),
     )
     _require_increasing(family, density, level, window)
+    period, (x, y, z) = family.period, found.neck
     log.info("cell %s: densities %.4f to %.4f", family.name, *window)
     return Calibration(
         family=family,
@@ -139,7 +148,7 @@ def _calibrate(
         density=density,
         level=level,
         window=window,
-        neck=found.neck,
+        neck=(period * x, period * y, period * z),
     )
 
 
@@ -156,12 +165,17 @@ def _percolation(family: CellFamily, parameters: Mapping[str, float]) -> tuple[P
     of the floor is proportional to the step; two grids extrapolate it away.
     """
     coarse, fine = (
-        percolation(evaluate_shape(family, parameters, grid_nodes(count))) for count in (32, 64)
+        percolation(
+            evaluate_shape(family, parameters, family.period * grid_nodes(count)),
+            open_void=family.open_void,
+        )
+        for count in (_NODES if family.period == 1 else _NODES_OF_LONG_PERIODS)
     )
-    if fine is None:
+    if fine is None or fine.floor >= fine.ceiling:
+        void = " with an open void" if family.open_void else ""
         raise DensityError(
             f"cell '{family.name}' with {dict(parameters)} is at no density one solid piece that "
-            f"connects to its neighbours in three directions with an open void; it cannot be used"
+            f"connects to its neighbours in three directions{void}; it cannot be used"
         )
     if coarse is None or not (family.sides == 2 or family.distance):
         return fine, fine.floor

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from gradedesign.arrays import FloatArray
+from gradedesign.errors import PluginError
 
 Symmetry = Literal["cubic", "tetragonal", "orthotropic", "none"]
 
@@ -25,7 +26,8 @@ class CellFamily:
         Lower case with dashes: ``<surface>-sheet`` (level), ``<surface>-wall`` (constant
         thickness), ``<surface>-network``; struts by their usual names.
     shape : callable
-        ``shape(u, **parameters)``; u is ``(3, ...)`` in cell units, the result ``(...)``; period 1.
+        ``shape(u, **parameters)``; u is ``(3, ...)`` in cell units, the result ``(...)``. It
+        repeats after ``period`` cells along each axis.
     source : str
         Where the formula comes from.
     parameters : mapping of str to float
@@ -37,6 +39,18 @@ class CellFamily:
         Declared point symmetry of the effective stiffness.
     sides : {1, 2}
         2 where the solid is a sheet ``|f| <= t`` bounded on both sides, else 1.
+    period : int
+        Whole number of cells after which ``shape`` repeats along each axis: 1, or for random cells
+        the window over which they are calibrated. A cell then is a mean cell of that window.
+    open_void : bool
+        False where the void is meant to be closed pores, or channels that do not lead through the
+        cell in three directions: then only the solid must be connected, and powder or resin stays
+        in the pores.
+
+    Raises
+    ------
+    PluginError
+        If the period is not a whole number above 0.
     """
 
     name: str
@@ -46,6 +60,13 @@ class CellFamily:
     distance: bool = False
     symmetry: Symmetry = "cubic"
     sides: Literal[1, 2] = 1
+    period: int = 1
+    open_void: bool = True
 
     def __post_init__(self) -> None:
+        if not (isinstance(self.period, int) and self.period >= 1):
+            raise PluginError(
+                f"cell '{self.name}' declares period {self.period!r}, expected a whole number of "
+                f"cells, 1 or more"
+            )
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))

@@ -22,7 +22,7 @@ class Percolation:
     floor, ceiling : float
         Levels of the shape function; ``floor`` may be minus infinity.
     neck : (float, float, float)
-        Point in cell units at which the last connection of the solid forms as the level rises.
+        Point, in periods, at which the last connection of the solid forms as the level rises.
     """
 
     floor: float
@@ -30,7 +30,7 @@ class Percolation:
     neck: tuple[float, float, float]
 
 
-def percolation(values: FloatArray) -> Percolation | None:
+def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | None:
     """Find the levels between which a periodic cell can be used.
 
     At a level ``t`` the cell is usable when
@@ -44,7 +44,9 @@ def percolation(values: FloatArray) -> Percolation | None:
     Parameters
     ----------
     values : (n, n, n) array
-        Shape function at the nodes ``i / n``, period n.
+        Shape function at the nodes ``i / n`` of its period.
+    open_void : bool
+        False: the second condition need not hold.
 
     Returns
     -------
@@ -64,18 +66,19 @@ def percolation(values: FloatArray) -> Percolation | None:
     count = flat.size
     solid = np.zeros((count, 3), dtype=np.int64)
     flood(order, n, solid)
-    void = np.zeros((count, 3), dtype=np.int64)
-    flood(order[::-1].copy(), n, void)
-
     filled = np.arange(1, count + 1)
     solid_ok = (solid[:, LARGEST_INDEX] == 1) & (
         filled - solid[:, LARGEST] <= FLOATING_SHARE * filled
     )
-    void_ok = (void[:, SPANNING_TOTAL] > 0) & (
-        filled - void[:, SPANNING_TOTAL] <= FLOATING_SHARE * filled
-    )
-    # After adding k nodes from below, count - k remain above.
-    usable = solid_ok[:-1] & void_ok[::-1][1:]
+    usable = solid_ok[:-1]
+    if open_void:
+        void = np.zeros((count, 3), dtype=np.int64)
+        flood(order[::-1].copy(), n, void)
+        void_ok = (void[:, SPANNING_TOTAL] > 0) & (
+            filled - void[:, SPANNING_TOTAL] <= FLOATING_SHARE * filled
+        )
+        # After adding k nodes from below, count - k remain above.
+        usable &= void_ok[::-1][1:]
     if not usable.any():
         return None
     edges = np.flatnonzero(np.diff(np.concatenate([[False], usable, [False]]).astype(np.int8)))

@@ -34,7 +34,9 @@ from gradedesign.fields import Field, gradient, level_set_points
 THIN_SHARE = 0.01
 
 _STEPS = 13
+#: Nodes along one period on which surfaces are found.
 _GRID = 48
+_GRID_OF_LONG_PERIODS = 96
 _MIDDLE_POINTS = 1500
 
 #: A point this near to a surface, in cell units, or to a valley, by its rise, lies on it.
@@ -105,24 +107,29 @@ def density_for_wall(
 
 @lru_cache(maxsize=256)
 def _wall_table(calibration: Calibration) -> PchipInterpolator:
-    """Thinnest wall in cell units against `_progress`, non-decreasing."""
+    """Thinnest wall in cell units against `_progress`, non-decreasing.
+
+    Measured in periods: there every shape has period 1.
+    """
+    family = calibration.family
+    grid = _GRID if family.period == 1 else _GRID_OF_LONG_PERIODS
     progress = np.linspace(0.0, 1.0, _STEPS)
     a, b = calibration.window
     density = a + (b - a) * progress**2
 
     def shape(u: FloatArray) -> FloatArray:
-        return evaluate_shape(calibration.family, calibration.parameters, u)
+        return evaluate_shape(family, calibration.parameters, family.period * u)
 
-    valley = calibration.family.sides == 2 or _has_axes(shape, calibration)
-    core = _valley(shape) if valley else _strut(shape, calibration)
+    valley = family.sides == 2 or _has_axes(shape, calibration, grid)
+    core = _valley(shape, grid) if valley else _strut(shape, calibration, grid)
     top = -np.inf if valley else float(shape(core).max())
     # Voids too small for the grid, close to full density, add no wall to the last one measured.
-    seen = float(shape(grid_nodes(_GRID, (0.5, 0.5, 0.5))).max())
+    seen = float(shape(grid_nodes(grid, (0.5, 0.5, 0.5))).max())
     wall = np.zeros(_STEPS)
     for i, level in enumerate(calibration.level_of(density)):
         if top < level < seen:
-            distance = _distance_to_level(shape, float(level), core)
-            wall[i] = 2.0 * np.quantile(distance, THIN_SHARE if valley else 0.0)
+            distance = _distance_to_level(shape, float(level), core, grid)
+            wall[i] = 2.0 * family.period * np.quantile(distance, THIN_SHARE if valley else 0.0)
     return PchipInterpolator(progress, np.maximum.accumulate(wall))
 
 
@@ -132,13 +139,13 @@ def _progress(calibration: Calibration, rho: FloatArray | float) -> FloatArray:
     return np.sqrt(np.clip((np.asarray(rho, dtype=np.float64) - a) / (b - a), 0.0, 1.0))
 
 
-def _distance_to_level(shape: Field, level: float, points: FloatArray) -> FloatArray:
-    """Distance of points to a level set of period 1, cell units.
+def _distance_to_level(shape: Field, level: float, points: FloatArray, grid: int) -> FloatArray:
+    """Distance of points to a level set of period 1.
 
     The distance to the tangent planes of the nearest samples, so that the error is of second
     order in the spacing of the samples.
     """
-    surface = np.mod(level_set_points(shape, level=level, resolution=_GRID, newton_steps=2), 1.0)
+    surface = np.mod(level_set_points(shape, level=level, resolution=grid, newton_steps=2), 1.0)
     surface[surface >= 1.0] = 0.0
     distance, index = cKDTree(surface.T, boxsize=1.0).query(np.mod(points, 1.0).T)
     foot = surface[:, index]
@@ -154,22 +161,22 @@ def _distance_to_level(shape: Field, level: float, points: FloatArray) -> FloatA
     return np.where(tangent, np.abs(along), distance)
 
 
-def _has_axes(shape: Field, calibration: Calibration) -> bool:
+def _has_axes(shape: Field, calibration: Calibration, grid: int) -> bool:
     """Whether the places where a shape is 0, its least value, hold the cell together."""
     whole = calibration.window[0] <= LEAST_DENSITY
-    return whole and float(shape(grid_nodes(_GRID, (0.31, 0.57, 0.83))).min()) >= 0
+    return whole and float(shape(grid_nodes(grid, (0.31, 0.57, 0.83))).min()) >= 0
 
 
-def _valley(shape: Field) -> FloatArray:
+def _valley(shape: Field, grid: int) -> FloatArray:
     """Points on the surface or the axes ``g = 0`` at the bottom of a shape, ``(3, k)``."""
-    points = grid_nodes(_GRID, (0.5, 0.5, 0.5)).reshape(3, -1)
+    points = grid_nodes(grid, (0.5, 0.5, 0.5)).reshape(3, -1)
     rise = float(shape(points).max())
     for _ in range(6):
         slope = gradient(shape, points, 1e-6)
         square = np.maximum((slope**2).sum(axis=0), 1e-12)
         value = shape(points)
         step = slope * (value / square)
-        near = np.linalg.norm(step, axis=0) < 1.0 / _GRID
+        near = np.linalg.norm(step, axis=0) < 1.0 / grid
         points, value, step = points[:, near], value[near], step[:, near]
         points = points - step
     # Steps end on ridges, where differences cancel, too.
@@ -179,16 +186,16 @@ def _valley(shape: Field) -> FloatArray:
     return points[:, ::stride]
 
 
-def _strut(shape: Field, calibration: Calibration) -> FloatArray:
+def _strut(shape: Field, calibration: Calibration, grid: int) -> FloatArray:
     """Centre line of the last strut to connect, ``(3, k)``: two descents from its saddle."""
-    saddle = _saddle(shape, np.array(calibration.neck)[:, None])
+    saddle = _saddle(shape, np.array(calibration.neck)[:, None] / calibration.family.period, grid)
     along = np.linalg.eigh(_hessian(shape, saddle))[1][:, :1]
-    step = 0.5 / _GRID
+    step = 0.5 / grid
     line = [saddle]
     for sign in (-1.0, 1.0):
         point = saddle + sign * step * along
         value = float(shape(point)[0])
-        for _ in range(2 * _GRID):
+        for _ in range(2 * grid):
             slope = gradient(shape, point)
             following = point - slope * (step / max(float(np.linalg.norm(slope)), 1e-12))
             lower = float(shape(following)[0])
@@ -199,14 +206,14 @@ def _strut(shape: Field, calibration: Calibration) -> FloatArray:
     return np.concatenate(line, axis=1)
 
 
-def _saddle(shape: Field, start: FloatArray) -> FloatArray:
+def _saddle(shape: Field, start: FloatArray, grid: int) -> FloatArray:
     """Stationary point of the shape near a point of the grid, ``(3, 1)``."""
     point = start
     for _ in range(8):
         slope = gradient(shape, point)
         point = point - np.linalg.lstsq(_hessian(shape, point), slope, rcond=1e-6)[0]
     # A shape with kinks has no smooth saddle: then the grid's answer stands.
-    return point if float(np.linalg.norm(point - start)) < 3.0 / _GRID else start
+    return point if float(np.linalg.norm(point - start)) < 3.0 / grid else start
 
 
 def _hessian(shape: Field, point: FloatArray, step: float = 1e-4) -> FloatArray:
