@@ -10,15 +10,11 @@ import pytest
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise import cached_table
+from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.cached_table import property_table
-from gradedesign.homogenise.constants import require_bounds
+from gradedesign.homogenise.cell_properties import cell_properties, cubic_part
 from gradedesign.homogenise.sampling import cell_fill, require_resolved
-from gradedesign.homogenise.table import (
-    cell_properties,
-    compute_table,
-    cubic_part,
-    table_densities,
-)
+from gradedesign.homogenise.table import compute_table, table_densities
 from gradedesign.material.property_table import read_property_table, write_property_table
 from gradedesign.material.tabulated_law import tabulated_law
 

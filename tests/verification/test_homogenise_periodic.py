@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
 from gradedesign.homogenise.constants import (
-    hashin_shtrikman_upper,
     isotropic_averages,
-    require_bounds,
     rotated_stiffness,
     solid_stiffness,
     zener_ratio,

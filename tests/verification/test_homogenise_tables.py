@@ -5,15 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.homogenise.constants import (
-    engineering_constants,
-    require_bounds,
-    youngs_along,
-    zener_ratio,
-)
+from gradedesign.homogenise.bounds import require_bounds
+from gradedesign.homogenise.cell_properties import cell_properties
+from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import cell_fill
-from gradedesign.homogenise.table import cell_properties
 from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
 

@@ -17,6 +17,8 @@ import typer
 
 from gradedesign.cli import check as check_command
 from gradedesign.cli import doctor as doctor_command
+from gradedesign.cli import generate as generate_command
+from gradedesign.cli import homogenise as homogenise_command
 from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_command
 from gradedesign.cli import validate as validate_command
@@ -101,6 +103,30 @@ def check(
 
 
 @app.command()
+def generate(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder to write to [runs/<case name>].")
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace earlier results.")
+    ] = False,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Make the lattice alone, from a stated density or density map, without analysis."""
+    generate_command.generate(
+        case,
+        output,
+        overwrite=overwrite,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
+
+
+@app.command()
 def validate(
     folders: Annotated[list[Path] | None, typer.Argument(help="Case folders [cases].")] = None,
     keyword: Annotated[
@@ -117,6 +143,39 @@ def validate(
         validate_command.validate(
             folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json
         )
+    )
+
+
+@app.command()
+def homogenise(
+    cell: Annotated[str, typer.Argument(help="A cell family; `gradedesign cells` lists them.")],
+    density: Annotated[float, typer.Option("--density", help="Relative density, 0 to 1.")],
+    resolution: Annotated[
+        int | None,
+        typer.Option("--resolution", help="Voxels along the cell, even [what its wall needs]."),
+    ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option("--parameter", help="name=number, overrides the cell's default; repeatable."),
+    ] = None,
+    nu: Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")] = 0.3,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder for properties.json and plots."),
+    ] = None,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Effective stiffness and strength of one cell: C, moduli, anisotropy, bounds, strength."""
+    homogenise_command.homogenise(
+        cell,
+        density,
+        resolution=resolution,
+        parameters=parameter or [],
+        poissons_ratio=nu,
+        output=output,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
     )
 
 

@@ -1,4 +1,4 @@
-"""Engineering constants, averages, anisotropy, rotation and bounds of a stiffness."""
+"""Engineering constants, averages, anisotropy and rotation of a stiffness."""
 
 from __future__ import annotations
 
@@ -164,66 +164,3 @@ def shear_and_poisson(
     frame = stress_rotation(np.stack([n, m, np.cross(n, m)], axis=1))
     local = frame.T @ s @ frame
     return float(1 / local[5, 5]), float(-local[0, 1] / local[0, 0])
-
-
-def hashin_shtrikman_upper(rho: float, poissons_ratio: float) -> tuple[float, float]:
-    """Largest bulk and shear modulus of an isotropic solid with voids, over the solid's E.
-
-    References
-    ----------
-    Z. Hashin, S. Shtrikman, J. Mech. Phys. Solids 11 (1963) 127.
-    """
-    nu = poissons_ratio
-    bulk, shear = 1 / (3 * (1 - 2 * nu)), 1 / (2 * (1 + nu))
-    void = 1 - rho
-    if void <= 0:
-        return bulk, shear
-    upper = bulk + void / (-1 / bulk + rho / (bulk + 4 / 3 * shear))
-    zeta = 2 * rho * (bulk + 2 * shear) / (5 * shear * (bulk + 4 / 3 * shear))
-    return upper, shear + void / (-1 / shear + zeta)
-
-
-def require_bounds(
-    stiffness: FloatArray, rho: float, poissons_ratio: float, *, what: str = "the cell"
-) -> None:
-    """Refuse a stiffness that no solid of this density can have.
-
-    Checked are symmetry, positive definiteness, Voigt's bound ``rho C_solid - C`` in the sense of
-    energies (Reuss' bound of a solid with voids is zero, so it is definiteness), and the upper
-    bounds of Hashin and Shtrikman on the isotropic averages: on the bulk modulus, which orientation
-    does not change, and on Reuss' shear modulus.
-
-    Raises
-    ------
-    SolverError
-        Naming the bound, the value and the limit.
-    """
-    solid = solid_stiffness(poissons_ratio)
-    slack = 1e-7
-    if not np.allclose(stiffness, stiffness.T, rtol=0, atol=1e-8):
-        raise SolverError(f"the stiffness of {what} is not symmetric")
-    least = float(np.linalg.eigvalsh(stiffness)[0])
-    if least <= 0:
-        raise SolverError(
-            f"the stiffness of {what} at density {rho:g} has an eigenvalue of {least:g}, expected "
-            f"only positive ones: the cell has a mechanism or the solve failed"
-        )
-    gap = float(np.linalg.eigvalsh(rho * solid - stiffness)[0])
-    if gap < -slack:
-        raise SolverError(
-            f"the stiffness of {what} at density {rho:g} exceeds Voigt's bound by {-gap:g} of the "
-            f"solid's modulus; the density or the analysis is wrong"
-        )
-    means = isotropic_averages(stiffness)
-    bulk, shear = hashin_shtrikman_upper(rho, poissons_ratio)
-    for name, value, limit in (
-        ("bulk", means.bulk_reuss, bulk),
-        ("shear", means.shear_reuss, shear),
-        ("mean bulk", means.bulk, bulk),
-        ("mean shear", means.shear, shear),
-    ):
-        if value > limit + slack:
-            raise SolverError(
-                f"the {name} modulus {value:.5f} of {what} at density {rho:g} exceeds the bound "
-                f"of Hashin and Shtrikman, {limit:.5f}; the density or the analysis is wrong"
-            )

@@ -127,7 +127,7 @@ def _candidates(local: LocalStress, scale: float, rng: np.random.Generator) -> F
     chosen = set(rng.choice(pool[-max(count, int(STRESSED_SHARE * size.size)) :], count).tolist())
     top = max(size.size // 100, 1)
     for direction in spread_directions(CANDIDATES // 2, rng).T:
-        value = von_mises_of(np.tensordot(stress, direction, axes=(1, 0)))
+        value = von_mises_of(np.matmul(direction, stress))
         chosen.add(int(rng.choice(np.argpartition(value, -top)[-top:])))
     points = stress[:, :, sorted(chosen)]
     forms = np.einsum("ack,ab,bdk->kcd", points, _MISES, points, optimize=True)

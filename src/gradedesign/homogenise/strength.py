@@ -18,6 +18,8 @@ from gradedesign.homogenise.periodic import PeriodicSolution
 
 #: Percentile by volume that stands for the highest local stress.
 PERCENTILE = 99.5
+#: Points times macroscopic stresses that are worked on at once.
+_BATCH = 2_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -104,10 +106,12 @@ def stress_factors(
         In units of ``macro``.
     """
     factors = np.zeros(macro.shape[1])
-    for k in range(macro.shape[1]):
-        stress = np.tensordot(local.stress, macro[:, k].astype(np.float32), axes=(1, 0))
-        value = von_mises_of(stress.astype(np.float64))
-        factors[k] = _upper_percentile(value, local.volume, percentile)
+    step = max(1, _BATCH // max(local.volume.size, 1))
+    for start in range(0, macro.shape[1], step):
+        some = macro[:, start : start + step].T.astype(np.float32)
+        # One product per local component: contracting the middle axis would copy the whole field.
+        for k, value in enumerate(von_mises_of(np.matmul(some, local.stress))):
+            factors[start + k] = _upper_percentile(value, local.volume, percentile)
     return factors
 
 

@@ -1,0 +1,108 @@
+"""The effective properties of a cell as tables for reading."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import typer
+
+from gradedesign.cli.show import print_table
+
+
+def print_properties(data: Mapping[str, Any]) -> None:
+    """Print a result for reading; moduli in per cent of the base material's E."""
+    typer.echo(
+        f"{data['cell']} at relative density {data['density']:g}, Poisson's ratio "
+        f"{data['poissons_ratio']:g}, {data['resolution']}^3 and {data['resolution'] // 2}^3 voxels"
+    )
+    typer.echo("moduli in % of the base material's Young's modulus")
+    print_table(
+        f"Stiffness C (engineering shear), right to {data['stiffness_error']:.1%}",
+        ("", *data["voigt_order"]),
+        [
+            (name, *(f"{100 * v:.4f}" for v in row))
+            for name, row in zip(data["voigt_order"], data["C"], strict=True)
+        ],
+    )
+    moduli = data["engineering"]
+    print_table(
+        "Engineering constants",
+        ("E x", "E y", "E z", "G yz", "G xz", "G xy", "nu yz", "nu xz", "nu xy"),
+        [
+            (
+                *(f"{100 * v:.3f}" for v in (*moduli["E"].values(), *moduli["G"].values())),
+                *(f"{v:.3f}" for v in moduli["nu"].values()),
+            )
+        ],
+    )
+    _print_averages(data)
+    print_table(
+        "Bounds",
+        ("bound", "value", "limit", ""),
+        [
+            (
+                bound["name"],
+                f"{100 * bound['value']:.4f}",
+                "above 0" if bound["upper"] is None else f"{100 * bound['upper']:.4f}",
+                "holds" if bound["holds"] else "BROKEN",
+            )
+            for bound in data["bounds"]
+        ],
+    )
+    _print_strength(data["strength"])
+    if data["laws"]:
+        print_table(
+            "E along x by other laws",
+            ("law", "kind", "E x", "source"),
+            [
+                (law["name"], law["kind"], f"{100 * law['E_x']:.3f}", law["source"])
+                for law in data["laws"]
+            ],
+        )
+    for path in data.get("files", ()):
+        typer.echo(f"wrote {path}")
+
+
+def _print_averages(data: Mapping[str, Any]) -> None:
+    """Print directions and isotropic averages."""
+    youngs, means = data["youngs"], data["averages"]
+    print_table(
+        "Young's modulus by direction",
+        ("<100>", "<110>", "<111>", "least", "along", "greatest", "along"),
+        [
+            (
+                *(f"{100 * youngs[k]:.3f}" for k in ("100", "110", "111", "least")),
+                str(youngs["least_along"]),
+                f"{100 * youngs['greatest']:.3f}",
+                str(youngs["greatest_along"]),
+            )
+        ],
+    )
+    print_table(
+        f"Averages over all orientations (Zener ratio {data['zener']:.3f}, Hill's E "
+        f"{100 * means['hill_youngs']:.3f}, nu {means['hill_poisson']:.3f})",
+        ("modulus", "Voigt", "Reuss", "Hill"),
+        [
+            (name, *(f"{100 * means[name][k]:.4f}" for k in ("voigt", "reuss", "hill")))
+            for name in ("bulk", "shear")
+        ],
+    )
+
+
+def _print_strength(strength: Mapping[str, Any]) -> None:
+    """Print how far the cell multiplies stress."""
+    print_table(
+        f"Strength {100 * strength['value']:.3f} % of the base material's, changed by "
+        f"{strength['error']:.1%} from half the resolution; local stress per macroscopic stress "
+        f"({strength['percentile']:g}th percentile by volume)",
+        ("macroscopic stress", "factor"),
+        [(name, f"{value:.3f}") for name, value in strength["factors"].items()],
+    )
+    if "surface" in strength:
+        surface = strength["surface"]
+        typer.echo(
+            f"strength surface: exponent {surface['exponent']}, {surface['terms']} terms, error "
+            f"{surface['max_error']:.1%} at most, {surface['rms_error']:.1%} rms, "
+            f"{surface['unsafe_error']:.1%} unsafe"
+        )
