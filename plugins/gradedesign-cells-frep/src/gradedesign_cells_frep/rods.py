@@ -1,0 +1,96 @@
+"""Pasko's lattice of square rods, with sharp edges.
+
+``g = (s_y and s_z) or (s_x and s_z) or (s_x and s_y)`` with ``s_i = sin(2 pi (q u_i + p)) - l``;
+with min and max that is the median of the three waves, so that one function holds the lattices of
+all thresholds: level ``t = -l``. Rods of width w = 1/2 - asin(l) / pi fill ``3 w^2 - 2 w^3``.
+
+``rods-orthotropic`` has a frequency, a phase and an addition to the threshold for each axis.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign import CellFamily
+from gradedesign.fields import FloatArray
+from gradedesign_cells_frep import waves
+
+SOURCE = f"{waves.SOURCE}eq. 6 with eq. 2"
+
+
+def median(values: FloatArray) -> FloatArray:
+    """Median of three, ``(3, ...)`` to ``(...)``: union of the intersections of pairs."""
+    a, b, c = values
+    return np.asarray(np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c)))
+
+
+def rods(u: FloatArray, *, frequency: float = 1.0, phase: float = 0.0) -> FloatArray:
+    """Shape function; see the module.
+
+    Parameters
+    ----------
+    u : (3, ...) array, cell units, period 1
+    frequency : float
+        Rods in a cell along each axis, a whole number.
+    phase : float
+        Shift along each axis, periods.
+
+    Returns
+    -------
+    (...) array
+
+    Raises
+    ------
+    CaseError
+        If a parameter is out of range.
+
+    Examples
+    --------
+    >>> float(rods(np.array([0.25, 0.25, 0.75])))
+    -1.0
+    """
+    return median(waves.slab_waves(u, frequency=[frequency] * 3, phase=[phase] * 3))
+
+
+def rods_orthotropic(
+    u: FloatArray,
+    *,
+    frequency_x: float = 1.0,
+    frequency_y: float = 2.0,
+    frequency_z: float = 1.0,
+    phase_x: float = 0.0,
+    phase_y: float = 0.0,
+    phase_z: float = 0.0,
+    threshold_x: float = 0.0,
+    threshold_y: float = 0.0,
+    threshold_z: float = 0.0,
+) -> FloatArray:
+    """Shape function with parameters for each axis; see `rods` and the module.
+
+    The slabs across axis i have the threshold ``threshold_i - t``.
+    """
+    return median(
+        waves.slab_waves(
+            u,
+            frequency=(frequency_x, frequency_y, frequency_z),
+            phase=(phase_x, phase_y, phase_z),
+            threshold=(threshold_x, threshold_y, threshold_z),
+        )
+    )
+
+
+#: Cells of this shape.
+FAMILIES = (
+    CellFamily(name="rods", shape=rods, source=SOURCE, parameters={"frequency": 1.0, "phase": 0.0}),
+    CellFamily(
+        name="rods-orthotropic",
+        shape=rods_orthotropic,
+        source=SOURCE,
+        parameters={
+            **dict.fromkeys(("frequency_x", "frequency_z"), 1.0),
+            "frequency_y": 2.0,
+            **{f"{kind}_{axis}": 0.0 for kind in ("phase", "threshold") for axis in "xyz"},
+        },
+        symmetry="orthotropic",
+    ),
+)
