@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.suggest import instead, shown
-from gradedesign.case.table import Table
+from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
     Direction,
@@ -43,12 +43,13 @@ class _CellSize(Reader):
         return Quantity("length").json_schema()
 
 
-class _DensityRange(Reader):
+class DensityRange(Reader):
     """``[lowest, highest]`` relative density."""
 
     __slots__ = ()
 
     def read(self, value: object) -> tuple[float, float]:
+        """Convert ``[0.10, 0.65]``."""
         if not isinstance(value, list) or len(value) != 2:
             raise Refused(
                 f"found {shown(value)}; expected the lowest and the highest relative density "
@@ -63,6 +64,7 @@ class _DensityRange(Reader):
         return low, high
 
     def json_schema(self) -> JsonSchema:
+        """Two numbers."""
         item = Number(above=0.0, below=1.0).json_schema()
         return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
 
@@ -96,12 +98,13 @@ class _Skin(Reader):
         return {"anyOf": [{"const": "none"}, table]}
 
 
-class _Parameters(Reader):
+class Parameters(Reader):
     """Plain numbers by name."""
 
     __slots__ = ()
 
     def read(self, value: object) -> dict[str, float]:
+        """Convert ``{offset = 0.2}``."""
         if not isinstance(value, dict):
             raise Refused(f"found {shown(value)}; expected a table such as {{offset = 0.2}}")
         numbers = {}
@@ -113,28 +116,23 @@ class _Parameters(Reader):
         return numbers
 
     def json_schema(self) -> JsonSchema:
+        """A table of numbers."""
         return {"type": "object", "additionalProperties": {"type": "number"}}
 
 
-_Density: TypeAlias = Annotated[tuple[float, float], _DensityRange()]
+#: Keys of a lattice whose density is stated rather than found.
+STATED = ("density_map",)
+
+_Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
 
 
-class LatticeSpec(Table):
-    """The lattice that fills the part."""
+class CellsSpec(Table):
+    """The cells that fill the part, apart from their size and density."""
 
     cell: Name = Field(examples=["gyroid-sheet"])
     """Name of a cell family."""
-    parameters: Annotated[dict[str, float], _Parameters()] = Field(default_factory=dict)
+    parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
     """Parameters of the cell family by name."""
-    size: Annotated[float, _CellSize()] = Field(examples=["8 mm"])
-    """Edge length of a cell, mm."""
-    grading: Annotated[
-        str, Choice(("uniform", "level"), planned=("thickness", "size", "ratio"))
-    ] = "level"
-    """uniform: one density everywhere; level: the density follows the stress."""
-    density: _Density = (0.01, 0.99)
-    """Lowest and highest relative density the user allows; the windows of the family and of its
-    law narrow it further."""
     law: Name = "auto"
     """Name of a scaling law, or auto."""
     skin: Annotated[float | None, _Skin()] = None
@@ -146,6 +144,32 @@ class LatticeSpec(Table):
     rotation: Annotated[Triple, Vector("angle")] = (0.0, 0.0, 0.0)
     """Degrees about x, then the turned y, then the twice turned z (intrinsic xyz): the cell's axes
     are the columns of Rx(a) Ry(b) Rz(c), scipy's ``Rotation.from_euler("XYZ", ...)``."""
+
+
+class LatticeSpec(CellsSpec):
+    """The lattice that fills the part, its density to be found."""
+
+    size: Annotated[float, _CellSize()] = Field(examples=["8 mm"])
+    """Edge length of a cell, mm."""
+    grading: Annotated[
+        str, Choice(("uniform", "level"), planned=("thickness", "size", "ratio"))
+    ] = "level"
+    """uniform: one density everywhere; level: the density follows the stress."""
+    density: _Density = (0.01, 0.99)
+    """Lowest and highest relative density the user allows; the windows of the family and of its
+    law narrow it further."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_stated(cls, value: Any) -> Any:
+        for key in STATED if isinstance(value, dict) else ():
+            if key in value:
+                raise key_error(
+                    key,
+                    "belongs to `gradedesign generate`; `gradedesign run` and `check` find the "
+                    "density themselves, in uniform cells of one family: leave it out",
+                )
+        return value
 
 
 class PrintSpec(Table):

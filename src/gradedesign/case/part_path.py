@@ -1,4 +1,4 @@
-"""Which part files a case may name: those below its own folder, unless the user allows others."""
+"""Which files a case may name: those below its own folder, unless the user allows others."""
 
 from __future__ import annotations
 
@@ -36,6 +36,62 @@ def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
         If the path leaves the folder, is an address or abbreviation, does not exist, is no file,
         or has a suffix that is not read.
     """
+    path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
+    _check_suffix(text)
+    if not exists:
+        raise ValueError(f"found {shown(text)}, which does not exist; {_neighbours(text, folder)}")
+    if not is_file:
+        raise ValueError(f"found {shown(text)}, which is not a regular file")
+    return path
+
+
+def resolve_data_file(
+    text: str, *, folder: Path, allow_outside: bool, suffixes: tuple[str, ...]
+) -> Path:
+    """Turn the name of a data file, such as a density map, into its path.
+
+    Parameters
+    ----------
+    text : str
+        As written in the case.
+    folder, allow_outside
+        As for `resolve_part_file`.
+    suffixes : tuple of str
+        Lower case; others are refused.
+
+    Raises
+    ------
+    ValueError
+        As for `resolve_part_file`.
+    """
+    path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
+    if PurePosixPath(text).suffix.lower() not in suffixes:
+        raise ValueError(f"found {shown(text)}, not such a file; readable: {listed(suffixes)}")
+    if not exists:
+        near = _neighbours(text, folder, suffixes)
+        raise ValueError(f"found {shown(text)}, which does not exist; {near}")
+    if not is_file:
+        raise ValueError(f"found {shown(text)}, which is not a regular file")
+    return path
+
+
+def resolve_data_folder(text: str, *, folder: Path, allow_outside: bool) -> Path:
+    """Turn the name of a folder of data, such as an image stack, into its path.
+
+    Raises
+    ------
+    ValueError
+        As for `resolve_data_file`.
+    """
+    path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
+    if not exists or is_file:
+        what = "a file" if exists else "which does not exist"
+        raise ValueError(f"found {shown(text)}, {what}; expected a folder")
+    return path
+
+
+def _followed(text: str, *, folder: Path, allow_outside: bool) -> tuple[Path, bool, bool]:
+    """Path of an allowed text, whether it exists, and whether it is a regular file."""
     _check_form(text)
     if not allow_outside:
         _check_inside(text)
@@ -51,12 +107,7 @@ def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
             f"found {shown(text)}, a link that leads outside the folder of the case; copy the "
             f"part there, or run with {_OPTION}"
         )
-    _check_suffix(text)
-    if not exists:
-        raise ValueError(f"found {shown(text)}, which does not exist; {_neighbours(text, folder)}")
-    if not is_file:
-        raise ValueError(f"found {shown(text)}, which is not a regular file")
-    return path
+    return path, exists, is_file
 
 
 def _check_form(text: str) -> None:
@@ -93,6 +144,7 @@ def _check_suffix(text: str) -> None:
     raise ValueError(f"found {shown(text)}, {state}; readable: {listed(_READ)}")
 
 
-def _neighbours(text: str, folder: Path) -> str:
-    names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in _READ)
-    return instead(text, names, what="part files in the folder of the case")
+def _neighbours(text: str, folder: Path, suffixes: tuple[str, ...] = _READ) -> str:
+    names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes)
+    what = "part files" if suffixes == _READ else "such files"
+    return instead(text, names, what=f"{what} in the folder of the case")

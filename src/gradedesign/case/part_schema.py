@@ -15,8 +15,8 @@ from gradedesign.case.value_types import Choice, Refused, Size, Triple, Vector
 UNITS = ("mm", "cm", "m", "inch")
 
 
-class PartSpec(Table):
-    """The solid part: exactly one of ``file`` and ``box``."""
+class ShapeSpec(Table):
+    """The shape of the part: exactly one of ``file`` and ``box``."""
 
     file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
     """Absolute path of the part file."""
@@ -24,8 +24,6 @@ class PartSpec(Table):
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
     """Unit of the coordinates of an STL file, which carries none."""
-    mesh_size: Size = Field(examples=["12 mm"])
-    """Edge length of the tetrahedra of the solid, mm."""
     repair: Annotated[str, Choice(("safe", "auto"))] = "safe"
     """How far a damaged surface may be repaired."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
@@ -52,7 +50,7 @@ class PartSpec(Table):
         return value
 
     @model_validator(mode="after")
-    def _one_source(self) -> PartSpec:
+    def _one_source(self) -> ShapeSpec:
         if (self.file is None) == (self.box is None):
             count = "neither" if self.file is None else "both"
             raise Refused(
@@ -67,3 +65,17 @@ class PartSpec(Table):
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")
         return self
+
+
+class PartSpec(ShapeSpec):
+    """The solid part, with what its analysis needs."""
+
+    mesh_size: Size = Field(examples=["12 mm"])
+    """Edge length of the tetrahedra of the solid, mm."""
+
+
+class GeneratePartSpec(ShapeSpec):
+    """The part of a case that may do without an analysis."""
+
+    mesh_size: Size | None = None
+    """Edge length of the tetrahedra of the solid, mm; only an analysis needs it."""

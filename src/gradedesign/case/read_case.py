@@ -7,10 +7,10 @@ import json
 import logging
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,10 +18,13 @@ from gradedesign.case.checks import case_warnings, cross_problems, reference_pro
 from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
-from gradedesign.case.toml_lines import Key, key_lines
+from gradedesign.case.table import Table
+from gradedesign.case.toml_lines import key_lines
 from gradedesign.errors import CaseError
 
 log = logging.getLogger(__name__)
+
+Layout = TypeVar("Layout", bound=Table)
 
 _LARGEST = 1_000_000
 _FILE_NAME = "case.toml"
@@ -49,6 +52,57 @@ def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
         With a summary and one line per problem: file, line, key, what was found, what would be
         right.
     """
+    content, file, lines = read_layout(
+        path, CaseFile, allow_outside=allow_outside, across=cross_problems
+    )
+    tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
+    case = Case(
+        name=content.case.name,
+        path=file,
+        folder=file.parent,
+        case_hash=case_hash(content, file, content.part.file),
+        warnings=tuple(case_warnings(content)),
+        lines=lines,
+        **tables,
+    )
+    for warning in case.warnings:
+        log.warning("%s: %s", file.name, warning)
+    return case
+
+
+def read_layout(
+    path: str | Path,
+    layout: type[Layout],
+    *,
+    allow_outside: bool,
+    across: Callable[[Layout], Iterable[Problem]],
+) -> tuple[Layout, Path, dict[str, int]]:
+    """Read a case file into a layout of tables.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``.
+    layout : type of Table
+        Its fields are the tables of the file.
+    allow_outside : bool
+        Whether the case may name files outside its folder.
+    across : callable
+        Finds values of different tables that contradict each other.
+
+    Returns
+    -------
+    content : Layout
+    file : Path
+        Absolute.
+    lines : dict of str to int
+        Line of every key by its dotted path.
+
+    Raises
+    ------
+    CaseError
+        With every problem.
+    """
     file = _case_file(Path(path))
     text = _read_text(file)
     try:
@@ -56,16 +110,13 @@ def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
     except CaseError as error:
         raise CaseError(f"{file}: {error}") from None
     data = _parse(text, file)
-    content, problems = _validate(data, file.parent, allow_outside=allow_outside)
+    content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
     problems.extend(reference_problems(data))
     if content is not None:
-        problems.extend(cross_problems(content))
+        problems.extend(across(content))
     if content is None or problems:
         raise case_error(file, lines, problems)
-    case = _case(content, file, lines)
-    for warning in case.warnings:
-        log.warning("%s: %s", file.name, warning)
-    return case
+    return content, file, {dotted(key): line for key, line in lines.items()}
 
 
 def _case_file(path: Path) -> Path:
@@ -128,31 +179,32 @@ def _syntax_message(message: str, text: str, file: Path) -> str:
 
 
 def _validate(
-    data: Mapping[str, Any], folder: Path, *, allow_outside: bool
-) -> tuple[CaseFile | None, list[Problem]]:
+    data: Mapping[str, Any], folder: Path, layout: type[Layout], *, allow_outside: bool
+) -> tuple[Layout | None, list[Problem]]:
     """Check every section by itself, so that one wrong section hides no other's problems."""
     context = {"folder": folder, "allow_outside": allow_outside}
-    problems = list(_unknown_sections(data))
+    problems = list(_unknown_sections(data, layout))
     sections: dict[str, Any] = {}
-    for name, field in CaseFile.model_fields.items():
+    for name, field in layout.model_fields.items():
         if name not in data:
             if field.is_required():
                 problems.append(missing((name,), field))
             continue
         try:
-            sections[name] = _adapter(name).validate_python(data[name], context=context)
+            sections[name] = _adapter(layout, name).validate_python(data[name], context=context)
         except ValidationError as error:
             found = error.errors(include_url=False)
-            problems.extend(problems_of(found, prefix=(name,), layout=CaseFile))
-    if not sections.get("load_case", True):
-        problems.append(missing(("load_case",), CaseFile.model_fields["load_case"]))
+            problems.extend(problems_of(found, prefix=(name,), layout=layout))
+    required = layout.model_fields["load_case"]
+    if required.is_required() and not sections.get("load_case", True):
+        problems.append(missing(("load_case",), required))
     if problems:
         return None, problems
-    return CaseFile(**sections), problems
+    return layout(**sections), problems
 
 
-def _unknown_sections(data: Mapping[str, Any]) -> Iterator[Problem]:
-    known = tuple(CaseFile.model_fields)
+def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[Problem]:
+    known = tuple(layout.model_fields)
     for name in data:
         if name not in known:
             yield Problem(
@@ -161,36 +213,39 @@ def _unknown_sections(data: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 @cache
-def _adapter(section: str) -> TypeAdapter[Any]:
-    annotation: Any = CaseFile.model_fields[section].annotation
+def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
+    annotation: Any = layout.model_fields[section].annotation
     return TypeAdapter(annotation)
 
 
-def _case(content: CaseFile, file: Path, lines: Mapping[Key, int]) -> Case:
-    tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
-    return Case(
-        name=content.case.name,
-        path=file,
-        folder=file.parent,
-        case_hash=_case_hash(content, file),
-        warnings=tuple(case_warnings(content)),
-        lines={dotted(key): line for key, line in lines.items()},
-        **tables,
-    )
+def case_hash(content: Table, file: Path, *read: Path | None) -> str:
+    """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
 
+    Parameters
+    ----------
+    content : Table
+        With a table ``part``; the path of its file does not count.
+    file : Path
+        The case file, for messages.
+    *read : Path or None
+        Files whose bytes and suffix count.
 
-def _case_hash(content: CaseFile, file: Path) -> str:
-    """Hash what is asked, not where it lies or how it is spelled."""
+    Raises
+    ------
+    CaseError
+        If a file cannot be read.
+    """
     asked = content.model_dump(mode="json", exclude={"part": {"file"}})
     digest = hashlib.sha256()
     canonical = json.dumps(asked, sort_keys=True, separators=(",", ":"), allow_nan=False)
     digest.update(canonical.encode())
-    part = content.part.file
-    if part is not None:
+    for source in read:
+        if source is None:
+            continue
         try:
-            with part.open("rb") as stream:
+            with source.open("rb") as stream:
                 digest.update(hashlib.file_digest(stream, "sha256").digest())
         except OSError as error:
-            raise CaseError(f"{file}: {part} cannot be read: {error.strerror}") from None
-        digest.update(part.suffix.lower().encode())
+            raise CaseError(f"{file}: {source} cannot be read: {error.strerror}") from None
+        digest.update(source.suffix.lower().encode())
     return digest.hexdigest()

@@ -15,7 +15,7 @@ from gradedesign.case.lattice_schema import KeepSpec, LatticeSpec, PrintSpec
 from gradedesign.case.limits_schema import DisplacementLimit, Exclusion, LimitsSpec
 from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.case.material_schema import MaterialSpec
-from gradedesign.case.part_schema import PartSpec
+from gradedesign.case.part_schema import PartSpec, ShapeSpec
 from gradedesign.case.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.table import Table
@@ -25,6 +25,8 @@ __all__ = [
     "BoxSpec",
     "Case",
     "CaseFile",
+    "CaseIdentity",
+    "CaseSection",
     "CylinderSpec",
     "DisplacementLimit",
     "Exclusion",
@@ -41,6 +43,7 @@ __all__ = [
     "PrintSpec",
     "RegionSpec",
     "RunSpec",
+    "ShapeSpec",
     "case_schema_json",
 ]
 
@@ -68,8 +71,8 @@ class CaseFile(Table):
     output: OutputSpec = Field(default_factory=OutputSpec)
 
 
-class Case(Table):
-    """A case as read: the tables of its file, where it lies, and its identity."""
+class CaseIdentity(Table):
+    """What every case has: where it lies, its identity, its part and what is written of it."""
 
     name: str
     """Shown in the report."""
@@ -77,13 +80,9 @@ class Case(Table):
     """The case file, absolute."""
     folder: Path
     """The folder of the case file, absolute."""
-    part: PartSpec
+    part: ShapeSpec
     region: dict[str, RegionSpec]
-    material: MaterialSpec
     keep: tuple[KeepSpec, ...]
-    load_case: tuple[LoadCaseSpec, ...]
-    limits: LimitsSpec
-    lattice: LatticeSpec
     print: PrintSpec | None
     run: RunSpec
     output: OutputSpec
@@ -110,6 +109,16 @@ class Case(Table):
         line = self.lines.get(key)
         place = self.path.name if line is None else f"{self.path.name}:{line}"
         return f"{place}: {key}"
+
+
+class Case(CaseIdentity):
+    """A case as read: the tables of its file, where it lies, and its identity."""
+
+    part: PartSpec
+    material: MaterialSpec
+    load_case: tuple[LoadCaseSpec, ...]
+    limits: LimitsSpec
+    lattice: LatticeSpec
 
 
 def case_schema_json() -> dict[str, Any]:

@@ -17,6 +17,7 @@ import typer
 
 from gradedesign.cli import check as check_command
 from gradedesign.cli import doctor as doctor_command
+from gradedesign.cli import generate as generate_command
 from gradedesign.cli import homogenise as homogenise_command
 from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_command
@@ -98,6 +99,50 @@ def check(
     """Dry run in seconds: repairs, regions, free motions, predicted size and time."""
     check_command.check(
         case, allow_outside=allow_outside, strict_plugins=strict_plugins, as_json=as_json
+    )
+
+
+@app.command()
+def generate(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder to write to [runs/<case name>].")
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace earlier results.")
+    ] = False,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Make the lattice alone, from a stated density or density map, without analysis."""
+    generate_command.generate(
+        case,
+        output,
+        overwrite=overwrite,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
+
+
+@app.command()
+def validate(
+    folders: Annotated[list[Path] | None, typer.Argument(help="Case folders [cases].")] = None,
+    keyword: Annotated[
+        str, typer.Option("-k", help="Only cases whose name contains this (or, and, not allowed).")
+    ] = "",
+    update: Annotated[
+        bool, typer.Option("--update", help="Write new values to expected.toml.")
+    ] = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run case folders and compare with their expected.toml; exit code 1 if one deviates."""
+    raise typer.Exit(
+        validate_command.validate(
+            folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json
+        )
     )
 
 

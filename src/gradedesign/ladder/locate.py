@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from gradedesign.case.schema import Case
+from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import GradeDesignError
 
 
 @contextmanager
-def locating(case: Case, key: str) -> Iterator[None]:
+def locating(case: CaseIdentity, key: str) -> Iterator[None]:
     """Put file, line and key before the message of every error raised inside.
 
     Parameters
     ----------
-    case : Case
+    case : CaseIdentity
     key : str
         Dotted key that asked for what is done inside. An error whose message starts with a key
         of the file, such as ``region.tip: ...``, keeps its own.

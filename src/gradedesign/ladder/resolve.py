@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
@@ -15,9 +16,8 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.registry import Registry, lookup
 
 
-def resolve_material(case: Case, registry: Registry) -> Material:
-    """Material of the case: from the library, with what the case states instead."""
-    spec = case.material
+def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
+    """Material of a case: from the library, with what the case states instead."""
     stated = {
         key: value
         for key in (

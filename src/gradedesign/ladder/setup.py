@@ -99,7 +99,7 @@ class Setup:
 def prepare(case: Case, registry: Registry) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     with locating(case, "material.name"):
-        material = resolve_material(case, registry)
+        material = resolve_material(case.material, registry)
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)

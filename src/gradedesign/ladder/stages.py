@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from gradedesign.case.schema import Case
+from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import CaseError
 from gradedesign.ladder.rounds import Round, round_from_stage, round_to_stage
 from gradedesign.ladder.setup import Setup
@@ -16,13 +16,13 @@ from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 ROUND_VERSION = 1
 
 
-def default_folder(case: Case) -> Path:
+def default_folder(case: CaseIdentity) -> Path:
     """Run folder of a case below the working folder, from the letters of its name."""
     plain = re.sub(r"[^\w.-]+", "-", case.name).strip("-.") or "case"
     return Path("runs") / plain
 
 
-def open_stages(path: Path, case: Case, *, resume: bool, overwrite: bool) -> RunFolder:
+def open_stages(path: Path, case: CaseIdentity, *, resume: bool, overwrite: bool) -> RunFolder:
     """Open the run folder of a case; use it in a ``with`` statement."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gradedesign.case.schema import Case, PartSpec
+from gradedesign.case.schema import CaseIdentity, ShapeSpec
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
@@ -55,12 +55,12 @@ class Part:
     report: RepairReport
 
 
-def read_part(case: Case, readers: Mapping[str, Reader]) -> Part:
+def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     """Read or build the part of a case and find its regions.
 
     Parameters
     ----------
-    case : Case
+    case : CaseIdentity
     readers : mapping of str to callable
         By lower-case suffix, such as ``".stl"``.
 
@@ -107,7 +107,7 @@ def read_part(case: Case, readers: Mapping[str, Reader]) -> Part:
 
 
 def _read_file(
-    spec: PartSpec, path: Path, readers: Mapping[str, Reader]
+    spec: ShapeSpec, path: Path, readers: Mapping[str, Reader]
 ) -> tuple[SurfaceMesh, RepairReport, str]:
     """Read and repair a part file."""
     read = readers.get(path.suffix.lower())

@@ -1,0 +1,138 @@
+"""``[lattice.density_map]``: where a stated density comes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import ValidationInfo, WithJsonSchema, field_validator, model_validator
+
+from gradedesign.case.formula import parse_formula
+from gradedesign.case.part_path import resolve_data_file, resolve_data_folder
+from gradedesign.case.suggest import shown
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import (
+    Choice,
+    JsonSchema,
+    Name,
+    Number,
+    Point,
+    Reader,
+    Refused,
+    Size,
+)
+from gradedesign.errors import CaseError
+
+_SOURCES = ("formula", "voxels", "images", "points", "vtu")
+_SUFFIXES = {"voxels": (".npy",), "points": (".csv", ".txt", ".npy"), "vtu": (".vtu",)}
+#: Keys that belong to some sources only.
+_BELONGS = {
+    "voxel_size": ("voxels", "images"),
+    "origin": ("voxels", "images"),
+    "spacing": ("points",),
+    "method": ("points",),
+    "oversize": ("points",),
+    "outside": ("points",),
+    "field": ("vtu",),
+}
+
+_File = Annotated[Path, WithJsonSchema({"type": "string"})]
+
+
+class FormulaText(Reader):
+    """The text of a formula, checked when the case is read."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> str:
+        """Accept a text that parses."""
+        if not isinstance(value, str):
+            raise Refused(
+                f'found {shown(value)}; expected a formula such as "0.1 + 0.4 * x / 100", with x, '
+                f"y, z and the depth d below the surface in mm"
+            )
+        try:
+            return parse_formula(value).text
+        except CaseError as error:
+            raise Refused(str(error)) from None
+
+    def json_schema(self) -> JsonSchema:
+        """A string."""
+        return {"type": "string", "examples": ["0.1 + 0.4 * x / 100"]}
+
+
+class DensityMapSpec(Table):
+    """Relative density from outside: exactly one source."""
+
+    formula: Annotated[str | None, FormulaText()] = None
+    """In x, y, z and d, the depth below the part's surface, all in mm."""
+    voxels: _File | None = None
+    """A .npy array (nx, ny, nz): floats are densities, 8 and 16 bit are grey values."""
+    images: _File | None = None
+    """A folder of PNG or TIFF slices along z, lowest first by name; columns go along x, rows
+    against y. Floats are densities, 8 and 16 bit are grey values."""
+    points: _File | None = None
+    """Columns x, y, z in mm and density, as text or .npy."""
+    vtu: _File | None = None
+    """Tetrahedra with a field of densities."""
+    field: Name | None = None
+    """Name of the field of ``vtu``; without it there must be only one."""
+    voxel_size: Size | None = None
+    """Edge of a voxel, mm; without it the voxels are stretched over the part's bounding box."""
+    origin: Point | None = None
+    """Lower corner of the voxels, mm; without it that of the part's bounding box."""
+    spacing: Size | None = None
+    """Of the grid on which ``points`` are mapped, mm; half a cell without it."""
+    method: Annotated[str, Choice(("weights", "maximum"))] = "weights"
+    """Whether a node takes the inverse-square mean or the maximum of the points around it."""
+    oversize: bool = False
+    """Whether the grid of ``points`` gets a border of ``outside``."""
+    outside: Annotated[float | None, Number(above=0.0, below=1.0)] = None
+    """Density of that border; the least one without it."""
+
+    @field_validator("voxels", "points", "vtu", mode="before")
+    @classmethod
+    def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
+        name = str(info.field_name)
+        if not isinstance(value, str):
+            example = f"map{_SUFFIXES[name][0]}"
+            raise Refused(f'found {shown(value)}; expected a file name such as "{example}"')
+        context = info.context or {}
+        return resolve_data_file(
+            value,
+            folder=context.get("folder", Path.cwd()),
+            allow_outside=bool(context.get("allow_outside", False)),
+            suffixes=_SUFFIXES[name],
+        )
+
+    @field_validator("images", mode="before")
+    @classmethod
+    def _find_folder(cls, value: Any, info: ValidationInfo) -> Path:
+        if not isinstance(value, str):
+            raise Refused(f'found {shown(value)}; expected a folder such as "slices"')
+        context = info.context or {}
+        return resolve_data_folder(
+            value,
+            folder=context.get("folder", Path.cwd()),
+            allow_outside=bool(context.get("allow_outside", False)),
+        )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> DensityMapSpec:
+        given = [name for name in _SOURCES if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = "none" if not given else " and ".join(given)
+            raise Refused(f"found {found}; expected exactly one of {', '.join(_SOURCES)}")
+        for key, sources in _BELONGS.items():
+            if key in self.model_fields_set and given[0] not in sources:
+                raise key_error(
+                    key, f"has no meaning with {given[0]}; it belongs to {' and '.join(sources)}"
+                )
+        if self.outside is not None and not self.oversize:
+            raise key_error("outside", "needs oversize = true")
+        return self
+
+    @property
+    def source(self) -> str:
+        """Which of the sources is given."""
+        return next(name for name in _SOURCES if getattr(self, name) is not None)

@@ -1,0 +1,89 @@
+"""The case of ``gradedesign generate``: a part and a lattice of stated density, no analysis."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from gradedesign.case.density_map_schema import DensityMapSpec
+from gradedesign.case.lattice_schema import CellsSpec, DensityRange, KeepSpec, PrintSpec
+from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.case.load_schema import LoadCaseSpec
+from gradedesign.case.material_schema import MaterialSpec
+from gradedesign.case.part_schema import GeneratePartSpec
+from gradedesign.case.regions_schema import RegionSpec
+from gradedesign.case.run_schema import OutputSpec, RunSpec
+from gradedesign.case.schema import CaseIdentity, CaseSection
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import Choice, JsonSchema, Number, RegionName, Size
+
+
+class _StatedDensity(DensityRange):
+    """One density, or ``[lowest, highest]`` of a map."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> tuple[float, float]:
+        if isinstance(value, list):
+            return super().read(value)
+        one = Number(above=0.0, below=1.0).read(value)
+        return one, one
+
+    def json_schema(self) -> JsonSchema:
+        return {"anyOf": [Number(above=0.0, below=1.0).json_schema(), super().json_schema()]}
+
+
+class StatedLatticeSpec(CellsSpec):
+    """The lattice that fills the part, its density stated."""
+
+    size: Size = Field(examples=["8 mm"])
+    """Edge length of a cell, mm."""
+    grading: Annotated[str, Choice(("uniform", "level"))] = "level"
+    """uniform: one density everywhere; level: the level of the cell follows the density."""
+    density: Annotated[tuple[float, float] | None, _StatedDensity()] = None
+    """One density everywhere; or, with a map, the densities it may have, and those of the lowest
+    and the highest grey value of 8 and 16 bit voxels."""
+    density_map: DensityMapSpec | None = None
+    """Density from outside."""
+
+    @model_validator(mode="after")
+    def _one_density(self) -> StatedLatticeSpec:
+        if self.density_map is None:
+            if self.density is None or self.density[0] < self.density[1]:
+                raise key_error(
+                    "density",
+                    "a lattice is generated from a stated density; expected one number such as "
+                    "density = 0.3, or a map in [lattice.density_map]",
+                )
+        elif self.density is not None and self.density[0] == self.density[1]:
+            raise key_error(
+                "density", "one number and a map contradict each other; expected [low, high]"
+            )
+        elif self.grading == "uniform":
+            raise key_error("grading", 'found "uniform" with a density map; expected "level"')
+        return self
+
+
+class GenerateFile(Table):
+    """Layout of a case file for ``generate``; tables of an analysis may be there or not."""
+
+    case: CaseSection
+    part: GeneratePartSpec
+    region: dict[RegionName, RegionSpec] = Field(default_factory=dict)
+    material: MaterialSpec | None = None
+    keep: tuple[KeepSpec, ...] = ()
+    load_case: tuple[LoadCaseSpec, ...] = ()
+    limits: LimitsSpec | None = None
+    lattice: StatedLatticeSpec
+    print: PrintSpec | None = None
+    run: RunSpec = Field(default_factory=RunSpec)
+    output: OutputSpec = Field(default_factory=OutputSpec)
+
+
+class GenerateCase(CaseIdentity):
+    """A case for ``generate`` as read, every value in internal units."""
+
+    part: GeneratePartSpec
+    material: MaterialSpec | None
+    lattice: StatedLatticeSpec

@@ -1,0 +1,71 @@
+"""Reading the case of ``gradedesign generate``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from gradedesign.case.generate_schema import GenerateCase, GenerateFile
+from gradedesign.case.problems import Problem
+from gradedesign.case.read_case import case_hash, read_layout
+
+
+def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> GenerateCase:
+    """Read and check a case whose lattice has a stated density.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``. It needs ``[case]``, ``[part]``
+        and ``[lattice]``; the tables of an analysis may be there, and are checked if they are.
+    allow_outside : bool
+        Whether files may lie outside the folder of the case.
+
+    Returns
+    -------
+    GenerateCase
+
+    Raises
+    ------
+    CaseError
+        With every problem: file, line, key, what was found, what would be right.
+    """
+    content, file, lines = read_layout(
+        path, GenerateFile, allow_outside=allow_outside, across=_problems
+    )
+    return GenerateCase(
+        name=content.case.name,
+        path=file,
+        folder=file.parent,
+        part=content.part,
+        region=content.region,
+        material=content.material,
+        keep=content.keep,
+        lattice=content.lattice,
+        print=content.print,
+        run=content.run,
+        output=content.output,
+        case_hash=case_hash(content, file, content.part.file, *_map_files(content)),
+        lines=lines,
+    )
+
+
+def _map_files(content: GenerateFile) -> tuple[Path, ...]:
+    """Files of a density map, whose bytes belong to what is asked."""
+    spec = content.lattice.density_map
+    if spec is None:
+        return ()
+    if spec.images is not None:
+        return tuple(sorted(p for p in spec.images.iterdir() if p.is_file()))
+    return tuple(p for p in (spec.voxels, spec.points, spec.vtu) if p is not None)
+
+
+def _problems(file: GenerateFile) -> Iterator[Problem]:
+    """What of different tables contradicts each other."""
+    skin, box = file.lattice.skin, file.part.box
+    if skin is not None and box is not None and 2 * skin >= min(box):
+        yield Problem(
+            key=("lattice", "skin"),
+            message=f"found {skin:g} mm, which leaves no room inside the {min(box):g} mm edge of "
+            f"the box; expected less than {min(box) / 2:g} mm",
+        )

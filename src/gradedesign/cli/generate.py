@@ -1,0 +1,78 @@
+"""``gradedesign generate``: the lattice alone, from a stated density."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from gradedesign.case.read_generate import load_generate_case
+from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.run import holds_only_a_failure, print_result_json
+from gradedesign.cli.show import ProgressLines, print_table
+from gradedesign.ladder.generate import generate as generate_lattice
+from gradedesign.ladder.result import RunResult
+from gradedesign.ladder.stages import default_folder
+from gradedesign.workspace.progress import ignore
+
+
+def generate(
+    path: Path,
+    output: Path | None,
+    *,
+    overwrite: bool,
+    allow_outside: bool,
+    strict_plugins: bool,
+    as_json: bool,
+) -> None:
+    """Make a lattice, print its densities and where the files are."""
+    case = load_generate_case(path, allow_outside=allow_outside)
+    registry = registry_for(strict_plugins=strict_plugins)
+    folder = default_folder(case) if output is None else output
+    result = generate_lattice(
+        case,
+        registry,
+        folder=folder,
+        overwrite=overwrite or holds_only_a_failure(folder),
+        on_event=ignore if as_json else ProgressLines(),
+    )
+    if as_json:
+        print_result_json(result)
+    else:
+        print_generated(result)
+
+
+def print_generated(result: RunResult) -> None:
+    """Print target and achieved density of every slab along the axis on which they differ most."""
+    density = result.measures["density"]
+    axis, slabs = max(
+        density["slabs"].items(), key=lambda item: max(item[1]["target"]) - min(item[1]["target"])
+    )
+    rows = [
+        (f"{low:.4g} to {high:.4g}", f"{t:.4f}", f"{f:.4f}", f"{s:.4f}", f"{s - t:+.4f}")
+        for low, high, t, f, s in zip(
+            slabs["edges_mm"],
+            slabs["edges_mm"][1:],
+            slabs["target"],
+            slabs["field"],
+            slabs["surface"],
+            strict=False,
+        )
+    ]
+    typer.echo("")
+    print_table(
+        "Relative density by slabs of one cell",
+        (f"{axis} mm", "target", "field", "surface", "error"),
+        rows,
+    )
+    typer.echo(
+        f"total: target {density['target']:.4f}, field {density['field']:.4f}, surface "
+        f"{density['surface']:.4f}; thinnest wall "
+        f"{result.measures['cell']['thinnest_wall_mm']:.3g} mm"
+    )
+    if result.mass_g is not None:
+        typer.echo(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
+    for warning in result.warnings:
+        typer.echo(f"warning: {warning}")
+    names = ", ".join(sorted(set(result.files.values())))
+    typer.echo(f"files in {result.folder}: {names}")

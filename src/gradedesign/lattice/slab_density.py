@@ -1,0 +1,197 @@
+"""The density a lattice really has, slab by slab of one cell, beside the one that was asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray, locked
+from gradedesign.cell.shape import spread_points
+from gradedesign.errors import LatticeError
+from gradedesign.lattice.lattice import LatticeDesign, density_at
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+
+#: Points of the field per slab; the volume they find is right to about 0.001.
+POINTS_PER_SLAB = 100_000
+_BATCH = 1 << 18
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SlabDensity:
+    """Relative densities of slabs across one axis.
+
+    Attributes
+    ----------
+    axis : int
+        0, 1 or 2.
+    edges : (n + 1,) array, mm
+        Planes between the slabs.
+    part_volume : (n,) array, mm^3
+        Of the part in every slab.
+    target : (n,) array
+        Mean of the density asked for; skin and kept regions count as solid.
+    field : (n,) array
+        Share of the part inside the lattice's field, by evenly spread points.
+    surface : (n,) array
+        Volume inside the extracted surface over that of the part.
+    """
+
+    axis: int
+    edges: FloatArray
+    part_volume: FloatArray
+    target: FloatArray
+    field: FloatArray
+    surface: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("edges", "part_volume", "target", "field", "surface"):
+            object.__setattr__(self, name, locked(getattr(self, name), (None,), name=name))
+
+
+def total(slabs: SlabDensity, what: str) -> float:
+    """Density of all slabs together; ``what`` is target, field or surface."""
+    values: FloatArray = getattr(slabs, what)
+    return float(slabs.part_volume @ values / slabs.part_volume.sum())
+
+
+def slab_edges(low: float, high: float, thickness: float) -> FloatArray:
+    """Planes a slab apart, from ``low``; a last slab thinner than half joins the one before.
+
+    Examples
+    --------
+    >>> slab_edges(0.0, 24.0, 10.0)
+    array([ 0., 10., 24.])
+    """
+    count = max(int(np.floor((high - low) / thickness + 0.5)), 1)
+    edges = low + thickness * np.arange(count + 1, dtype=np.float64)
+    edges[-1] = high
+    return edges
+
+
+def slab_density(
+    design: LatticeDesign,
+    lattice: Field,
+    surface: SurfaceMesh,
+    part: SurfaceMesh,
+    *,
+    axis: int,
+    thickness: float,
+) -> SlabDensity:
+    """Measure the density of slabs.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    lattice : callable
+        Its field, trimmed by the part, with skin and kept regions.
+    surface : SurfaceMesh
+        What is printed.
+    part : SurfaceMesh
+        What it was cut from.
+    axis : int
+        Across which slabs lie.
+    thickness : float, mm
+
+    Returns
+    -------
+    SlabDensity
+
+    Raises
+    ------
+    LatticeError
+        If the part has no volume in a slab.
+    """
+    edges = slab_edges(float(design.lower[axis]), float(design.upper[axis]), thickness)
+    whole = np.diff(volumes_below(part, axis, edges))
+    if not (whole > 0).all():
+        raise LatticeError(f"the part has no volume in {np.count_nonzero(whole <= 0)} slabs")
+    printed = np.diff(volumes_below(surface, axis, edges))
+    target = np.zeros(len(whole))
+    share = np.zeros(len(whole))
+    for n, (low, high) in enumerate(pairwise(edges)):
+        lower, upper = np.array(design.lower), np.array(design.upper)
+        lower[axis], upper[axis] = low, high
+        target[n], share[n] = _means(design, lattice, lower, upper)
+    return SlabDensity(
+        axis=axis,
+        edges=edges,
+        part_volume=whole,
+        target=target,
+        field=share,
+        surface=printed / whole,
+    )
+
+
+def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatArray:
+    """Volume of a closed surface below planes across an axis, ``(k,)``, mm^3.
+
+    Exact: by the divergence theorem the volume below ``c`` is the integral of ``min(x, c) n_x``
+    over the surface, and on a triangle that integrand is piecewise linear.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        Closed and outward oriented.
+    axis : int
+    planes : (k,) array, mm
+    """
+    corners = corner_points(surface)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, axis] / 2
+    height = np.sort(corners[:, :, axis], axis=1)
+    middle = float(height.mean())  # near the surface, so that large coordinates cancel
+    height -= middle
+    mean = height.mean(axis=1)
+    # A triangle wholly above a plane contributes c n, and the n of all triangles sum to zero.
+    volumes = np.zeros(len(planes))
+    for k, plane in enumerate(np.asarray(planes, dtype=np.float64) - middle):
+        low, mid, high = height.T
+        value = np.where(high <= plane, mean, plane)
+        cut = np.flatnonzero((low < plane) & (high > plane))
+        value[cut] = plane - _mean_depth(low[cut], mid[cut], high[cut], plane)
+        volumes[k] = value @ normal
+    return volumes
+
+
+def _mean_depth(low: FloatArray, mid: FloatArray, high: FloatArray, plane: float) -> FloatArray:
+    """Mean of ``max(plane - x, 0)`` over triangles with sorted corner heights that are cut.
+
+    Of a triangle cut next to its lowest corner the part below is a similar one; next to its
+    highest corner, the whole less the part above.
+    """
+    first = mid >= plane
+    depth = np.zeros(len(low))
+    a, b, c = low[first], mid[first], high[first]
+    depth[first] = (plane - a) ** 3 / (3 * np.maximum((b - a) * (c - a), 1e-300))
+    a, b, c = low[~first], mid[~first], high[~first]
+    above = (c - plane) ** 3 / (3 * np.maximum((c - a) * (c - b), 1e-300))
+    depth[~first] = plane - (a + b + c) / 3 + above
+    return depth
+
+
+def _means(
+    design: LatticeDesign, lattice: Field, lower: FloatArray, upper: FloatArray
+) -> tuple[float, float]:
+    """Mean target and share of the lattice over the part in a box."""
+    points = lower[:, None] + (upper - lower)[:, None] * spread_points(POINTS_PER_SLAB)
+    inside, solid, target = 0, 0, 0.0
+    for start in range(0, points.shape[1], _BATCH):
+        batch = points[:, start : start + _BATCH]
+        depth = design.part(batch)
+        batch, depth = batch[:, depth <= 0], depth[depth <= 0]
+        if not batch.size:
+            continue
+        wanted = density_at(design, batch)
+        if design.skin is not None:
+            wanted = np.where(depth >= -design.skin, 1.0, wanted)
+        for region in design.kept:
+            wanted = np.where(region.distance(batch) <= region.margin, 1.0, wanted)
+        inside += batch.shape[1]
+        solid += int(np.count_nonzero(lattice(batch) <= 0))
+        target += float(wanted.sum())
+    if inside == 0:
+        raise LatticeError(
+            f"no point of the part was found between {lower.tolist()} and {upper.tolist()} mm"
+        )
+    return target / inside, solid / inside

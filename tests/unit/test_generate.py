@@ -1,0 +1,156 @@
+"""``gradedesign generate``: what it writes, what it says, what it refuses."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from gradedesign.case.read_case import load_case
+from gradedesign.case.read_generate import load_generate_case
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.ladder.generate import generate
+from gradedesign.ladder.stated_density import stated_density
+from gradedesign.lattice.density_grid import evaluate
+from gradedesign.part.stl import read_stl
+
+CASE = """\
+[case]
+name = "ramp"
+[part]
+box = ["15 mm", "5 mm", "5 mm"]
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+"""
+RAMP = '[lattice.density_map]\nformula = "0.2 + 0.02 * x"\n'
+
+
+def write(folder, text):
+    (folder / "case.toml").write_text(text)
+    return folder
+
+
+def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
+    case = write(tmp_path, CASE + RAMP + '[material]\nname = "Ti-6Al-4V"\n')
+    ended = cli("generate", case, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    assert "Relative density by slabs of one cell" in ended.out
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert result["status"] == "partial"
+    assert set(result["files"].values()) == {
+        "lattice.stl", "lattice.png", "slabs.csv", "result.json",
+    }  # fmt: skip
+    slabs = result["measures"]["density"]["slabs"]["x"]
+    np.testing.assert_allclose(slabs["target"], [0.25, 0.35, 0.45], atol=1e-3)
+    np.testing.assert_allclose(slabs["field"], slabs["target"], atol=0.01)
+    np.testing.assert_allclose(slabs["surface"], slabs["target"], atol=0.01)
+    rows = list(csv.DictReader((tmp_path / "out" / "slabs.csv").read_text().splitlines()))
+    assert [r["axis"] for r in rows] == ["x", "x", "x", "y", "z"]
+    # The STL holds the volume that the result states: read back by our own strict reader.
+    corners = read_stl(tmp_path / "out" / "lattice.stl", "mm").corners
+    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume == pytest.approx(result["measures"]["volume_mm3"], rel=1e-4)
+    assert volume / 375 == pytest.approx(result["relative_density"], rel=1e-3)
+    assert result["mass_g"] == pytest.approx(4.41e-3 * volume, rel=1e-3)
+    assert result["mass_g"] == pytest.approx(
+        result["relative_density"] * result["solid_mass_g"], rel=1e-9
+    )
+    again = cli("generate", case, "-o", tmp_path / "out")
+    assert again.code == 2
+    assert "overwrite" in again.err
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """One small lattice per source, all of the same ramp from 0.2 to 0.4 along x."""
+    folder = tmp_path_factory.mktemp("sources")
+    x = (np.arange(30) + 0.5) / 30
+    np.save(folder / "map.npy", np.broadcast_to((0.2 + 0.2 * x)[:, None, None], (30, 2, 2)))
+    (folder / "slices").mkdir()
+    row = np.round(255 * np.broadcast_to(x, (4, 30))).astype(np.uint8)
+    for n in range(3):
+        Image.fromarray(row).save(folder / "slices" / f"{n}.png")
+    axes = (np.arange(11.0), np.arange(6.0), np.arange(6.0))
+    grid = np.stack(np.meshgrid(*axes, indexing="ij")).reshape(3, -1)
+    np.savetxt(folder / "points.csv", np.c_[grid.T, 0.2 + 0.02 * grid[0]], delimiter=",")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("source", "more", "tolerance"),
+    [
+        ('formula = "0.2 + 0.02 * x"', "", 1e-4),
+        ('voxels = "map.npy"', "", 1e-3),
+        ('images = "slices"', "density = [0.2, 0.4]", 2e-3),
+        ('points = "points.csv"\nspacing = "1 mm"', "", 1e-9),
+    ],
+    ids=["formula", "voxels", "images", "points"],
+)
+def test_every_source_gives_the_same_density(made, source, more, tolerance):
+    text = CASE.replace("15 mm", "10 mm")
+    case = load_generate_case(write(made, f"{text}{more}\n[lattice.density_map]\n{source}\n"))
+    half = np.array([5.0, 2.5, 2.5])[:, None]
+    found = stated_density(
+        case,
+        None,
+        distance=lambda p: (
+            (np.abs(p.reshape(3, -1) - half) - half).max(axis=0).reshape(p.shape[1:])
+        ),
+        lower=np.zeros(3),
+        upper=2 * half[:, 0],
+        window=(0.1, 0.5),
+        level_of=np.asarray,
+    )
+    x = np.linspace(0.5, 9.5, 19)
+    points = np.stack([x, np.full(19, 1.7), np.full(19, 3.1)])
+    np.testing.assert_allclose(evaluate(found, points), 0.2 + 0.02 * x, atol=tolerance)
+
+
+def test_a_function_takes_the_place_of_the_density(tmp_path):
+    case = load_generate_case(write(tmp_path, CASE.replace("15 mm", "5 mm") + "density = 0.3\n"))
+    out = tmp_path / "out"
+    with pytest.raises(DensityError, match="function asks for"):
+        generate(case, folder=out, density=lambda p: 0.3 + p[0])
+    assert json.loads((out / "result.json").read_text())["status"] == "failed"
+
+
+REFUSED = {
+    "no density": ("", CaseError, "density = 0.3"),
+    "a range alone": ("density = [0.2, 0.4]", CaseError, "density = 0.3"),
+    "beyond the window": ("density = 0.995", DensityError, r"lattice\.density: cell .*exists"),
+    "map beyond it": (
+        '[lattice.density_map]\nformula = "1 - x / 15"',
+        DensityError,
+        r"density_map\.formula: the density formula asks for lowest 0 at \(15,",
+    ),
+    "beyond its own range": (
+        f"density = [0.25, 0.4]\n{RAMP}", DensityError, "allowed are 0.25 to 0.4",
+    ),
+    "number and map": (f"density = 0.3\n{RAMP}", CaseError, "contradict"),
+    "uniform map": (f'grading = "uniform"\n{RAMP}', CaseError, "uniform"),
+    "two sources": (f'{RAMP}voxels = "case.toml"', CaseError, "not such a file"),
+    "bad formula": ('[lattice.density_map]\nformula = "import os"', CaseError, "unknown name"),
+    "empty map": ("[lattice.density_map]", CaseError, "exactly one of formula"),
+    "stray key": (f'{RAMP}spacing = "1 mm"', CaseError, "belongs to points"),
+    "no such file": ('[lattice.density_map]\nvoxels = "a.npy"', CaseError, "does not exist"),
+    "outside": ('[lattice.density_map]\nvoxels = "../a.npy"', CaseError, "--allow-outside"),
+    "no folder": ('[lattice.density_map]\nimages = "a"', CaseError, "expected a folder"),
+    "unknown cell": ("density = 0.3", CaseError, "gyroid"),
+    "thin wall": (
+        'density = 0.05\n[print]\nmin_wall = "0.8 mm"', CaseError, "min_wall need at least",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("more", "kind", "words"), REFUSED.values(), ids=REFUSED)
+def test_bad_input_is_named(tmp_path, more, kind, words):
+    text = CASE.replace("gyroid-sheet", "gyroid-shet") if "gyroid" in words else CASE
+    with pytest.raises(kind, match=words):
+        generate(load_generate_case(write(tmp_path, text + more)), folder=tmp_path / "out")
+
+
+def test_run_refuses_a_stated_density(tmp_path):
+    with pytest.raises(CaseError, match="belongs to `gradedesign generate`"):
+        load_case(write(tmp_path, CASE + RAMP))
