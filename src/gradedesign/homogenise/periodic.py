@@ -124,7 +124,7 @@ def _solve(
     iterations, residual = np.zeros(6, dtype=np.int64), np.zeros(6)
     for case in (0, 3) if cyclic else range(6):
         load = unit_load(operator, case)
-        iterations[case], residual[case] = _conjugate_gradients(
+        iterations[case], residual[case] = conjugate_gradients(
             operator, inverse, load, displacement[case], rtol, max_iterations, case
         )
     if cyclic:
@@ -156,18 +156,32 @@ def unit_strain(case: int) -> FloatArray:
 
 
 def unit_load(operator: VoxelOperator, case: int) -> FloatArray:
-    """Nodal forces ``(3, nx, ny, nz)`` by which a homogeneous unit strain is out of balance.
-
-    Each voxel's stress is uniform, so that its corner forces are the stress times the outward
-    corner normal over 4; summed over the voxels around a node that is a difference of fills.
-    """
+    """Nodal forces ``(3, nx, ny, nz)`` by which a homogeneous unit strain is out of balance."""
     stress = solid_stiffness(operator.poissons_ratio) @ np.eye(6)[case]
+    return uniform_stress_load(operator.fill, stress)
+
+
+def uniform_stress_load(fill: FloatArray, stress: FloatArray) -> FloatArray:
+    """Nodal forces of voxels that each carry the same stress, times their fill.
+
+    The corner forces of a voxel are the stress times the outward corner normal over 4; summed over
+    the voxels around a node that is a difference of fills.
+
+    Parameters
+    ----------
+    fill : (nx, ny, nz) array
+    stress : (6,) array
+
+    Returns
+    -------
+    (3, nx, ny, nz) array
+    """
     tensor = np.zeros((3, 3))
     for k, (i, j) in enumerate(PAIRS):
         tensor[i, j] = tensor[j, i] = stress[k]
-    force = np.zeros((3, *operator.fill.shape))
+    force = np.zeros((3, *fill.shape))
     for d in range(3):
-        normal = 0.25 * operator.fill
+        normal = 0.25 * fill
         for axis in range(3):
             moved = np.roll(normal, 1, axis)
             # Corner 0 of the voxel itself, corner 1 of its neighbour below.
@@ -186,7 +200,7 @@ def _cycled(u: FloatArray) -> FloatArray:
     return u[[2, 0, 1]].transpose(0, 3, 1, 2)
 
 
-def _conjugate_gradients(
+def conjugate_gradients(
     operator: VoxelOperator,
     inverse: NDArray[np.float32],
     load: FloatArray,
