@@ -1,19 +1,37 @@
-"""Gyroid, diamond and primitive cells for gradedesign, with their scaling laws."""
+"""Cells on triply periodic minimal surfaces for gradedesign, with scaling laws of some."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from gradedesign import CellFamily, ScalingLaw, hookimpl
-from gradedesign_cells_tpms import diamond, gyroid, primitive
+from gradedesign_cells_tpms import (
+    c_pm_y,
+    diamond,
+    diamond_raymont,
+    fischer_koch_s,
+    frd,
+    gyroid,
+    gyroid_raymont,
+    iwp,
+    lidinoid,
+    neovius,
+    neovius_as_printed,
+    pinched_primitive,
+    primitive,
+    split_p,
+)
 from gradedesign_cells_tpms.laws import scaling_laws
 from gradedesign_cells_tpms.properties import computed_laws
 
 
 @hookimpl
 def gradedesign_cell_families() -> Iterator[CellFamily]:
-    """Register sheet, network and wall of every surface."""
-    for surface in (diamond, gyroid, primitive):
+    """Register sheet, networks and wall of every surface."""
+    for surface in (
+        c_pm_y, diamond, diamond_raymont, fischer_koch_s, frd, gyroid, gyroid_raymont, iwp,
+        lidinoid, neovius, neovius_as_printed, pinched_primitive, primitive, split_p,
+    ):  # fmt: skip
         yield from surface.FAMILIES
 
 

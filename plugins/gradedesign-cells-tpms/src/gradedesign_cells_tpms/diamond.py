@@ -1,15 +1,13 @@
-"""The Schwarz diamond surface: sheet, network and constant-thickness wall."""
+"""The Schwarz diamond surface; its two sides are the same cell, moved."""
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
-from gradedesign import CellFamily
-from gradedesign.fields import Field, FloatArray, periodic_distance_to_level_set
+from gradedesign.fields import FloatArray
+from gradedesign_cells_tpms.surface_family import surface_families
 
-SOURCE = "nodal approximation of the Schwarz diamond surface, sXsYsZ + sXcYcZ + cXsYcZ + cXcYsZ"
+SOURCE = "sXsYsZ + sXcYcZ + cXsYcZ + cXcYsZ, nodal approximation of the Schwarz diamond surface"
 
 
 def diamond(u: FloatArray) -> FloatArray:
@@ -27,37 +25,11 @@ def diamond(u: FloatArray) -> FloatArray:
     ----------
     H. G. von Schnering, R. Nesper, Z. Phys. B 83 (1991) 407, four-term form.
     """
-    x, y, z = 2 * np.pi * np.asarray(u)
-    sx, sy, sz = np.sin(x), np.sin(y), np.sin(z)
-    cx, cy, cz = np.cos(x), np.cos(y), np.cos(z)
+    angle = 2 * np.pi * np.asarray(u)
+    sx, sy, sz = np.sin(angle)
+    cx, cy, cz = np.cos(angle)
     return sx * (sy * sz + cy * cz) + cx * (sy * cz + cy * sz)
 
 
-def diamond_sheet(u: FloatArray) -> FloatArray:
-    """Absolute nodal value: a level gives a sheet about the surface."""
-    return np.abs(diamond(u))
-
-
-@cache
-def _distance() -> Field:
-    """Signed distance to the surface, tabulated when first needed."""
-    return periodic_distance_to_level_set(diamond)
-
-
-def diamond_wall(u: FloatArray) -> FloatArray:
-    """Distance to the surface, cell units: a level is half of a constant wall thickness."""
-    return np.abs(_distance()(u))
-
-
 #: Cells built on this surface.
-FAMILIES = (
-    CellFamily(name="diamond-sheet", shape=diamond_sheet, source=f"|f| <= t, {SOURCE}", sides=2),
-    CellFamily(name="diamond-network", shape=diamond, source=f"f <= t, {SOURCE}"),
-    CellFamily(
-        name="diamond-wall",
-        shape=diamond_wall,
-        source=f"distance to f = 0, {SOURCE}",
-        distance=True,
-        sides=2,
-    ),
-)
+FAMILIES = surface_families("diamond", diamond, SOURCE)

@@ -1,15 +1,18 @@
-"""The Schwarz primitive surface: sheet, network and constant-thickness wall."""
+"""The Schwarz primitive surface; its two sides are the same cell, moved.
+
+Raymont's appendix A prints it as ``cos X + cos Y + cos Z - 1``. That is this function with another
+origin of the level, so its networks are these. It gives no sheet of its own: where it is zero the
+necks of the surface have just closed to points.
+"""
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
-from gradedesign import CellFamily
-from gradedesign.fields import Field, FloatArray, periodic_distance_to_level_set
+from gradedesign.fields import FloatArray
+from gradedesign_cells_tpms.surface_family import surface_families
 
-SOURCE = "nodal approximation of the Schwarz primitive surface, cos X + cos Y + cos Z"
+SOURCE = "cos X + cos Y + cos Z, nodal approximation of the Schwarz primitive surface"
 
 
 def primitive(u: FloatArray) -> FloatArray:
@@ -25,39 +28,11 @@ def primitive(u: FloatArray) -> FloatArray:
 
     References
     ----------
-    Ramirez Salazar 2022, eq. 1.13.
+    Ramirez Salazar 2022, eq. 1.13; Raymont 2011, eq. 3.13.
     """
     x, y, z = 2 * np.pi * np.asarray(u)
     return np.cos(x) + np.cos(y) + np.cos(z)
 
 
-def primitive_sheet(u: FloatArray) -> FloatArray:
-    """Absolute nodal value: a level gives a sheet about the surface."""
-    return np.abs(primitive(u))
-
-
-@cache
-def _distance() -> Field:
-    """Signed distance to the surface, tabulated when first needed."""
-    return periodic_distance_to_level_set(primitive)
-
-
-def primitive_wall(u: FloatArray) -> FloatArray:
-    """Distance to the surface, cell units: a level is half of a constant wall thickness."""
-    return np.abs(_distance()(u))
-
-
 #: Cells built on this surface.
-FAMILIES = (
-    CellFamily(
-        name="primitive-sheet", shape=primitive_sheet, source=f"|f| <= t, {SOURCE}", sides=2
-    ),
-    CellFamily(name="primitive-network", shape=primitive, source=f"f <= t, {SOURCE}"),
-    CellFamily(
-        name="primitive-wall",
-        shape=primitive_wall,
-        source=f"distance to f = 0, {SOURCE}",
-        distance=True,
-        sides=2,
-    ),
-)
+FAMILIES = surface_families("primitive", primitive, SOURCE)
