@@ -30,7 +30,7 @@ test: $(TESTED)
 
 # Also the slow ones: the whole bracket, and real parts where ../shared/parts exists.
 test-all: $(TESTED)
-	$(BIN)/python -m pytest -m "slow or not slow"
+	HYPOTHESIS_PROFILE=explore $(BIN)/python -m pytest -m "slow or not slow"
 
 bench: $(TESTED)
 	for file in benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done

@@ -11,7 +11,7 @@ Units are mm, N, MPa, t/mm^3.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,9 +28,9 @@ def locked(
     value: ArrayLike,
     shape: tuple[int | None, ...],
     *,
-    dtype: type | np.dtype = np.float64,
+    dtype: type | np.dtype[Any] = np.float64,
     name: str = "array",
-) -> NDArray:
+) -> NDArray[Any]:
     """Copy into a read-only array after checking its shape.
 
     Parameters

@@ -254,6 +254,18 @@ def test_hash_follows_meaning_not_spelling(load):
     assert load(swap=[('[output]\nformats = ["stl", "vtu", "report"]\n', "")]).case_hash == base
 
 
+def test_a_case_with_more_time_or_memory_is_the_same_case(load):
+    # so that a run that ran out of either resumes
+    base = load().case_hash
+    for less, more in (
+        ('time = "20 min"', 'time = "40 min"'),
+        ('memory = "8 GB"', 'memory = "16 GB"'),
+        ("max_rounds = 6", "max_rounds = 9"),
+    ):
+        assert load(swap=[(less, more)]).case_hash == base
+    assert load(swap=[('acceptance = "auto"', 'acceptance = "whole"')]).case_hash != base
+
+
 def with_file(folder, *, content=b"solid"):
     (folder / "part.stl").write_bytes(content)
     box = 'box = ["1500 mm", "300 mm", "20 cm"]'

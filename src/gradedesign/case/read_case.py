@@ -221,6 +221,9 @@ def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
 
+    Budgets of time, memory and rounds do not count: with more of them, a run that ended early
+    resumes from the stages it finished.
+
     Parameters
     ----------
     content : Table
@@ -235,7 +238,9 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     CaseError
         If a file cannot be read.
     """
-    asked = content.model_dump(mode="json", exclude={"part": {"file"}})
+    asked = content.model_dump(
+        mode="json", exclude={"part": {"file"}, "run": {"time", "memory", "max_rounds"}}
+    )
     digest = hashlib.sha256()
     canonical = json.dumps(asked, sort_keys=True, separators=(",", ":"), allow_nan=False)
     digest.update(canonical.encode())

@@ -43,7 +43,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 def limit_columns(rows: Sequence[LimitRow]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Header and cells of a table of limits."""
-    header = ("limit", "load case", "value", "allowed", "margin", "coarser mesh", "", "judged by")
+    header = ("limit", "load case", "value", "allowed", "margin", "second mesh", "", "judged by")
     return header, [
         (
             row.name,

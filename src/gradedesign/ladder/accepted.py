@@ -9,14 +9,14 @@ import numpy as np
 from gradedesign.errors import LatticeError
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.round import explicit_displacements
-from gradedesign.ladder.rounds import Analysed, Round, analyse_design
+from gradedesign.ladder.rounds import Analysed, Round
+from gradedesign.ladder.second_size import SecondSize, analyse_second_size, with_resolution
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import (
     LimitRow,
     all_hold,
     limit_rows,
     scaled_rows,
-    with_resolution,
 )
 from gradedesign.lattice.islands import Islands, remove_islands
 from gradedesign.lattice.trim import trimmed_surface
@@ -35,8 +35,6 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the cube of the explicit mesh.
 SURFACE_PER_CUBE = 0.5
-#: Second mesh size of the final design over the first.
-SECOND_SIZE = 1.25
 #: Name of the exported file.
 STL_NAME = "lattice.stl"
 
@@ -54,6 +52,8 @@ class Accepted:
         As read back from the exported file.
     islands : Islands
     acceptance : Acceptance
+    second : SecondSize
+        The same design on another grid.
     rows : tuple of LimitRow
         The values that decide.
     factors : dict of limit name to float
@@ -66,6 +66,7 @@ class Accepted:
     surface: SurfaceMesh
     islands: Islands
     acceptance: Acceptance
+    second: SecondSize
     rows: tuple[LimitRow, ...]
     factors: dict[str, float]
     holds: bool
@@ -81,10 +82,7 @@ def accept_design(
 ) -> Accepted:
     """Export the surface of a design and let an independent mesh of it decide."""
     surface, islands = export_surface(setup, out, analysed)
-    second = analyse_design(setup, done.rho, coarser=SECOND_SIZE)
-    coarse = limit_rows(
-        setup, explicit_displacements(setup, second.result), second.result.measures, "coarser"
-    )
+    second = analyse_second_size(setup, done, analysed)
     budget = max(deadline.remaining(), 0.25 * setup.case.run.time)
     scope = choose_scope(setup.case.run.acceptance, analysed.result, budget)
     if scope == "whole":
@@ -104,13 +102,14 @@ def accept_design(
             factors,
             f"explicit analysis times the ratio of {len(acceptance.windows)} windows",
         )
-    rows = with_resolution(rows, coarse)
+    rows = with_resolution(rows, done.rows, second.rows)
     return Accepted(
         round=done,
         analysed=analysed,
         surface=surface,
         islands=islands,
         acceptance=acceptance,
+        second=second,
         rows=rows,
         factors=factors,
         holds=all_hold(rows),

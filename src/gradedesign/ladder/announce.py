@@ -79,12 +79,12 @@ class Announcer:
     def round(self, done: Round, *, resumed: bool = False) -> None:
         """Report one finished round."""
         it = done.iteration
-        gap = max((abs(g) for g in it.displacement_gap), default=0.0)
+        moved = "" if not it.displacement_gap else f", displacement gap {governing_gap(done):+.1%}"
         stress = "" if it.stress_gap is None else f", stress gap {it.stress_gap:+.1%}"
         self.say(
             "round",
             f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
-            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}, displacement gap {gap:.1%}{stress}, "
+            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}{moved}{stress}, "
             f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
             mass_g=it.mass_g,
             use=it.use,
@@ -99,3 +99,9 @@ class Announcer:
             f"analysis; force {result.force_gap:.1%}, energy {result.energy_gap:.1%}, "
             f"{result.tets} tets, mesher {result.seconds:.0f} s",
         )
+
+
+def governing_gap(done: Round) -> float:
+    """Gap of the most used displacement limit, explicit over predicted minus one."""
+    gaps = done.iteration.displacement_gap
+    return max(zip(done.rows, gaps, strict=False), key=lambda pair: pair[0].use)[1]

@@ -21,7 +21,7 @@ class Iteration:
     lattice_mass_g, mass_g : float
         By the explicit mesh.
     mean_density : float
-        Of the lattice phase.
+        That sizing asked of the lattice phase.
     predicted_displacement, explicit_displacement : tuple of float, mm
     predicted_stress, explicit_stress : float or None, MPa
         Lattice stress measure.
@@ -76,7 +76,8 @@ class RunResult:
     relative_density : float or None
         Mass over solid mass.
     lattice_density : float or None
-        Mean density of the lattice phase.
+        Mean density of the lattice phase by its explicit mesh: whole members on the part's faces
+        add to what sizing asked, cut ones take away.
     iterations : tuple of Iteration
     acceptance : mapping
     measures : mapping

@@ -42,9 +42,9 @@ from gradedesign.verify.explicit_mesh import ExplicitMesh
 
 #: Sizing aims a little below each limit, so that a small gap does not break it.
 TARGET = 0.985
-#: Sizing iterations per round. Each round goes on from the last one's variables, and what is left
-#: to win by then is less than what the next correction changes.
-MOST_ITERATIONS = 20
+#: Sizing iterations of the first rounds. Each goes on from the last one's variables. The first
+#: design only teaches the correction, which changes more than further iterations would win.
+FIRST_ITERATIONS = (10, 20)
 #: Later rounds only tune: a design that keeps changing outruns what was learned about the last one.
 TUNING_ITERATIONS = 8
 #: The density grid resolves a cell by this many nodes.
@@ -115,7 +115,7 @@ def size_round(
     *,
     start: FloatArray | None,
     target: float = TARGET,
-    most_iterations: int = MOST_ITERATIONS,
+    most_iterations: int,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size the corrected homogenised part.

@@ -16,7 +16,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.ladder.result import Iteration
 from gradedesign.ladder.round import (
-    MOST_ITERATIONS,
+    FIRST_ITERATIONS,
     TUNING_ITERATIONS,
     Prediction,
     build_design,
@@ -136,7 +136,11 @@ def play_round(
         correction,
         factors,
         start=start,
-        most_iterations=MOST_ITERATIONS if len(previous) < 3 else TUNING_ITERATIONS,
+        most_iterations=(
+            FIRST_ITERATIONS[len(previous)]
+            if len(previous) < len(FIRST_ITERATIONS)
+            else TUNING_ITERATIONS
+        ),
         on_step=on_step,
     )
     predicted = predict(setup, correction, sized.rho)

@@ -135,7 +135,7 @@ def verdict_result(
         mass_g=it.mass_g,
         lattice_mass_g=it.lattice_mass_g,
         relative_density=it.mass_g / _solid_mass(setup),
-        lattice_density=it.mean_density,
+        lattice_density=it.lattice_mass_g / _latticed_mass(setup),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={} if accepted is None else measure_data(accepted),
@@ -152,7 +152,9 @@ def best_round(rounds: Sequence[Round]) -> Round:
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
     """What the verdict rests on, per limit."""
     a = accepted.acceptance
-    sizes = [accepted.analysed.result.mesh_size, accepted.analysed.result.mesh_size * 1.25]
+    sizes = [accepted.analysed.result.mesh_size]
+    if accepted.second.mesh_size is not None:
+        sizes.append(accepted.second.mesh_size)
     entries = []
     for row in accepted.rows:
         remeshed = a.scope == "whole" or row.name in accepted.factors
@@ -211,6 +213,12 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
                 f"explicit analysis by {w.force_gap:.1%} in boundary force and "
                 f"{w.energy_gap:.1%} in strain energy, more than 3 %"
             )
+    warnings += accepted.second.refused
+    if accepted.second.mesh_size is None:
+        warnings.append(
+            "no second mesh size could be analysed, so the resolution error of this verdict is "
+            "unknown; raise [run] mesh_cubes_per_wall or memory"
+        )
     for attempt in accepted.acceptance.attempts:
         warnings.append(f"mesher of the acceptance: {attempt}")
     return warnings
@@ -231,6 +239,12 @@ def _why_not(rows: Sequence[LimitRow], rounds: Sequence[Round], deadline: Deadli
         f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}, after {ended}; a higher "
         f"upper density, smaller cells, a skin, or more rounds would help"
     )
+
+
+def _latticed_mass(setup: Setup) -> float:
+    """Mass of the lattice's region if it were solid, g."""
+    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    return float(weights.sum()) * setup.material.density * 1e6
 
 
 def _solid_mass(setup: Setup) -> float:

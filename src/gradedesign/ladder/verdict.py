@@ -26,7 +26,7 @@ class LimitRow:
     judged_by : str
         Analysis behind the value.
     resolution_error : float or None
-        Relative difference between two mesh sizes.
+        Relative change of the explicit value from the first mesh size to the second.
     """
 
     name: str
@@ -96,18 +96,6 @@ def scaled_rows(
         else row
         for row in rows
     )
-
-
-def with_resolution(rows: Sequence[LimitRow], coarse: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
-    """Rows with the difference between two mesh sizes, relative to the finer one."""
-    other = {row.name + row.load_case: row.value for row in coarse}
-    by_name = {row.name: row.value for row in coarse}
-    out = []
-    for row in rows:
-        value = other.get(row.name + row.load_case, by_name.get(row.name))
-        error = None if value is None or row.value == 0 else value / row.value - 1.0
-        out.append(replace(row, resolution_error=error))
-    return tuple(out)
 
 
 def all_hold(rows: Sequence[LimitRow]) -> bool:

@@ -114,7 +114,7 @@ def _limits(result: Mapping[str, Any]) -> str:
         "value",
         "allowed",
         "margin",
-        "coarser mesh",
+        "second mesh",
         "",
         "judged by",
     )

@@ -1,0 +1,85 @@
+"""The final design at a second mesh size: what the first one's values may be off by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from gradedesign.errors import LatticeError, MeshError, ResourceError
+from gradedesign.ladder.round import explicit_displacements
+from gradedesign.ladder.rounds import Analysed, Round, analyse_design
+from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.verdict import LimitRow, limit_rows
+
+#: Second mesh sizes over the first, in the order in which they are tried. A coarser grid costs
+#: half; where it loses walls, a finer one tells as much for twice the time.
+SECOND_SIZES = (1.25, 0.8)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondSize:
+    """Explicit values of the same design on another grid.
+
+    Attributes
+    ----------
+    mesh_size : float or None, mm
+        None where no second grid could be analysed.
+    rows : tuple of LimitRow
+    refused : tuple of str
+        Why grids that were tried first were refused.
+    """
+
+    mesh_size: float | None
+    rows: tuple[LimitRow, ...]
+    refused: tuple[str, ...] = ()
+
+
+def analyse_second_size(setup: Setup, done: Round, analysed: Analysed) -> SecondSize:
+    """Analyse a round's design again on the first of `SECOND_SIZES` that passes its gates.
+
+    A grid that loses pieces or volume, or that the memory does not hold, is named in
+    ``refused``; without any second grid the verdict says that its resolution error is unknown.
+    """
+    refused: list[str] = []
+    for factor in SECOND_SIZES:
+        try:
+            second = analyse_design(setup, done.rho, coarser=factor)
+        except (LatticeError, MeshError, ResourceError) as error:
+            size = factor * analysed.result.mesh_size
+            refused.append(f"a second mesh of {size:.3g} mm was refused: {error}")
+            continue
+        rows = limit_rows(
+            setup, explicit_displacements(setup, second.result), second.result.measures, "second"
+        )
+        return SecondSize(
+            mesh_size=second.result.mesh_size, rows=tuple(rows), refused=tuple(refused)
+        )
+    return SecondSize(mesh_size=None, rows=(), refused=tuple(refused))
+
+
+def with_resolution(
+    rows: Sequence[LimitRow], first: Sequence[LimitRow], second: Sequence[LimitRow]
+) -> tuple[LimitRow, ...]:
+    """Accepted rows with the change of the explicit value from the first grid to the second.
+
+    The governing load case of a stress measure may differ between grids; its largest values are
+    then compared.
+    """
+    before, after = _largest(first), _largest(second)
+    out = []
+    for row in rows:
+        old = before.get((row.name, row.load_case), before.get((row.name, "")))
+        new = after.get((row.name, row.load_case), after.get((row.name, "")))
+        error = None if not old or new is None else new / old - 1.0
+        out.append(replace(row, resolution_error=error))
+    return tuple(out)
+
+
+def _largest(rows: Sequence[LimitRow]) -> dict[tuple[str, str], float]:
+    """Value by name and load case, and the largest by name alone under the case ''."""
+    values: dict[tuple[str, str], float] = {}
+    for row in rows:
+        for case in (row.load_case, ""):
+            key = (row.name, case)
+            values[key] = max(row.value, values.get(key, 0.0))
+    return values

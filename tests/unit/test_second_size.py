@@ -1,0 +1,95 @@
+"""A second mesh size: tried coarser, then finer, and its change beside the accepted value."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from gradedesign.errors import MeshError, ResourceError
+from gradedesign.ladder import second_size
+from gradedesign.ladder.second_size import analyse_second_size, with_resolution
+from gradedesign.ladder.verdict import LimitRow
+
+
+def row(name, case, value, judged_by="explicit"):
+    return LimitRow(
+        name=name, load_case=case, value=value, limit=1.0, unit="mm", judged_by=judged_by
+    )
+
+
+def test_change_is_that_of_the_explicit_value():
+    # accepted values come from another mesher: 0.9 here, explicit 0.8 on the first grid
+    accepted = [row("tip", "pull", 0.9), row("tip", "side", 0.5)]
+    first = [row("tip", "pull", 0.8), row("tip", "side", 0.4)]
+    second = [row("tip", "pull", 0.84), row("tip", "side", 0.38)]
+    found = with_resolution(accepted, first, second)
+    assert [r.value for r in found] == [0.9, 0.5]
+    assert [r.resolution_error for r in found] == pytest.approx([0.05, -0.05])
+
+
+def test_largest_values_are_compared_where_another_case_governs():
+    found = with_resolution(
+        [row("stress", "pull", 0.9)], [row("stress", "pull", 0.8)], [row("stress", "side", 0.88)]
+    )
+    assert found[0].resolution_error == pytest.approx(0.1)
+
+
+def test_without_a_second_grid_the_error_is_unknown():
+    assert (
+        with_resolution([row("tip", "a", 0.9)], [row("tip", "a", 0.8)], [])[0].resolution_error
+        is None
+    )
+
+
+@pytest.fixture
+def grids(monkeypatch):
+    """Grids that fail, by factor; others give a displacement of ten times the factor."""
+    failing = {}
+    tried = []
+
+    def analyse(setup, rho, *, coarser):
+        tried.append(coarser)
+        if coarser in failing:
+            raise failing[coarser]
+        return SimpleNamespace(result=SimpleNamespace(mesh_size=2.0 * coarser, measures={}))
+
+    monkeypatch.setattr(second_size, "analyse_design", analyse)
+    monkeypatch.setattr(
+        second_size, "explicit_displacements", lambda _, result: (5.0 * result.mesh_size,)
+    )
+    monkeypatch.setattr(
+        second_size, "limit_rows", lambda _, values, *_rest: (row("tip", "a", values[0]),)
+    )
+    return SimpleNamespace(failing=failing, tried=tried)
+
+
+def analyse():
+    first = SimpleNamespace(result=SimpleNamespace(mesh_size=2.0))
+    return analyse_second_size(None, SimpleNamespace(rho=None), first)
+
+
+def test_coarser_first(grids):
+    found = analyse()
+    assert (found.mesh_size, found.refused, grids.tried) == (2.5, (), [1.25])
+    assert found.rows[0].value == pytest.approx(12.5)
+
+
+def test_finer_where_the_coarser_loses_walls(grids):
+    grids.failing[1.25] = MeshError("lost 5 % of its volume")
+    found = analyse()
+    assert found.mesh_size == pytest.approx(1.6)
+    assert found.rows[0].value == pytest.approx(8.0)
+    assert found.refused == ("a second mesh of 2.5 mm was refused: lost 5 % of its volume",)
+
+
+def test_both_refused_is_said(grids):
+    grids.failing[1.25] = MeshError("walls")
+    grids.failing[0.8] = ResourceError("9 GB")
+    found = analyse()
+    assert found.mesh_size is None
+    assert [text.split(": ")[-1] for text in found.refused] == ["walls", "9 GB"]
+
+
+def test_what_is_no_matter_of_the_grid_is_raised(grids):
+    grids.failing[1.25] = ValueError("a defect")
+    with pytest.raises(ValueError, match="a defect"):
+        analyse()
