@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, hookimpl
+from gradedesign import CellFamily, ScalingLaw, hookimpl
 from gradedesign_cells_strut import (
     bcc,
     bccz,
@@ -19,9 +19,10 @@ from gradedesign_cells_strut import (
     sc,
     sc_bcc,
 )
+from gradedesign_cells_strut.properties import computed_laws
 from gradedesign_cells_strut.strut_family import strut_family
 
-__all__ = ["gradedesign_cell_families", "strut_family"]
+__all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws", "strut_family"]
 
 
 @hookimpl
@@ -32,3 +33,9 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
         rhombic_dodecahedron, sc, sc_bcc,
     ):  # fmt: skip
         yield from graph.FAMILIES
+
+
+@hookimpl
+def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
+    """Register the laws computed for these cells."""
+    yield from computed_laws()
