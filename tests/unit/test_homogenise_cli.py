@@ -21,6 +21,7 @@ def test_json_gives_the_stiffness_and_what_follows(cli) -> None:
     assert np.array(data["C_uncertainty"]).max() < 0.05 * c.max()
     shipped = {law["name"]: law["E_x"] for law in data["laws"]}["gyroid-network-computed"]
     assert data["engineering"]["E"]["x"] == pytest.approx(shipped, rel=0.03)
+    assert data["stiffness_error"] < data["energy_error"] < 0.1
     assert data["youngs"]["100"] == data["engineering"]["E"]["x"]
     assert data["youngs"]["least"] <= data["youngs"]["110"] <= data["youngs"]["greatest"]
     assert len(data["bounds"]) == 8

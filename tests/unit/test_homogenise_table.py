@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,11 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise import cached_table
 from gradedesign.homogenise.bounds import require_bounds
-from gradedesign.homogenise.cached_table import property_table
+from gradedesign.homogenise.cached_table import (
+    ON_DEMAND_RESOLUTION,
+    computed_law,
+    property_table,
+)
 from gradedesign.homogenise.cell_properties import cell_properties, cubic_part
 from gradedesign.homogenise.sampling import cell_fill, require_resolved
 from gradedesign.homogenise.table import compute_table, table_densities
@@ -157,3 +162,38 @@ def test_tables_are_computed_once(small_table, monkeypatch, tmp_path, caplog) ->
     with caplog.at_level(logging.WARNING):
         property_table(SKEWED)
     assert len(calls) == 6
+
+
+def test_a_law_on_demand_is_that_of_the_cached_table(small_table, monkeypatch, tmp_path) -> None:
+    asked = []
+
+    def compute(family, parameters, **options):
+        asked.append(options["resolution"])
+        return small_table
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(cached_table, "compute_table", compute)
+    law = computed_law(SKEWED)
+    assert asked == [ON_DEMAND_RESOLUTION]
+    assert law.kind == "computed"
+    assert law.families == ("test-skewed",)
+    assert law.window == (0.25, 0.6)
+    np.testing.assert_allclose(law.stiffness(np.array(0.4)), small_table.stiffness[1], rtol=1e-5)
+    computed_law(SKEWED)
+    assert len(asked) == 1
+
+
+def test_no_law_where_strength_falls_with_density(small_table, monkeypatch, tmp_path) -> None:
+    falling = replace(small_table, strength=small_table.strength[::-1])
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(cached_table, "compute_table", lambda *_, **__: falling)
+    with pytest.raises(SolverError, match="test-skewed"):
+        computed_law(SKEWED)
+
+
+def test_a_cell_that_repeats_after_two_is_sampled_over_both() -> None:
+    double = CellFamily(
+        name="test-double", shape=lambda u: skewed_gyroid(u / 2), period=2, symmetry="none"
+    )
+    single = cell_fill(NETWORK, None, 0.4, 12)
+    np.testing.assert_allclose(cell_fill(double, None, 0.4, 12), single)

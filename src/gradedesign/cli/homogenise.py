@@ -123,6 +123,7 @@ def properties_data(
         "C": _rounded(c),
         "C_uncertainty": _rounded(found.uncertainty, 2),
         "stiffness_error": _digits(found.stiffness_error, 2),
+        "energy_error": _digits(found.energy_error, 2),
         "engineering": {
             "E": dict(zip("xyz", map(_digits, constants.youngs), strict=True)),
             "G": dict(zip(("yz", "xz", "xy"), map(_digits, constants.shear), strict=True)),
@@ -206,7 +207,7 @@ def write_files(
         poissons_ratio=poissons_ratio,
         density=found.density,
         youngs=youngs,
-        error=youngs * found.stiffness_error,
+        error=youngs * found.energy_error,
     )
     files = [record, sphere, curves]
     if found.surface is not None:

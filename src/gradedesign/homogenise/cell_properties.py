@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.family import CellFamily
@@ -53,6 +54,9 @@ class CellProperties:
         declared symmetry where that is larger.
     stiffness_error : float
         Norm of the extrapolation over that of the stiffness.
+    energy_error : float
+        Largest share of the energy that the extrapolation changes, over all strains: where a cell
+        is soft in one direction this is far more than `stiffness_error`.
     strength : Strength
         On the finer grid.
     strength_error : float
@@ -66,6 +70,7 @@ class CellProperties:
     stiffness: FloatArray
     uncertainty: FloatArray
     stiffness_error: float
+    energy_error: float
     strength: Strength
     strength_error: float
     surface: StrengthSurface | None
@@ -140,6 +145,7 @@ def cell_properties(
         stiffness=extrapolated,
         uncertainty=uncertainty,
         stiffness_error=float(np.linalg.norm(correction) / np.linalg.norm(extrapolated)),
+        energy_error=float(np.abs(scipy.linalg.eigvalsh(correction, extrapolated)).max()),
         strength=strength[1],
         strength_error=abs(strength[0].strength / strength[1].strength - 1),
         surface=fit_surface(local, family.symmetry, np.random.default_rng(_SEED), percentile)

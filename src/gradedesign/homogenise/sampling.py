@@ -43,7 +43,7 @@ def cell_fill(
     parameters : mapping of str to float or None
     rho : float
     resolution : int
-        Voxels along each edge of the cell.
+        Voxels along each edge of the cell, or of its period where that is longer.
     subsamples : int
         1 gives voxels that are solid or void by their centre.
 
@@ -60,7 +60,7 @@ def cell_fill(
     calibration = calibrate(family, parameters)
     calibration.level_of(rho)
     n = resolution * subsamples
-    axis = (np.arange(n) + 0.5) / n
+    axis = (np.arange(n) + 0.5) / n * family.period
     value = np.zeros((n, n, n))
     # In slices: a shape function may need many times the memory of its result.
     step = max(1, 2_000_000 // n**2)
@@ -93,7 +93,7 @@ def voxels_in_wall(
     family: CellFamily, parameters: Mapping[str, float] | None, rho: float, resolution: int
 ) -> float:
     """Voxels across the thinnest wall or strut."""
-    return float(wall_mm(family, parameters, rho, 1.0)) * resolution
+    return float(wall_mm(family, parameters, rho, 1.0)) * resolution / family.period
 
 
 def require_resolved(

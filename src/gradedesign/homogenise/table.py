@@ -119,7 +119,7 @@ def table_densities(
         If fewer than two are left.
     """
     window = calibrate(family, parameters).window
-    thinnest = density_for_wall(family, parameters, LEAST_VOXELS / resolution, 1.0)
+    thinnest = density_for_wall(family, parameters, LEAST_VOXELS * family.period / resolution, 1.0)
     floor = max(thinnest, _ABOVE_FLOOR * window[0])
     lower = max(np.ceil(1000 * floor + 0.01) / 1000, _DENSITIES[0])
     upper = min(np.floor(1000 * window[1] - 0.01) / 1000, _DENSITIES[-1])
