@@ -140,7 +140,8 @@ def _calibrate(
         min(_share(samples, found.ceiling), 1 - LEAST_DENSITY),
     )
     _require_increasing(family, density, level, window)
-    period, (x, y, z) = family.period, found.neck
+    period = family.period
+    x, y, z = found.neck if period == 1 else found.last_neck
     log.info("cell %s: densities %.4f to %.4f", family.name, *window)
     return Calibration(
         family=family,

@@ -22,12 +22,16 @@ class Percolation:
     floor, ceiling : float
         Levels of the shape function; ``floor`` may be minus infinity.
     neck : (float, float, float)
-        Point, in periods, at which the last connection of the solid forms as the level rises.
+        Point, in periods, at which the solid connects in all three directions as the level rises.
+    last_neck : (float, float, float)
+        The same where it becomes one piece, apart from a share of `FLOATING_SHARE`: in a random
+        cell, large parts join the solid long after it connects.
     """
 
     floor: float
     ceiling: float
     neck: tuple[float, float, float]
+    last_neck: tuple[float, float, float]
 
 
 def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | None:
@@ -86,9 +90,16 @@ def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | 
     widest = int(np.argmax(last - first))
     start, stop = int(first[widest]), int(last[widest])
     connected = int(np.flatnonzero(solid[:, LARGEST_INDEX] == 1)[0])
-    place = np.unravel_index(order[connected], values.shape)
+    broken = np.flatnonzero(~solid_ok[:start])
+    whole = int(broken[-1]) + 1 if broken.size else 0
     return Percolation(
         floor=float(flat[order[start]]),
         ceiling=float(flat[order[stop]]),
-        neck=(float(place[0]) / n, float(place[1]) / n, float(place[2]) / n),
+        neck=_place(int(order[connected]), n),
+        last_neck=_place(int(order[whole]), n),
     )
+
+
+def _place(node: int, n: int) -> tuple[float, float, float]:
+    """Place of a node of the grid, in periods."""
+    return node // n**2 / n, node // n % n / n, node % n / n

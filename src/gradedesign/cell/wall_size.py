@@ -9,7 +9,8 @@ What "thinnest" means:
   struts): the same from the axes;
 - other one-sided networks: twice the smallest distance to the boundary along the strut that forms
   the last connection of the solid, from its saddle down to the minima of the shape function at
-  its ends. It is zero at the percolation floor.
+  its ends. It is zero at the percolation floor. In a random cell that strut is the last to hold a
+  thousandth of the solid; beside it, at any density, some necks have only just formed.
 
 All of them grow with the level because the points measured from stay where they are.
 """
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -34,9 +36,13 @@ from gradedesign.fields import Field, gradient, level_set_points
 THIN_SHARE = 0.01
 
 _STEPS = 13
-#: Nodes along one period on which surfaces are found.
+#: Nodes along the edge of the cube in which surfaces are found.
 _GRID = 48
 _GRID_OF_LONG_PERIODS = 96
+
+#: Edge of the cube about the neck of a cell of long period, cells; the strut is followed for one
+#: cell to both sides.
+_NEAR = 3
 _MIDDLE_POINTS = 1500
 
 #: A point this near to a surface, in cell units, or to a valley, by its rise, lies on it.
@@ -107,30 +113,70 @@ def density_for_wall(
 
 @lru_cache(maxsize=256)
 def _wall_table(calibration: Calibration) -> PchipInterpolator:
-    """Thinnest wall in cell units against `_progress`, non-decreasing.
-
-    Measured in periods: there every shape has period 1.
-    """
+    """Thinnest wall in cell units against `_progress`, non-decreasing."""
     family = calibration.family
-    grid = _GRID if family.period == 1 else _GRID_OF_LONG_PERIODS
+    view = _whole(calibration)
+    valley = family.sides == 2 or _has_axes(view, calibration)
+    if not valley:
+        view = _near_neck(calibration)
+    core = _valley(view) if valley else _strut(view)
+    top = -np.inf if valley else float(view.shape(core).max())
     progress = np.linspace(0.0, 1.0, _STEPS)
     a, b = calibration.window
-    density = a + (b - a) * progress**2
-
-    def shape(u: FloatArray) -> FloatArray:
-        return evaluate_shape(family, calibration.parameters, family.period * u)
-
-    valley = family.sides == 2 or _has_axes(shape, calibration, grid)
-    core = _valley(shape, grid) if valley else _strut(shape, calibration, grid)
-    top = -np.inf if valley else float(shape(core).max())
-    # Voids too small for the grid, close to full density, add no wall to the last one measured.
-    seen = float(shape(grid_nodes(grid, (0.5, 0.5, 0.5))).max())
     wall = np.zeros(_STEPS)
-    for i, level in enumerate(calibration.level_of(density)):
-        if top < level < seen:
-            distance = _distance_to_level(shape, float(level), core, grid)
-            wall[i] = 2.0 * family.period * np.quantile(distance, THIN_SHARE if valley else 0.0)
+    for i, level in enumerate(calibration.level_of(a + (b - a) * progress**2)):
+        # Voids too small for the grid, close to full density, add no wall to the last one measured.
+        if top < level < view.seen:
+            distance = _distance_to_level(view, float(level), core)
+            wall[i] = 2.0 * view.edge * np.quantile(distance, THIN_SHARE if valley else 0.0)
     return PchipInterpolator(progress, np.maximum.accumulate(wall))
+
+
+class _View(NamedTuple):
+    """A cube of cells in which walls are measured, scaled to the unit cube.
+
+    ``shape`` takes points of the unit cube, ``edge`` is the cube's in cell units, ``neck`` the last
+    connection of the solid in the unit cube, ``reach`` how far from it walls are measured,
+    ``grid`` the number of nodes along the cube's edge, ``seen`` the greatest value at these nodes.
+    """
+
+    shape: Field
+    edge: float
+    neck: FloatArray
+    reach: float
+    grid: int
+    seen: float
+
+
+def _whole(calibration: Calibration) -> _View:
+    """One period."""
+    period = calibration.family.period
+    return _view(calibration, np.zeros(3), period, _GRID if period == 1 else _GRID_OF_LONG_PERIODS)
+
+
+def _near_neck(calibration: Calibration) -> _View:
+    """One period, or a cube about the neck so large that its ends do not matter."""
+    period = calibration.family.period
+    if period <= _NEAR:
+        return _whole(calibration)
+    return _view(calibration, np.array(calibration.neck) - 0.5 * _NEAR, _NEAR, _GRID)
+
+
+def _view(calibration: Calibration, corner: FloatArray, edge: float, grid: int) -> _View:
+    """Cube of an edge from a corner on, both in cell units."""
+
+    def shape(v: FloatArray) -> FloatArray:
+        u = edge * v + corner.reshape(3, *[1] * (v.ndim - 1))
+        return evaluate_shape(calibration.family, calibration.parameters, u)
+
+    return _View(
+        shape=shape,
+        edge=float(edge),
+        neck=(np.array(calibration.neck) - corner)[:, None] / edge,
+        reach=np.inf if edge == calibration.family.period else 1.0 / edge,
+        grid=grid,
+        seen=float(shape(grid_nodes(grid, (0.5, 0.5, 0.5))).max()),
+    )
 
 
 def _progress(calibration: Calibration, rho: FloatArray | float) -> FloatArray:
@@ -139,13 +185,15 @@ def _progress(calibration: Calibration, rho: FloatArray | float) -> FloatArray:
     return np.sqrt(np.clip((np.asarray(rho, dtype=np.float64) - a) / (b - a), 0.0, 1.0))
 
 
-def _distance_to_level(shape: Field, level: float, points: FloatArray, grid: int) -> FloatArray:
-    """Distance of points to a level set of period 1.
+def _distance_to_level(view: _View, level: float, points: FloatArray) -> FloatArray:
+    """Distance of points to a level set, both in the unit cube.
 
     The distance to the tangent planes of the nearest samples, so that the error is of second
     order in the spacing of the samples.
     """
-    surface = np.mod(level_set_points(shape, level=level, resolution=grid, newton_steps=2), 1.0)
+    shape = view.shape
+    surface = level_set_points(shape, level=level, resolution=view.grid, newton_steps=2)
+    surface = np.mod(surface, 1.0)
     surface[surface >= 1.0] = 0.0
     distance, index = cKDTree(surface.T, boxsize=1.0).query(np.mod(points, 1.0).T)
     foot = surface[:, index]
@@ -161,22 +209,23 @@ def _distance_to_level(shape: Field, level: float, points: FloatArray, grid: int
     return np.where(tangent, np.abs(along), distance)
 
 
-def _has_axes(shape: Field, calibration: Calibration, grid: int) -> bool:
+def _has_axes(view: _View, calibration: Calibration) -> bool:
     """Whether the places where a shape is 0, its least value, hold the cell together."""
     whole = calibration.window[0] <= LEAST_DENSITY
-    return whole and float(shape(grid_nodes(grid, (0.31, 0.57, 0.83))).min()) >= 0
+    return whole and float(view.shape(grid_nodes(view.grid, (0.31, 0.57, 0.83))).min()) >= 0
 
 
-def _valley(shape: Field, grid: int) -> FloatArray:
+def _valley(view: _View) -> FloatArray:
     """Points on the surface or the axes ``g = 0`` at the bottom of a shape, ``(3, k)``."""
-    points = grid_nodes(grid, (0.5, 0.5, 0.5)).reshape(3, -1)
+    shape = view.shape
+    points = grid_nodes(view.grid, (0.5, 0.5, 0.5)).reshape(3, -1)
     rise = float(shape(points).max())
     for _ in range(6):
         slope = gradient(shape, points, 1e-6)
         square = np.maximum((slope**2).sum(axis=0), 1e-12)
         value = shape(points)
         step = slope * (value / square)
-        near = np.linalg.norm(step, axis=0) < 1.0 / grid
+        near = np.linalg.norm(step, axis=0) < 1.0 / view.grid
         points, value, step = points[:, near], value[near], step[:, near]
         points = points - step
     # Steps end on ridges, where differences cancel, too.
@@ -186,34 +235,36 @@ def _valley(shape: Field, grid: int) -> FloatArray:
     return points[:, ::stride]
 
 
-def _strut(shape: Field, calibration: Calibration, grid: int) -> FloatArray:
+def _strut(view: _View) -> FloatArray:
     """Centre line of the last strut to connect, ``(3, k)``: two descents from its saddle."""
-    saddle = _saddle(shape, np.array(calibration.neck)[:, None] / calibration.family.period, grid)
+    shape = view.shape
+    saddle = _saddle(view)
     along = np.linalg.eigh(_hessian(shape, saddle))[1][:, :1]
-    step = 0.5 / grid
+    step = 0.5 / view.grid
     line = [saddle]
     for sign in (-1.0, 1.0):
         point = saddle + sign * step * along
         value = float(shape(point)[0])
-        for _ in range(2 * grid):
+        for _ in range(2 * view.grid):
             slope = gradient(shape, point)
             following = point - slope * (step / max(float(np.linalg.norm(slope)), 1e-12))
             lower = float(shape(following)[0])
-            if lower >= value:
+            if lower >= value or np.linalg.norm(following - saddle) > view.reach:
                 break
             line.append(point)
             point, value = following, lower
     return np.concatenate(line, axis=1)
 
 
-def _saddle(shape: Field, start: FloatArray, grid: int) -> FloatArray:
-    """Stationary point of the shape near a point of the grid, ``(3, 1)``."""
+def _saddle(view: _View) -> FloatArray:
+    """Stationary point of the shape near the neck, ``(3, 1)``."""
+    shape, start = view.shape, view.neck
     point = start
     for _ in range(8):
         slope = gradient(shape, point)
         point = point - np.linalg.lstsq(_hessian(shape, point), slope, rcond=1e-6)[0]
     # A shape with kinks has no smooth saddle: then the grid's answer stands.
-    return point if float(np.linalg.norm(point - start)) < 3.0 / grid else start
+    return point if float(np.linalg.norm(point - start)) < 3.0 / view.grid else start
 
 
 def _hessian(shape: Field, point: FloatArray, step: float = 1e-4) -> FloatArray:
