@@ -1,7 +1,8 @@
 """Schoen's I-WP surface; its two sides differ.
 
-``f > 0`` holds the graph I, eight struts from every point of a body-centred lattice, which holds
-together down to a density of 0.013; ``f < 0`` holds the graph WP around it, which parts below 0.10.
+``f > 0`` holds the graph I, eight struts from every point of a body-centred lattice, which never
+part: ``f`` is greatest all along their axes. ``f < 0`` holds the graph WP around it, which parts
+below a density of 0.10.
 Stiffness along the axes differs by a factor of 4.6 at density 0.2, so the side is part of the name.
 
 The first "Schwarz W" of Raymont's appendix A, ``10 (cXcY + cYcZ + cZcX) - 5 (c2X + c2Y + c2Z) -
