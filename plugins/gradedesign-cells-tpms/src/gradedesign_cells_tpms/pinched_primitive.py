@@ -1,8 +1,8 @@
 """Raymont's pinched primitive surface; its two sides differ.
 
-The thin struts along the axes lie where ``f > 0`` and hold together from a density of 0.074; up to
-0.099 there is a closed pore where three of them meet, so the cell begins there. The other side falls
-apart below a density of 0.29.
+The thin struts along the axes lie where ``f > 0`` and hold together from a density of 0.074. Up to
+0.099 there is a closed pore where three of them meet, so the cell begins there. The other side
+falls apart below a density of 0.29.
 """
 
 from __future__ import annotations
