@@ -10,10 +10,12 @@ from PIL import Image
 from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.ladder.generate import generate
+from gradedesign.ladder.generate import generate, uniform_cells
+from gradedesign.ladder.stated_cells import build_cells, stated_cells
 from gradedesign.ladder.stated_density import stated_density
 from gradedesign.lattice.density_grid import evaluate
 from gradedesign.part.stl import read_stl
+from gradedesign.plugin.registry import build_registry
 
 CASE = """\
 [case]
@@ -137,6 +139,14 @@ REFUSED = {
     "no such file": ('[lattice.density_map]\nvoxels = "a.npy"', CaseError, "does not exist"),
     "outside": ('[lattice.density_map]\nvoxels = "../a.npy"', CaseError, "--allow-outside"),
     "no folder": ('[lattice.density_map]\nimages = "a"', CaseError, "expected a folder"),
+    "weight beyond 1": (
+        'density = 0.3\n[lattice.transition]\ncell = "bcc"\nweight = "x"',
+        DensityError,
+        r"transition\.weight: the weight of the transition asks for .*highest 15",
+    ),
+    "second unknown": (
+        'density = 0.3\n[lattice.transition]\ncell = "bbc"\nweight = "0.5"', CaseError, "bcc",
+    ),
     "unknown cell": ("density = 0.3", CaseError, "gyroid"),
     "thin wall": (
         'density = 0.05\n[print]\nmin_wall = "0.8 mm"', CaseError, "min_wall need at least",
@@ -149,6 +159,27 @@ def test_bad_input_is_named(tmp_path, more, kind, words):
     text = CASE.replace("gyroid-sheet", "gyroid-shet") if "gyroid" in words else CASE
     with pytest.raises(kind, match=words):
         generate(load_generate_case(write(tmp_path, text + more)), folder=tmp_path / "out")
+
+
+def test_a_transition_is_generated_and_its_neck_told(tmp_path):
+    text = CASE.replace("15 mm", "10 mm").replace("gyroid-sheet", "primitive-sheet")
+    more = 'density = 0.3\n[lattice.transition]\ncell = "sc"\nweight = "smoothstep(2, 8, x)"\n'
+    case = load_generate_case(write(tmp_path, text + more))
+    cells = stated_cells(case, build_registry())
+    built = build_cells(
+        case,
+        cells,
+        uniform_cells(case),
+        density=0.3,
+        distance=lambda p: -np.ones(p.shape[1:]),
+        lower=np.zeros(3),
+        upper=np.array([10.0, 5.0, 5.0]),
+    )
+    # Unmoved, the struts run through the holes of the sheet.
+    assert any(built.transition["shift_cells"])
+    assert built.transition["neck_over_two_cells"]["pieces"] == 1
+    points = np.array([[1.0, 5.0, 9.0], [1.3, 1.3, 1.3], [2.1, 2.1, 2.1]])
+    np.testing.assert_allclose(built.cell_map(points)[3], [0, 0.5, 1], atol=0.01)
 
 
 def test_run_refuses_a_stated_density(tmp_path):

@@ -6,8 +6,14 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from gradedesign.case.density_map_schema import DensityMapSpec
-from gradedesign.case.lattice_schema import CellsSpec, DensityRange, KeepSpec, PrintSpec
+from gradedesign.case.density_map_schema import DensityMapSpec, FormulaText
+from gradedesign.case.lattice_schema import (
+    CellsSpec,
+    DensityRange,
+    KeepSpec,
+    Parameters,
+    PrintSpec,
+)
 from gradedesign.case.limits_schema import LimitsSpec
 from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.case.material_schema import MaterialSpec
@@ -16,7 +22,17 @@ from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.schema import CaseIdentity, CaseSection
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import Choice, JsonSchema, Number, RegionName, Size
+from gradedesign.case.value_types import (
+    Choice,
+    JsonSchema,
+    Name,
+    Number,
+    Reader,
+    RegionName,
+    Size,
+    Triple,
+    three,
+)
 
 
 class _StatedDensity(DensityRange):
@@ -34,6 +50,43 @@ class _StatedDensity(DensityRange):
         return {"anyOf": [Number(above=0.0, below=1.0).json_schema(), super().json_schema()]}
 
 
+class _Shift(Reader):
+    """``"auto"`` or three numbers."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> Triple | None:
+        if value == "auto":
+            return None
+        x, y, z = (Number().read(v) for v in three(value, "[0.5, 0.5, 0]"))
+        return x, y, z
+
+    def json_schema(self) -> JsonSchema:
+        number = Number().json_schema()
+        return {
+            "anyOf": [
+                {"const": "auto"},
+                {"type": "array", "items": number, "minItems": 3, "maxItems": 3},
+            ]
+        }
+
+
+class TransitionSpec(Table):
+    """A second family, into which the first passes over."""
+
+    cell: Name = Field(examples=["bcc"])
+    """Name of a cell family."""
+    parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
+    """Its parameters by name."""
+    weight: Annotated[str, FormulaText()] = Field(examples=["smoothstep(20, 40, x)"])
+    """Share of the second family, 0 to 1, a formula in x, y, z and the depth d, in mm."""
+    scale: Annotated[str, Choice(("rank", "distance"))] = "rank"
+    """On which the two mix: the density at which a point becomes solid, or its distance from the
+    surface."""
+    shift: Annotated[Triple | None, _Shift()] = None
+    """By which the second family is moved, in cells; auto: not, unless only that joins them."""
+
+
 class StatedLatticeSpec(CellsSpec):
     """The lattice that fills the part, its density stated."""
 
@@ -46,6 +99,8 @@ class StatedLatticeSpec(CellsSpec):
     and the highest grey value of 8 and 16 bit voxels."""
     density_map: DensityMapSpec | None = None
     """Density from outside."""
+    transition: TransitionSpec | None = None
+    """A second family."""
 
     @model_validator(mode="after")
     def _one_density(self) -> StatedLatticeSpec:

@@ -121,7 +121,7 @@ class Parameters(Reader):
 
 
 #: Keys of a lattice whose density is stated rather than found.
-STATED = ("density_map",)
+STATED = ("density_map", "transition")
 
 _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
 

@@ -11,11 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import Field
 from gradedesign.case.generate_schema import GenerateCase
-from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.cell_map import uniform_map
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import complete_parameters
-from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import write_result
@@ -24,6 +20,13 @@ from gradedesign.ladder.locate import locating
 from gradedesign.ladder.resolve import resolve_material
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.stages import default_folder, open_stages
+from gradedesign.ladder.stated_cells import (
+    BuiltCells,
+    StatedCells,
+    build_cells,
+    stated_cells,
+    thinnest_wall,
+)
 from gradedesign.ladder.stated_density import stated_density
 from gradedesign.ladder.summary import library_versions
 from gradedesign.lattice.density_grid import DensityGrid
@@ -35,7 +38,7 @@ from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.part.part import Part, read_part
 from gradedesign.part.signed_distance import region_distance, surface_distance
-from gradedesign.plugin.registry import Registry, build_registry, lookup
+from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -52,7 +55,8 @@ class Generated:
     Attributes
     ----------
     part : Part
-    calibration : Calibration
+    cells : StatedCells
+    built : BuiltCells
     design : LatticeDesign
     surface : SurfaceMesh
         What is printed.
@@ -67,7 +71,8 @@ class Generated:
     """
 
     part: Part
-    calibration: Calibration
+    cells: StatedCells
+    built: BuiltCells
     design: LatticeDesign
     surface: SurfaceMesh
     islands: Islands
@@ -140,15 +145,13 @@ def _generate(
     density: DensitySource | None,
 ) -> RunResult:
     """The stages in order."""
-    with locating(case, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     with announce.stage("part"), locating(case, "part.file"):
         part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
     with announce.stage("density"):
-        calibration = _calibration(case, family)
-        design = _design(case, part, calibration, density)
+        cells = stated_cells(case, registry)
+        design, built = _design(case, part, cells, density)
     with announce.stage("lattice"):
-        made = build(case, part, calibration, design)
+        made = build(case, part, cells, built, design)
     slabs = made.slabs[0]
     announce.say(
         "lattice",
@@ -159,54 +162,56 @@ def _generate(
     return write_generated(out, case, made.surface, made.slabs, result, announce)
 
 
-def _calibration(case: GenerateCase, family: CellFamily) -> Calibration:
-    with locating(case, "lattice.parameters"):
-        parameters = complete_parameters(family, case.lattice.parameters)
-    with locating(case, "lattice.cell"):
-        return calibrate(family, parameters)
-
-
 def _design(
-    case: GenerateCase, part: Part, calibration: Calibration, source: DensitySource | None
-) -> LatticeDesign:
+    case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
+) -> tuple[LatticeDesign, BuiltCells]:
     """The lattice as the case states it."""
     spec, points = case.lattice, part.surface.vertices
     lower, upper = points.min(axis=0), points.max(axis=0)
     distance = surface_distance(part.surface)
-    low, high = calibration.window
-    if case.print is not None:
-        with locating(case, "print.min_wall"):
-            floor = density_for_wall(
-                calibration.family, calibration.parameters, case.print.min_wall, spec.size
-            )
-        low = max(low, floor)
-    return LatticeDesign(
-        part=distance,
-        shape=calibration.family.shape,
-        level_of=calibration.level_of,
-        cell_map=cells(case),
-        cell_size=spec.size,
-        density=stated_density(
-            case,
-            source,
-            distance=distance,
-            lower=lower,
-            upper=upper,
-            window=(low, high),
-            level_of=calibration.level_of,
-        ),
+    density = stated_density(
+        case,
+        source,
+        distance=distance,
         lower=lower,
         upper=upper,
-        parameters=calibration.parameters,
+        window=cells.window,
+        level_of=cells.level_of,
+    )
+    built = build_cells(
+        case,
+        cells,
+        uniform_cells(case),
+        density=least_density(density),
+        distance=distance,
+        lower=lower,
+        upper=upper,
+    )
+    design = LatticeDesign(
+        part=distance,
+        shape=built.shape,
+        level_of=cells.level_of,
+        cell_map=built.cell_map,
+        cell_size=spec.size,
+        density=density,
+        lower=lower,
+        upper=upper,
+        parameters=built.parameters,
         skin=spec.skin,
         kept=tuple(
             KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
             for k in case.keep
         ),
     )
+    return design, built
 
 
-def cells(case: GenerateCase) -> Field:
+def least_density(density: DensityGrid | float) -> float:
+    """Smallest density of a lattice."""
+    return float(density.values.min()) if isinstance(density, DensityGrid) else density
+
+
+def uniform_cells(case: GenerateCase) -> Field:
     """The map from mm to cell coordinates."""
     spec = case.lattice
     rotation = Rotation.from_euler("XYZ", spec.rotation, degrees=True).as_matrix()
@@ -214,7 +219,7 @@ def cells(case: GenerateCase) -> Field:
 
 
 def build(
-    case: GenerateCase, part: Part, calibration: Calibration, design: LatticeDesign
+    case: GenerateCase, part: Part, cells: StatedCells, built: BuiltCells, design: LatticeDesign
 ) -> Generated:
     """Surface of a lattice without loose pieces, and its densities.
 
@@ -224,9 +229,7 @@ def build(
         If there is no solid, or too much of it would be loose.
     """
     size = case.lattice.size
-    density = design.density
-    least = float(density.values.min()) if isinstance(density, DensityGrid) else density
-    wall = float(wall_mm(calibration.family, calibration.parameters, least, size))
+    wall = thinnest_wall(cells, least_density(design.density), size)
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     raw = trimmed_surface(design, part.surface, step)
@@ -238,7 +241,8 @@ def build(
     )
     return Generated(
         part=part,
-        calibration=calibration,
+        cells=cells,
+        built=built,
         design=design,
         surface=surface,
         islands=islands,
@@ -255,12 +259,12 @@ def generated_result(case: GenerateCase, registry: Registry, made: Generated) ->
         warnings.append(f"{made.islands.dropped} floating islands were removed")
     slabs = made.slabs[0]
     volume = enclosed_volume(made.surface)
-    family = made.calibration.family
+    first = made.cells.families[0]
     cell: dict[str, Any] = {
-        "name": family.name,
-        "source": family.source,
-        "parameters": dict(made.calibration.parameters),
-        "window": list(made.calibration.window),
+        "name": first.family.name,
+        "source": first.family.source,
+        "parameters": dict(first.parameters),
+        "window": list(made.cells.window),
         "size_mm": case.lattice.size,
         "thinnest_wall_mm": made.wall,
         "grid_mm": made.step,
@@ -273,7 +277,12 @@ def generated_result(case: GenerateCase, registry: Registry, made: Generated) ->
         lightest=False,
         reason="generated from a stated density; no analysis was asked for, nothing is proven",
         relative_density=volume / made.part.volume,
-        measures={"density": density, "cell": cell, "volume_mm3": volume},
+        measures={
+            "density": density,
+            "cell": cell,
+            "transition": dict(made.built.transition),
+            "volume_mm3": volume,
+        },
         warnings=tuple(dict.fromkeys(warnings)),
         plugins=tuple(str(p) for p in registry.plugins),
         versions=library_versions(),

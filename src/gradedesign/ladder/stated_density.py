@@ -83,7 +83,7 @@ def stated_density(
             upper,
             spacing=case.lattice.size / NODES_PER_CELL,
             window=(max(low, window[0]), min(high, window[1])),
-            what=what,
+            what=f"density {what}",
         )
 
 

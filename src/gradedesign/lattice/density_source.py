@@ -52,7 +52,7 @@ def sample_density(
     window : (float, float)
         Densities that are allowed.
     what : str
-        Names the source in messages, such as ``"formula"``.
+        Names the source in messages, such as ``"density formula"``.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def _asked(source: DensitySource, points: FloatArray, what: str) -> FloatArray:
         value = np.asarray(source(points[:, part]), dtype=np.float64)
         if value.shape != result[part].shape:
             raise DensityError(
-                f"the density {what} returned shape {value.shape} for points "
+                f"the {what} returned shape {value.shape} for points "
                 f"{points[:, part].shape}, expected {result[part].shape}"
             )
         result[part] = value
@@ -119,7 +119,7 @@ def _require_window(
     if not finite.all():
         x, y, z = where[:, int(np.argmin(finite))]
         raise DensityError(
-            f"the density {what} is not finite at {np.count_nonzero(~finite)} of {finite.size} "
+            f"the {what} is not finite at {np.count_nonzero(~finite)} of {finite.size} "
             f"points inside the part, first at ({x:g}, {y:g}, {z:g}) mm"
         )
     low, high = window
@@ -130,7 +130,7 @@ def _require_window(
         x, y, z = where[:, int(at)]
         ends.append(f"{name} {within[at]:.4g} at ({x:.4g}, {y:.4g}, {z:.4g}) mm")
     raise DensityError(
-        f"the density {what} asks for {', '.join(ends)}; allowed are {low:.4g} to {high:.4g}; "
+        f"the {what} asks for {', '.join(ends)}; allowed are {low:.4g} to {high:.4g}; "
         f"change the map or take another cell"
     )
 

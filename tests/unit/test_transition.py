@@ -1,0 +1,123 @@
+"""Transitions between families: ends untouched, density exact between, one piece, necks measured.
+
+The families here are closed forms of few lines; installed ones are paired in tests/verification.
+"""
+
+import numpy as np
+import pytest
+
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.neck import joining_shift, measure_neck
+from gradedesign.cell.shape import spread_points
+from gradedesign.cell.transition import cell_transition
+from gradedesign.errors import DensityError, LatticeError
+
+
+def square_distance(u, *axes):
+    """Distance in the plane of two axes from the lines through whole numbers."""
+    away = np.abs(u - np.round(u))
+    return np.hypot(away[axes[0]], away[axes[1]])
+
+
+def cubic_struts(u):
+    return np.minimum.reduce([square_distance(u, *a) for a in ((0, 1), (1, 2), (0, 2))])
+
+
+def middle_struts(u):
+    return cubic_struts(u - 0.5)
+
+
+def sheet(u):
+    return np.abs(10 * np.cos(2 * np.pi * u).sum(axis=0))
+
+
+STRUTS = calibrate(CellFamily(name="struts", shape=cubic_struts, distance=True))
+MIDDLE = calibrate(CellFamily(name="middle", shape=middle_struts, distance=True))
+SHEET = calibrate(CellFamily(name="sheet", shape=sheet, sides=2))
+
+POINTS = spread_points(60_000)
+
+
+def at(weight):
+    return np.concatenate([POINTS, np.full((1, POINTS.shape[1]), weight)])
+
+
+@pytest.mark.parametrize("scale", ["rank", "distance"])
+def test_the_ends_are_the_families_themselves(scale):
+    mixed = cell_transition(STRUTS, SHEET, scale=scale, shift=(0.5, 0.0, 0.0))
+    moved = POINTS - np.array([[0.5], [0], [0]])
+    for weight, family, u in ((0.0, STRUTS, POINTS), (1.0, SHEET, moved)):
+        g = family.family.shape(u)
+        for rho in (0.2, 0.3, 0.4):
+            exact = g <= family.level_of(rho)
+            np.testing.assert_array_equal(mixed.shape(at(weight)) <= rho, exact)
+
+
+@pytest.mark.parametrize("scale", ["rank", "distance"])
+def test_the_density_of_every_mix_is_the_one_asked_for(scale):
+    mixed = cell_transition(STRUTS, SHEET, scale=scale)
+    for weight in (0.03, 0.21, 0.5, 0.77):
+        values = mixed.shape(at(weight))
+        assert values.min() >= 0
+        assert values.max() <= 1
+        for rho in (0.15, 0.3, 0.45):
+            assert np.mean(values <= rho) == pytest.approx(rho, abs=0.003)
+
+
+def test_half_way_it_is_neither_family():
+    # The sheet's values are 30 times those of the struts: the plain mean of both functions is
+    # nearly the sheet already at a weight of one half.
+    g = STRUTS.family.shape(POINTS) + SHEET.family.shape(POINTS)
+    sheet_alone = SHEET.family.shape(POINTS) <= SHEET.level_of(0.3)
+    assert np.mean((g <= np.quantile(g, 0.3)) != sheet_alone) < 0.02
+    mixed = cell_transition(STRUTS, SHEET)
+    half = mixed.shape(at(0.5)) <= 0.3
+    for weight in (0.0, 1.0):
+        assert np.mean(half != (mixed.shape(at(weight)) <= 0.3)) > 0.1
+
+
+def test_without_a_weight_it_is_one_half():
+    mixed = cell_transition(STRUTS, SHEET)
+    np.testing.assert_array_equal(mixed.shape(POINTS), mixed.shape(at(0.5)))
+    grid = at(0.25).reshape(4, 100, 600)
+    np.testing.assert_array_equal(mixed.shape(grid).ravel(), mixed.shape(at(0.25)))
+
+
+def test_families_without_a_common_density_are_refused():
+    mixed = cell_transition(STRUTS, SHEET)
+    assert mixed.window == (
+        max(STRUTS.window[0], SHEET.window[0]), min(STRUTS.window[1], SHEET.window[1]),
+    )  # fmt: skip
+    with pytest.raises(DensityError, match="both exist"):
+        mixed.level_of(0.995)
+
+
+def test_the_neck_of_struts_is_their_diameter():
+    mixed = cell_transition(STRUTS, STRUTS)
+    neck = measure_neck(mixed, 0.2, resolution=40)
+    diameter = 2 * float(STRUTS.level_of(0.2))
+    assert neck.pieces == 1
+    assert neck.width == pytest.approx(diameter, abs=1 / 40)
+    assert neck.first_width == neck.width
+    assert neck.density_error < 0.002
+    # The planes with least solid cut four quarters of one strut: its section over the density.
+    assert neck.area == pytest.approx(np.pi / 4 * diameter**2 / 0.2, rel=0.05)
+
+
+def test_struts_that_pass_each_other_are_moved_to_join():
+    plain = measure_neck(cell_transition(STRUTS, MIDDLE), 0.12, length=1.0, resolution=16)
+    assert plain.pieces > 1
+    assert plain.width == 0
+    shift = joining_shift(STRUTS, MIDDLE, 0.12, length=1.0, resolution=16)
+    assert any(shift)
+    joined = cell_transition(STRUTS, MIDDLE, shift=shift)
+    neck = measure_neck(joined, 0.12, length=1.0, resolution=16)
+    assert neck.pieces == 1
+    assert neck.width > 0
+    assert joining_shift(STRUTS, STRUTS, 0.12, resolution=16) == (0.0, 0.0, 0.0)
+
+
+def test_a_bar_without_length_is_refused():
+    with pytest.raises(LatticeError, match="cannot be measured"):
+        measure_neck(cell_transition(STRUTS, STRUTS), 0.2, length=0.0)
