@@ -21,6 +21,7 @@ from gradedesign.cli import generate as generate_command
 from gradedesign.cli import homogenise as homogenise_command
 from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_command
+from gradedesign.cli import tabulate as tabulate_command
 from gradedesign.cli import validate as validate_command
 from gradedesign.errors import GradeDesignError, ResourceError
 
@@ -176,6 +177,40 @@ def homogenise(
         output=output,
         strict_plugins=strict_plugins,
         as_json=as_json,
+    )
+
+
+@app.command()
+def tabulate(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for one table per cell, as JSON.")
+    ],
+    cells: Annotated[list[str] | None, typer.Argument(help="Cell families [all].")] = None,
+    resolution: Annotated[
+        int | None,
+        typer.Option("--resolution", help="Voxels along the cell, even [what its wall needs]."),
+    ] = None,
+    nu: Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")] = 0.3,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", min=1, help="Processes; several need dask [processors]."),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
+    ] = None,
+    strict_plugins: Strict = False,
+) -> None:
+    """Compute property tables of cells over their densities: what laws are made from."""
+    raise typer.Exit(
+        tabulate_command.tabulate(
+            cells or [],
+            output,
+            resolution=resolution,
+            poissons_ratio=nu,
+            workers=workers,
+            scheduler=scheduler,
+            strict_plugins=strict_plugins,
+        )
     )
 
 

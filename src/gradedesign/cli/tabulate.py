@@ -1,0 +1,157 @@
+"""``gradedesign tabulate``: property tables of cells, computed side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import typer
+
+from gradedesign.cli.doctor import usable_cores
+from gradedesign.cli.plugins import registry_for
+from gradedesign.errors import CaseError, GradeDesignError
+from gradedesign.homogenise.table import compute_table
+from gradedesign.material.property_table import read_property_table, write_property_table
+from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.workspace.atomic import write_text
+
+#: What a worker returns: a table's text, or the message and exit code of an error.
+_Outcome = tuple[str | None, str, int]
+
+
+def tabulate(
+    cells: Sequence[str],
+    output: Path,
+    *,
+    resolution: int | None,
+    poissons_ratio: float,
+    workers: int | None,
+    scheduler: str | None,
+    strict_plugins: bool,
+) -> int:
+    """Compute the property tables of cells and write each to ``<cell>.json``.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        None: all installed families.
+    output : Path
+        Folder; made where missing. Earlier tables are replaced.
+    resolution : int or None
+        Voxels along a cell; by default what each density's wall needs.
+    poissons_ratio : float
+    workers : int or None
+        Processes on this machine; by default one for each processor.
+    scheduler : str or None
+        Address of a running dask cluster, used instead.
+    strict_plugins : bool
+
+    Returns
+    -------
+    int
+        Exit code: 0, or that of the last cell that failed; the others are written.
+
+    Raises
+    ------
+    CaseError
+        For an unknown cell, a folder that cannot be made, or processes without dask.
+    """
+    registry = registry_for(strict_plugins=strict_plugins)
+    names = list(dict.fromkeys(cells)) or sorted(registry.cell_families)
+    for name in names:
+        lookup(registry, "cell_families", name)
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaseError(
+            f"cannot make folder {output}: {error.strerror}; name another one"
+        ) from error
+    code = 0
+    for name, (text, message, failed) in _outcomes(
+        names, resolution, poissons_ratio, workers, scheduler
+    ):
+        if text is None:
+            typer.echo(f"{name}: {message}", err=True)
+            code = failed
+            continue
+        path = output / f"{name}.json"
+        write_text(path, text)
+        table = read_property_table(text)
+        typer.echo(
+            f"{name}: {table.density.size} densities from {table.density[0]:g} to "
+            f"{table.density[-1]:g}, stiffness to {table.stiffness_error.max():.1%}, strength to "
+            f"{table.strength_error.max():.1%}; wrote {path}"
+        )
+    return code
+
+
+def table_outcome(name: str, resolution: int | None, poissons_ratio: float) -> _Outcome:
+    """Compute one table in whatever process this is; its plugins must be installed there."""
+    try:
+        family = lookup(build_registry(), "cell_families", name)
+        table = compute_table(family, poissons_ratio=poissons_ratio, resolution=resolution)
+    except GradeDesignError as error:
+        return None, str(error), error.exit_code
+    return write_property_table(table), "", 0
+
+
+def _outcomes(
+    names: Sequence[str],
+    resolution: int | None,
+    poissons_ratio: float,
+    workers: int | None,
+    scheduler: str | None,
+) -> Iterator[tuple[str, _Outcome]]:
+    """Outcome of each cell, as they come."""
+    has_dask = find_spec("distributed") is not None
+    count = workers or (usable_cores() if has_dask else 1)
+    if scheduler is None and (count == 1 or len(names) == 1):
+        for name in names:
+            yield name, table_outcome(name, resolution, poissons_ratio)
+        return
+    if not has_dask:
+        raise CaseError(
+            "computing tables in several processes needs dask: pip install distributed; or take "
+            "--workers 1"
+        )
+    tasks = [(name, resolution, poissons_ratio) for name in names]
+    yield from _on_dask(tasks, min(count, len(names)), scheduler)
+
+
+def _on_dask(
+    tasks: Sequence[tuple[str, int | None, float]],
+    workers: int,
+    scheduler: str | None,
+) -> Iterator[tuple[str, _Outcome]]:
+    """Spread cells over a cluster, or over processes of this machine.
+
+    Raises
+    ------
+    CaseError
+        If no cluster answers at the address.
+    """
+    # Not by an import statement: it is optional, and type checks must pass without it too.
+    distributed = import_module("distributed")
+    # One thread each: rows of different cells do not share a processor's memory bandwidth well.
+    cluster = None
+    if scheduler is None:
+        cluster = distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address=None,
+            env=dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS"), "1"),
+        )
+    try:
+        with distributed.Client(scheduler if cluster is None else cluster, timeout="20s") as client:
+            futures = {client.submit(table_outcome, *task, pure=False): task[0] for task in tasks}
+            for future in distributed.as_completed(list(futures)):
+                yield futures[future], future.result()
+    except OSError as error:
+        raise CaseError(
+            f"no dask cluster answers at {scheduler}: {error}; start one, or leave --scheduler out"
+        ) from error
+    finally:
+        if cluster is not None:
+            cluster.close()

@@ -1,0 +1,103 @@
+"""`gradedesign tabulate`: tables in this process, in others, and its refusals."""
+
+from __future__ import annotations
+
+import socket
+
+import numpy as np
+import pytest
+
+from gradedesign.cli import tabulate as module
+from gradedesign.errors import DensityError
+from gradedesign.homogenise.table import compute_table
+from gradedesign.material.property_table import read_property_table
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Two densities instead of ten."""
+    asked = []
+
+    def compute(family, *, poissons_ratio, resolution):
+        asked.append((family.name, poissons_ratio, resolution))
+        if family.name == "primitive-network":
+            raise DensityError("too thin")
+        return compute_table(
+            family,
+            densities=(0.4, 0.6),
+            poissons_ratio=poissons_ratio,
+            resolution=resolution,
+        )
+
+    monkeypatch.setattr(module, "compute_table", compute)
+    return asked
+
+
+def test_tables_are_written_and_a_failure_stops_none(cli, quick, tmp_path) -> None:
+    folder = tmp_path / "new" / "tables"
+    ended = cli(
+        "tabulate", "primitive-network", "gyroid-network", "gyroid-network",
+        "-o", folder, "--resolution", "16", "--nu", "0.33", "--workers", "1",
+    )  # fmt: skip
+    assert ended.code == DensityError.exit_code
+    assert "primitive-network: too thin" in ended.err
+    assert "gyroid-network: 2 densities from 0.4 to 0.6" in ended.out
+    assert quick == [("primitive-network", 0.33, 16), ("gyroid-network", 0.33, 16)]
+    assert [path.name for path in folder.iterdir()] == ["gyroid-network.json"]
+    table = read_property_table((folder / "gyroid-network.json").read_text(encoding="utf-8"))
+    assert table.poissons_ratio == 0.33
+    np.testing.assert_array_equal(table.resolution, 16)
+    assert len(table.surfaces) == 2
+
+
+def test_unknown_cells_are_refused_before_any_work(cli, quick, tmp_path) -> None:
+    ended = cli("tabulate", "gyroid-network", "giroid-sheet", "-o", tmp_path)
+    assert ended.code == 2
+    assert "gyroid-sheet" in ended.err
+    assert quick == []
+
+
+def test_a_file_is_no_folder(cli, quick, tmp_path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    ended = cli("tabulate", "gyroid-network", "-o", tmp_path / "file")
+    assert ended.code == 2
+    assert "cannot make folder" in ended.err
+
+
+def test_processes_without_dask_are_refused(cli, quick, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(module, "find_spec", lambda _: None)
+    words = ("tabulate", "gyroid-network", "primitive-network", "-o", tmp_path)
+    ended = cli(*words, "--workers", "2")
+    assert ended.code == 2
+    assert "pip install distributed" in ended.err
+    # Without asking for processes, one is enough.
+    assert cli(*words, "--resolution", "16").code == DensityError.exit_code
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_tables_are_computed_on_a_cluster(cli, tmp_path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        ended = cli(
+            "tabulate", "gyroid-network", "primitive-network",
+            "-o", tmp_path, "--resolution", "16", "--scheduler", cluster.scheduler_address,
+        )  # fmt: skip
+    assert ended.code in (0, DensityError.exit_code)
+    assert read_property_table((tmp_path / "gyroid-network.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_no_cluster_at_an_address_is_told(cli, tmp_path) -> None:
+    pytest.importorskip("distributed")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    ended = cli(
+        "tabulate", "gyroid-network", "-o", tmp_path, "--scheduler", f"tcp://127.0.0.1:{port}"
+    )
+    assert ended.code == 2
+    assert "no dask cluster answers" in ended.err
