@@ -11,7 +11,7 @@ WORDS = ("homogenise", "gyroid-network", "--density", "0.5", "--resolution", "16
 
 
 def test_json_gives_the_stiffness_and_what_follows(cli) -> None:
-    ended = cli(*WORDS, "--json")
+    ended = cli(*WORDS, "--conductivity", "--json")
     assert ended.code == 0
     data = json.loads(ended.out)
     c = np.array(data["C"])
@@ -29,6 +29,11 @@ def test_json_gives_the_stiffness_and_what_follows(cli) -> None:
     assert len(data["strength"]["factors"]) == 14
     assert data["averages"]["bulk"]["hill"] == pytest.approx((c[0, 0] + 2 * c[0, 1]) / 3, rel=1e-5)
     assert "surface" not in data["strength"]
+    # A network lies below the bound of a sheet, 2 rho / (3 - rho); a third of rho at least.
+    conductivity = np.array(data["conductivity"]["value"])
+    assert data["conductivity"]["isotropic_bound"] == pytest.approx(0.4)
+    assert 0.25 < conductivity[0, 0] < 0.4
+    np.testing.assert_allclose(conductivity, conductivity[0, 0] * np.eye(3), atol=2e-3)
 
 
 def test_with_a_folder_it_draws_and_prints_tables(cli, tmp_path) -> None:

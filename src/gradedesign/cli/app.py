@@ -164,6 +164,9 @@ def homogenise(
         Path | None,
         typer.Option("-o", "--output", help="Folder for properties.json and plots."),
     ] = None,
+    conductivity: Annotated[
+        bool, typer.Option("--conductivity", help="Also the conductivity of the solid's paths.")
+    ] = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -175,6 +178,7 @@ def homogenise(
         parameters=parameter or [],
         poissons_ratio=nu,
         output=output,
+        conductivity=conductivity,
         strict_plugins=strict_plugins,
         as_json=as_json,
     )

@@ -17,6 +17,7 @@ from gradedesign.cli.show_properties import print_properties
 from gradedesign.errors import CaseError
 from gradedesign.homogenise.bounds import check_bounds
 from gradedesign.homogenise.cell_properties import CellProperties, cell_properties
+from gradedesign.homogenise.conductivity import conductivity_bound, extrapolated_conductivity
 from gradedesign.homogenise.constants import (
     engineering_constants,
     isotropic_averages,
@@ -43,6 +44,7 @@ def homogenise(
     parameters: Sequence[str],
     poissons_ratio: float,
     output: Path | None,
+    conductivity: bool,
     strict_plugins: bool,
     as_json: bool,
 ) -> None:
@@ -68,6 +70,8 @@ def homogenise(
     data = properties_data(family, parsed_parameters(parameters), found, poissons_ratio)
     laws = [law for law in registry.scaling_laws.values() if cell in law.families]
     data["laws"] = law_values(laws, density)
+    if conductivity:
+        data["conductivity"] = _conductivity_data(family, found, parsed_parameters(parameters))
     if output is not None:
         data["files"] = [str(p) for p in write_files(output, data, found, laws, poissons_ratio)]
     if as_json:
@@ -237,6 +241,18 @@ def _strength_data(found: CellProperties) -> dict[str, Any]:
             "unsafe_error": _digits(found.surface.unsafe_error, 2),
         }
     return data
+
+
+def _conductivity_data(
+    family: CellFamily, found: CellProperties, parameters: Mapping[str, float]
+) -> dict[str, Any]:
+    """Plain data of the conductivity, relative to the base material's."""
+    value, error = extrapolated_conductivity(family, parameters, found.density, found.resolution)
+    return {
+        "value": [[_digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
+        "error": _digits(error, 2),
+        "isotropic_bound": _digits(conductivity_bound(found.density)),
+    }
 
 
 def _averages(voigt: float, reuss: float) -> dict[str, float]:

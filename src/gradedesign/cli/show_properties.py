@@ -52,6 +52,15 @@ def print_properties(data: Mapping[str, Any]) -> None:
         ],
     )
     _print_strength(data["strength"])
+    if "conductivity" in data:
+        found = data["conductivity"]
+        rows = [[f"{100 * v:.3f}" for v in row] for row in found["value"]]
+        print_table(
+            f"Conductivity in % of the base material's, right to {found['error']:.1%}, bound "
+            f"{100 * found['isotropic_bound']:.3f} where isotropic",
+            ("", "x", "y", "z"),
+            [(name, *row) for name, row in zip("xyz", rows, strict=True)],
+        )
     if data["laws"]:
         print_table(
             "E along x by other laws",

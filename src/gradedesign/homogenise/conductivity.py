@@ -6,14 +6,17 @@ operator, as for the stiffness, with one unknown per node instead of three.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
 import scipy.fft
 
 from gradedesign.arrays import FloatArray
+from gradedesign.cell.family import CellFamily
 from gradedesign.errors import SolverError
 from gradedesign.homogenise.islands import connected_fill
+from gradedesign.homogenise.sampling import cell_fill
 
 
 def cell_conductivity(
@@ -51,6 +54,35 @@ def cell_conductivity(
         mixed = np.vdot(states[a], loads[b]) + np.vdot(states[b], loads[a])
         conductivity[a, b] += (energy + mixed) / kept.size
     return np.asarray(0.5 * (conductivity + conductivity.T))
+
+
+def extrapolated_conductivity(
+    family: CellFamily, parameters: Mapping[str, float] | None, rho: float, resolution: int
+) -> tuple[FloatArray, float]:
+    """Conductivity ``(3, 3)`` of a cell from filled voxels of two grids, and its relative error.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float or None
+    rho : float
+    resolution : int
+        Even; the other grid has half of it.
+
+    Raises
+    ------
+    DensityError
+        If the cell does not exist at this density.
+    LatticeError, SolverError
+        As `cell_conductivity`.
+    """
+    coarse, fine = (
+        cell_conductivity(cell_fill(family, parameters, rho, n), rtol=1e-3)
+        for n in (resolution // 2, resolution)
+    )
+    correction = (fine - coarse) / 3
+    result = fine + correction
+    return result, float(np.linalg.norm(correction) / np.linalg.norm(result))
 
 
 def conductivity_bound(rho: float) -> float:
