@@ -13,6 +13,7 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.ladder.round import explicit_cube_for
 from gradedesign.ladder.setup import Setup, part_volume, prepare
 from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
 
@@ -59,7 +60,7 @@ def describe(setup: Setup) -> dict[str, Any]:
     case = setup.case
     low, high = setup.bounds
     wall = float(wall_mm(setup.family, setup.parameters, low, case.lattice.size))
-    cube = case.run.explicit_mesh_size or wall / case.run.mesh_cubes_per_wall
+    cube = explicit_cube_for(setup, wall)
     guess = low + (high - low) / 3
     share = setup.model.solid_share
     solid = float(setup.model.volumes @ (share + (1 - share) * guess))

@@ -197,8 +197,6 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
         If the thinnest wall is thinner than [print] min_wall.
     """
     case = setup.case
-    if case.run.explicit_mesh_size is not None:
-        return case.run.explicit_mesh_size
     thinnest = float(
         wall_mm(setup.family, setup.parameters, float(grid.values.min()), case.lattice.size)
     )
@@ -207,8 +205,16 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
             f"the thinnest wall is {thinnest:.3g} mm at density {grid.values.min():.3g}, less "
             f"than [print] min_wall {case.print.min_wall:g} mm; raise the lower density"
         )
-    solids = [k.margin for k in setup.kept] + ([case.lattice.skin] if case.lattice.skin else [])
-    return min([thinnest, *solids]) / case.run.mesh_cubes_per_wall
+    return explicit_cube_for(setup, thinnest)
+
+
+def explicit_cube_for(setup: Setup, thinnest: float) -> float:
+    """Grid that the case asks for, or that follows the thinnest wall, skin or kept layer, mm."""
+    run, skin = setup.case.run, setup.case.lattice.skin
+    if run.explicit_mesh_size is not None:
+        return run.explicit_mesh_size
+    solids = [k.margin for k in setup.kept] + ([skin] if skin else [])
+    return min([thinnest, *solids]) / run.mesh_cubes_per_wall
 
 
 def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction:
