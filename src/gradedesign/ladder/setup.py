@@ -18,6 +18,7 @@ from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.solid_share import solid_share
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
@@ -31,7 +32,6 @@ from gradedesign.part.part_mesh import (
     region_facets,
 )
 from gradedesign.part.signed_distance import region_distance, surface_distance
-from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
@@ -103,13 +103,13 @@ def prepare(case: Case, registry: Registry) -> Setup:
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
-    with locating(case, "lattice.law"):
-        law = choose_law(registry, family.name, case.lattice.law, case.lattice.density)
-    # Reading comes before calibrating: a damaged file is found at once.
+    # Reading comes before what may take a minute: a damaged file is found at once.
     with locating(case, "part.file"):
         part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
+    with locating(case, "lattice.law"):
+        law, law_warnings = resolve_law(case, registry, family, parameters)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters)
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)
@@ -154,7 +154,7 @@ def prepare(case: Case, registry: Registry) -> Setup:
         exclusion_radius=radius,
         kept=kept,
         cell_map=uniform_map(case.lattice.size, origin=case.lattice.origin, rotation=rotation),
-        warnings=(*case.warnings, *part.report.warnings, *warnings),
+        warnings=(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
     )
 
 

@@ -61,7 +61,7 @@ def choose_law(
         if registry.failures:
             lookup(registry, "scaling_laws", law)
         raise CaseError(f"no law named '{law}'; {instead(law, ['auto', *for_family])}")
-    usable = [k for k in for_family.values() if k.kind in AUTO_KINDS and has_strength(k)]
+    usable = usable_laws(registry, family)
     if not usable:
         named = ", ".join(for_family) or "none"
         raise CaseError(
@@ -74,6 +74,15 @@ def choose_law(
     )
     log.info("law for cell %s: %s (%s)", family, chosen.name, chosen.source)
     return chosen
+
+
+def usable_laws(registry: Registry, family: str) -> list[ScalingLaw]:
+    """Laws for a family that ``auto`` may take: computed or by FE, with stiffness and strength."""
+    return [
+        law
+        for law in registry.scaling_laws.values()
+        if family in law.families and law.kind in AUTO_KINDS and has_strength(law)
+    ]
 
 
 def has_strength(law: ScalingLaw) -> bool:

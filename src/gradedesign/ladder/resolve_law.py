@@ -1,0 +1,51 @@
+"""The law of a case's cell: registered for it, or computed for its very parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from gradedesign.case.schema import Case
+from gradedesign.cell.family import CellFamily
+from gradedesign.homogenise.cached_table import ON_DEMAND_RESOLUTION, computed_law
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.plugin.choose_law import choose_law, usable_laws
+from gradedesign.plugin.registry import Registry
+
+
+def resolve_law(
+    case: Case, registry: Registry, family: CellFamily, parameters: Mapping[str, float]
+) -> tuple[ScalingLaw, tuple[str, ...]]:
+    """Law of the cell, and warnings about it.
+
+    ``auto`` takes a registered law only for the family's default parameters, which are what laws
+    describe; otherwise, and for a family without a law, it is computed by homogenisation and kept
+    in the user's cache. A law that the case names is taken as it is, with a warning where the
+    parameters are not those it describes.
+
+    Raises
+    ------
+    CaseError, DensityError
+        As `choose_law`.
+    DensityError, LatticeError, SolverError
+        As `computed_law`.
+    """
+    changed = [k for k, value in parameters.items() if value != family.parameters[k]]
+    asked = case.lattice.law
+    if asked == "auto" and (changed or not usable_laws(registry, family.name)):
+        law = computed_law(family, parameters)
+        why = f"with {_values(changed, parameters)}" if changed else "of this cell"
+        return law, (
+            f"no law {why} is installed, so it was computed on {ON_DEMAND_RESOLUTION}^3 voxels; "
+            f"'gradedesign homogenise {family.name}' says more",
+        )
+    law = choose_law(registry, family.name, asked, case.lattice.density)
+    if not changed:
+        return law, ()
+    return law, (
+        f"law '{law.name}' describes cell '{family.name}' with its default parameters, not with "
+        f'{_values(changed, parameters)}; law = "auto" computes one for these',
+    )
+
+
+def _values(names: list[str], parameters: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {parameters[name]:g}" for name in names)

@@ -1,0 +1,90 @@
+"""The law of a case's cell: registered for default parameters, computed for others."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gradedesign import CellFamily, power_law
+from gradedesign.errors import CaseError
+from gradedesign.ladder import resolve_law as module
+from gradedesign.ladder.resolve_law import resolve_law
+from gradedesign.plugin.registry import build_registry
+
+
+def shape(u, bend=0.5):
+    return np.cos(2 * np.pi * u).sum(axis=0) + 0 * bend
+
+
+FAMILY = CellFamily(name="cube", shape=shape, parameters={"bend": 0.5})
+
+
+def law(kind="fe", name="written"):
+    return power_law(
+        name=name, families=("cube",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.6),
+        kind=kind, source="this test", test="none",
+    )  # fmt: skip
+
+
+def build_registry_with(laws):
+    return replace(
+        build_registry(),
+        scaling_laws={k.name: k for k in laws},
+        failures=(),
+    )
+
+
+def case(name="auto"):
+    return SimpleNamespace(lattice=SimpleNamespace(law=name, density=(0.2, 0.5)))
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """What would be computed, by name and parameters, instead of a minute of homogenisation."""
+    asked = []
+
+    def compute(family, parameters):
+        asked.append((family.name, dict(parameters)))
+        return law("computed", "cube-computed")
+
+    monkeypatch.setattr(module, "computed_law", compute)
+    return asked
+
+
+def test_a_registered_law_serves_the_default_parameters(computed):
+    found, warnings = resolve_law(case(), build_registry_with([law()]), FAMILY, {"bend": 0.5})
+    assert (found.name, warnings, computed) == ("written", (), [])
+
+
+def test_other_parameters_get_a_law_of_their_own(computed):
+    # the registered law would be a plausible wrong number here
+    found, warnings = resolve_law(case(), build_registry_with([law()]), FAMILY, {"bend": 0.7})
+    assert found.name == "cube-computed"
+    assert computed == [("cube", {"bend": 0.7})]
+    assert "bend = 0.7" in warnings[0]
+
+
+def test_a_cell_without_a_law_gets_one(computed):
+    found, warnings = resolve_law(case(), build_registry_with([]), FAMILY, {"bend": 0.5})
+    assert found.name == "cube-computed"
+    assert "of this cell" in warnings[0]
+
+
+def test_experiments_are_not_taken_by_themselves(computed):
+    resolve_law(case(), build_registry_with([law("experiment")]), FAMILY, {"bend": 0.5})
+    assert computed == [("cube", {"bend": 0.5})]
+
+
+def test_a_named_law_is_taken_and_its_limits_said(computed):
+    found, warnings = resolve_law(
+        case("written"), build_registry_with([law()]), FAMILY, {"bend": 0.7}
+    )
+    assert (found.name, computed) == ("written", [])
+    assert "bend = 0.7" in warnings[0]
+
+
+def test_an_unknown_law_is_an_error_not_a_computation(computed):
+    with pytest.raises(CaseError, match="no law named 'writen'"):
+        resolve_law(case("writen"), build_registry_with([law()]), FAMILY, {"bend": 0.5})
+    assert computed == []
