@@ -10,7 +10,7 @@ from PIL import Image
 from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.ladder.generate import generate, uniform_cells
+from gradedesign.ladder.generate import generate
 from gradedesign.ladder.stated_cells import build_cells, stated_cells
 from gradedesign.ladder.stated_density import stated_density
 from gradedesign.lattice.density_grid import evaluate
@@ -169,7 +169,7 @@ def test_a_transition_is_generated_and_its_neck_told(tmp_path):
     built = build_cells(
         case,
         cells,
-        uniform_cells(case),
+        lambda p: p / 5.0,
         density=0.3,
         distance=lambda p: -np.ones(p.shape[1:]),
         lower=np.zeros(3),

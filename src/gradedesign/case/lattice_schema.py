@@ -121,7 +121,7 @@ class Parameters(Reader):
 
 
 #: Keys of a lattice whose density is stated rather than found.
-STATED = ("density_map", "transition")
+STATED = ("density_map", "transition", "cell_map", "warp", "wall")
 
 _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
 

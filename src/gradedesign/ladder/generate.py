@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import Field
 from gradedesign.case.generate_schema import GenerateCase
-from gradedesign.cell.cell_map import uniform_map
 from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import write_result
@@ -28,6 +26,7 @@ from gradedesign.ladder.stated_cells import (
     thinnest_wall,
 )
 from gradedesign.ladder.stated_density import stated_density
+from gradedesign.ladder.stated_map import stated_map
 from gradedesign.ladder.summary import library_versions
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.density_source import DensitySource
@@ -149,7 +148,7 @@ def _generate(
         part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
     with announce.stage("density"):
         cells = stated_cells(case, registry)
-        design, built = _design(case, part, cells, density)
+        design, built, report = _design(case, part, cells, density)
     with announce.stage("lattice"):
         made = build(case, part, cells, built, design)
     slabs = made.slabs[0]
@@ -158,13 +157,13 @@ def _generate(
         f"{len(made.surface.faces)} triangles at a grid of {made.step:.3g} mm, density "
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
-    result = generated_result(case, registry, made)
+    result = generated_result(case, registry, made, report)
     return write_generated(out, case, made.surface, made.slabs, result, announce)
 
 
 def _design(
     case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
-) -> tuple[LatticeDesign, BuiltCells]:
+) -> tuple[LatticeDesign, BuiltCells, dict[str, Any]]:
     """The lattice as the case states it."""
     spec, points = case.lattice, part.surface.vertices
     lower, upper = points.min(axis=0), points.max(axis=0)
@@ -178,10 +177,11 @@ def _design(
         window=cells.window,
         level_of=cells.level_of,
     )
+    cell_map, report = stated_map(case, part, cells.families[0], density, distance)
     built = build_cells(
         case,
         cells,
-        uniform_cells(case),
+        cell_map,
         density=least_density(density),
         distance=distance,
         lower=lower,
@@ -192,7 +192,7 @@ def _design(
         shape=built.shape,
         level_of=cells.level_of,
         cell_map=built.cell_map,
-        cell_size=spec.size,
+        cell_size=cell_map.size,
         density=density,
         lower=lower,
         upper=upper,
@@ -203,19 +203,12 @@ def _design(
             for k in case.keep
         ),
     )
-    return design, built
+    return design, built, report
 
 
 def least_density(density: DensityGrid | float) -> float:
     """Smallest density of a lattice."""
     return float(density.values.min()) if isinstance(density, DensityGrid) else density
-
-
-def uniform_cells(case: GenerateCase) -> Field:
-    """The map from mm to cell coordinates."""
-    spec = case.lattice
-    rotation = Rotation.from_euler("XYZ", spec.rotation, degrees=True).as_matrix()
-    return uniform_map(spec.size, spec.origin, rotation if any(spec.rotation) else None)
 
 
 def build(
@@ -228,15 +221,16 @@ def build(
     LatticeError
         If there is no solid, or too much of it would be loose.
     """
-    size = case.lattice.size
+    size = case.lattice.cell_size
     wall = thinnest_wall(cells, least_density(design.density), size)
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     raw = trimmed_surface(design, part.surface, step)
     surface, islands = remove_islands(raw, keep=part.report.bodies, least_pocket=(0.5 * step) ** 3)
     field = lattice_field(design, band=3 * step, single=True)
+    thickness = max(size, design.cell_size)
     slabs = tuple(
-        slab_density(design, field, surface, part.surface, axis=axis, thickness=size)
+        slab_density(design, field, surface, part.surface, axis=axis, thickness=thickness)
         for axis in range(3)
     )
     return Generated(
@@ -252,7 +246,9 @@ def build(
     )
 
 
-def generated_result(case: GenerateCase, registry: Registry, made: Generated) -> RunResult:
+def generated_result(
+    case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
+) -> RunResult:
     """What was made, as the result that is written."""
     warnings = [*made.part.report.warnings, *(f"disabled {f}" for f in registry.failures)]
     if made.islands.dropped:
@@ -265,7 +261,8 @@ def generated_result(case: GenerateCase, registry: Registry, made: Generated) ->
         "source": first.family.source,
         "parameters": dict(first.parameters),
         "window": list(made.cells.window),
-        "size_mm": case.lattice.size,
+        "size_mm": list(case.lattice.size),
+        "grading": case.lattice.grading,
         "thinnest_wall_mm": made.wall,
         "grid_mm": made.step,
     }
@@ -280,6 +277,7 @@ def generated_result(case: GenerateCase, registry: Registry, made: Generated) ->
         measures={
             "density": density,
             "cell": cell,
+            "cell_map": dict(report),
             "transition": dict(made.built.transition),
             "volume_mm3": volume,
         },

@@ -90,7 +90,7 @@ def stated_cells(case: GenerateCase, registry: Registry) -> StatedCells:
     if case.print is not None:
         with locating(case, "print.min_wall"):
             floors = [
-                density_for_wall(c.family, c.parameters, case.print.min_wall, spec.size)
+                density_for_wall(c.family, c.parameters, case.print.min_wall, spec.cell_size)
                 for c in families
             ]
         window = (max(window[0], *floors), window[1])
@@ -144,7 +144,7 @@ def build_cells(
             distance,
             lower,
             upper,
-            spacing=case.lattice.size / WEIGHT_NODES_PER_CELL,
+            spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
             what="weight of the transition",
         )

@@ -81,7 +81,7 @@ def stated_density(
             distance,
             lower,
             upper,
-            spacing=case.lattice.size / NODES_PER_CELL,
+            spacing=case.lattice.cell_size / NODES_PER_CELL,
             window=(max(low, window[0]), min(high, window[1])),
             what=f"density {what}",
         )
@@ -104,7 +104,7 @@ def _source(
     upper: FloatArray,
 ) -> DensitySource:
     """Read what the map names."""
-    size = case.lattice.size
+    size = case.lattice.cell_size
     if spec is None:
         raise CaseError("there is neither a density nor a map")
     if spec.formula is not None:

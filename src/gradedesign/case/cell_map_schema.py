@@ -1,0 +1,76 @@
+"""``[lattice.cell_map]`` and ``[[lattice.warp]]``: cells that are not all alike."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import (
+    Choice,
+    Direction,
+    Number,
+    Point,
+    Quantity,
+    Refused,
+    RegionName,
+    Size,
+    Whole,
+)
+
+#: Keys that each kind needs, and those it may have.
+_KEYS = {
+    "cylindrical": (("around", "inner_radius"), ("centre", "axis")),
+    "spherical": (("around", "inner_radius"), ("centre", "axis", "polar_cap")),
+    "conformal": ((), ("normal", "surface")),
+}
+_ALL = tuple(dict.fromkeys(key for keys in _KEYS.values() for part in keys for key in part))
+
+
+class CellMapSpec(Table):
+    """How cells lie in the part."""
+
+    kind: Annotated[str, Choice(tuple(_KEYS))] = Field(examples=["cylindrical"])
+    """cylindrical: about an axis; spherical: about a centre; conformal: in layers from the
+    surface."""
+    around: Annotated[int | None, Whole(3, 100_000)] = None
+    """Cells in a turn, or along the equator; an even number there."""
+    inner_radius: Size | None = None
+    """Where the first layer of cells begins, mm; the part must not reach below half of it."""
+    centre: Point = (0.0, 0.0, 0.0)
+    """A point of the axis, or the centre, mm."""
+    axis: Direction = "+z"
+    """The axis, or the direction of the pole."""
+    polar_cap: Annotated[float, Quantity("angle", above=0.0)] = 15.0
+    """Degrees around either pole that the part must not reach."""
+    normal: Direction = "+z"
+    """Mean direction into the part; the cells' other axes lie across it."""
+    surface: RegionName | None = None
+    """Region from which layers count; the whole surface without it."""
+
+    @model_validator(mode="after")
+    def _keys_of_kind(self) -> CellMapSpec:
+        needed, allowed = _KEYS[self.kind]
+        for key in needed:
+            if getattr(self, key) is None:
+                raise Refused(f"a {self.kind} map needs {key}")
+        for key in _ALL:
+            if key in self.model_fields_set and key not in (*needed, *allowed):
+                raise key_error(key, f"has no meaning with the {self.kind} map")
+        if self.kind == "spherical" and (self.around or 0) % 2:
+            raise key_error("around", f"found {self.around}; expected an even number")
+        return self
+
+
+class WarpSpec(Table):
+    """A sphere in which cells are larger or smaller."""
+
+    centre: Point
+    """Its centre, mm."""
+    stable_radius: Size
+    """Within it all cells are magnified alike."""
+    outer_radius: Size
+    """Beyond it nothing changes."""
+    magnification: Annotated[float, Number(above=0.0, at_most=10.0)]
+    """Size of the cells within, over the size outside."""

@@ -1,0 +1,186 @@
+"""Cell maps of a case: each kind with its sizes, reported, and refused where it cannot be."""
+
+import numpy as np
+import pytest
+
+from gradedesign.case.read_generate import load_generate_case
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import CaseError, DensityError, LatticeError
+from gradedesign.ladder.stated_density import stated_density
+from gradedesign.ladder.stated_map import stated_map
+from gradedesign.part.part import read_part
+from gradedesign.part.signed_distance import surface_distance
+
+CASE = """\
+[case]
+name = "maps"
+[part]
+box = ["60 mm", "20 mm", "20 mm"]
+[region.floor]
+plane = "z = min"
+[lattice]
+cell = "walls"
+"""
+
+
+WALLS = CellFamily(
+    name="walls",
+    shape=lambda u: np.abs(u - np.round(u)).min(axis=0),
+    distance=True,
+    open_void=False,
+)
+
+
+def mapped(folder, text, family=WALLS):
+    (folder / "case.toml").write_text(CASE + text)
+    case = load_generate_case(folder)
+    part = read_part(case, {})
+    distance = surface_distance(part.surface)
+    calibration = calibrate(family)
+    points = part.surface.vertices
+    density = stated_density(
+        case,
+        None,
+        distance=distance,
+        lower=points.min(axis=0),
+        upper=points.max(axis=0),
+        window=calibration.window,
+        level_of=calibration.level_of,
+    )
+    return stated_map(case, part, calibration, density, distance)
+
+
+def test_a_straight_grid_has_one_size_and_no_shear(tmp_path):
+    cell_map, report = mapped(tmp_path, 'size = "10 mm"\ndensity = 0.3\n')
+    assert cell_map.size == pytest.approx(10)
+    assert report["size"]["least"] == pytest.approx(10)
+    assert report["size"]["most"] == pytest.approx(10)
+    assert report["shear"]["most"] == pytest.approx(0, abs=1e-6)
+    assert report["folds"] == 0
+
+
+def test_cells_about_an_axis_are_as_wide_as_the_turn_allows(tmp_path):
+    text = """\
+size = "10 mm"
+density = 0.3
+[lattice.cell_map]
+kind = "cylindrical"
+axis = "+x"
+centre = ["0 mm", "10 mm", "-40 mm"]
+inner_radius = "40 mm"
+around = 30
+"""
+    _, report = mapped(tmp_path, text)
+    # By hand: the part lies at radii 40 to hypot(60, 10) mm; a cell is 2 pi r / 30 wide.
+    turn = report["size_by_axis"][1]
+    assert turn["least"] == pytest.approx(2 * np.pi * 40 / 30, rel=0.01)
+    assert turn["most"] == pytest.approx(2 * np.pi * np.hypot(60, 10) / 30, rel=0.01)
+    assert report["shear"]["most"] == pytest.approx(0, abs=1e-6)
+
+
+def test_cells_about_a_centre_are_refused_near_it(tmp_path):
+    text = """\
+size = "5 mm"
+density = 0.3
+[lattice.cell_map]
+kind = "spherical"
+centre = ["30 mm", "10 mm", "10 mm"]
+inner_radius = "5 mm"
+around = 24
+"""
+    with pytest.raises(LatticeError, match=r"lattice\.cell_map: the spherical cell map cannot"):
+        mapped(tmp_path, text)
+    far = text.replace('"10 mm", "10 mm"]', '"10 mm", "-90 mm"]').replace('"5 mm"\na', '"90 mm"\na')
+    _, report = mapped(tmp_path, far.replace('"spherical"', '"spherical"\naxis = "+x"'))
+    assert report["folds"] == 0
+
+
+def test_layers_count_from_a_region(tmp_path):
+    text = """\
+size = "5 mm"
+density = 0.3
+[lattice.cell_map]
+kind = "conformal"
+surface = "floor"
+"""
+    cell_map, report = mapped(tmp_path, text)
+    u = cell_map(np.array([[7.0], [8.0], [12.5]]))
+    np.testing.assert_allclose(u[:, 0], [1.4, 1.6, 2.5])
+    assert report["shear"]["p95"] == pytest.approx(0, abs=1e-6)
+
+
+def test_a_warp_magnifies_its_middle(tmp_path):
+    text = """\
+size = "5 mm"
+density = 0.3
+[[lattice.warp]]
+centre = ["30 mm", "10 mm", "10 mm"]
+stable_radius = "4 mm"
+outer_radius = "9 mm"
+magnification = 1.2
+"""
+    cell_map, report = mapped(tmp_path, text)
+    slope = cell_map.jacobian(np.array([[30.5], [10.5], [10.5]]))[:, :, 0]
+    np.testing.assert_allclose(1 / np.linalg.norm(slope, axis=1), 6.0)
+    assert report["folds"] == 0
+
+
+RAMP = '[lattice.density_map]\nformula = "0.3 + 0.2 * smoothstep(10, 50, x)"\n'
+
+
+def test_size_follows_the_density_of_walls_of_one_thickness(tmp_path):
+    small, large = (2 / (2 * float(calibrate(WALLS).level_of(rho))) for rho in (0.5, 0.3))
+    sizes = f'size = ["{0.99 * small:.3f} mm", "{1.01 * large:.3f} mm"]\n'
+    _, report = mapped(tmp_path, f'{sizes}grading = "size"\nwall = "2 mm"\n{RAMP}')
+    assert report["size"]["p5"] == pytest.approx(small, rel=0.1)
+    assert report["size"]["p95"] == pytest.approx(large, rel=0.1)
+    assert report["size_error"]["error"]["p95"] < 0.15
+    assert report["folds"] == 0
+    with pytest.raises(DensityError, match=r"walls of 3 mm need cells of"):
+        mapped(tmp_path, f'{sizes}grading = "size"\nwall = "3 mm"\n{RAMP}')
+
+
+def test_size_and_wall_change_by_the_ratio_rule(tmp_path):
+    text = f'size = ["8 mm", "10 mm"]\ngrading = "ratio"\n{RAMP}'
+    _, report = mapped(tmp_path, text)
+    # Dense zones get the small cells.
+    assert report["size"]["p5"] == pytest.approx(8, rel=0.05)
+    assert report["size"]["p95"] == pytest.approx(10, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('size = ["8 mm", "10 mm"]\ndensity = 0.3\n', "goes with one length"),
+        (f'size = "8 mm"\ngrading = "ratio"\n{RAMP}', "goes with a range"),
+        (f'size = ["8 mm", "10 mm"]\ngrading = "size"\n{RAMP}', "wall: is needed"),
+        ('size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = 0.3\n', "needs .*density_map"),
+        ('size = ["10 mm", "8 mm"]\ndensity = 0.3\n', "smallest size first"),
+        ('size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "conical"\n', "cylindrical"),
+        (
+            'size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "cylindrical"\n',
+            "needs around",
+        ),
+        (
+            'size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "conformal"\naround = 9\n',
+            "no meaning with the conformal",
+        ),
+        (
+            'size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "conformal"\n'
+            'surface = "flor"\n',
+            'did you mean "floor"',
+        ),
+    ],
+)
+def test_gradings_that_contradict_themselves_are_refused(tmp_path, text, words):
+    with pytest.raises(CaseError, match=words):
+        mapped(tmp_path, text)
+
+
+def test_thickness_needs_walls_of_one_thickness(tmp_path):
+    text = 'size = "10 mm"\ndensity = 0.3\ngrading = "thickness"\n'
+    mapped(tmp_path, text)
+    uneven = CellFamily(name="uneven", shape=lambda u: np.abs(np.cos(2 * np.pi * u).sum(axis=0)))
+    with pytest.raises(CaseError, match=r"lattice\.grading.*walls of one thickness"):
+        mapped(tmp_path, text, family=uneven)
