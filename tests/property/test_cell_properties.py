@@ -11,18 +11,17 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.plugin.registry import build_registry
 
 REGISTRY = build_registry()
-#: Families of other distributions are checked by those; here only in the slow run.
-FAMILIES = [
-    pytest.param(
-        family,
-        id=name,
-        marks=[]
-        if REGISTRY.sources["cell_families"][name].startswith("gradedesign-cells-tpms")
-        else [pytest.mark.slow],
-    )
-    for name, family in REGISTRY.cell_families.items()
-]
-every_family = pytest.mark.parametrize("family", FAMILIES)
+
+
+def checked(end=""):
+    """Families by the end of their name; other distributions' only in the slow run."""
+    for name, family in REGISTRY.cell_families.items():
+        own = REGISTRY.sources["cell_families"][name].startswith("gradedesign-cells-tpms")
+        if name.endswith(end):
+            yield pytest.param(family, id=name, marks=[] if own else [pytest.mark.slow])
+
+
+every_family = pytest.mark.parametrize("family", list(checked()))
 coordinate = st.floats(-4, 4, allow_nan=False)
 
 
@@ -32,9 +31,9 @@ coordinate = st.floats(-4, 4, allow_nan=False)
     point=st.tuples(coordinate, coordinate, coordinate),
     shift=st.tuples(*[st.integers(-3, 3)] * 3),
 )
-def test_whole_cells_change_nothing(family, point, shift):
+def test_whole_periods_change_nothing(family, point, shift):
     u = np.array(point)
-    moved = family.shape(u + np.array(shift, dtype=float), **family.parameters)
+    moved = family.shape(u + family.period * np.array(shift, dtype=float), **family.parameters)
     assert moved == pytest.approx(family.shape(u, **family.parameters), abs=1e-9)
 
 
@@ -55,20 +54,18 @@ def test_level_and_wall_increase_with_density(family, fractions):
 def test_density_agrees_with_a_voxel_count(family):
     # The bound of the calibration, 0.003, on a grid of its own.
     calibration = calibrate(family)
-    grid = family.shape(grid_nodes(100, (0.5, 0.5, 0.5)), **family.parameters)
+    nodes = family.period * grid_nodes(100, (0.5, 0.5, 0.5))
+    grid = family.shape(nodes, **family.parameters)
     for rho in np.linspace(*calibration.window, 7):
         assert np.mean(grid <= calibration.level_of(rho)) == pytest.approx(rho, abs=0.003)
 
 
-@pytest.mark.parametrize(
-    "family",
-    [f for n, f in REGISTRY.cell_families.items() if n.endswith("-sheet")],
-    ids=lambda f: f.name,
-)
+@pytest.mark.parametrize("family", list(checked("-sheet")))
 def test_sheet_and_void_fill_the_cell(family):
     # Sheet f in [-t, t] of the network's function: solid plus both voids is one cell.
     network = REGISTRY.cell_families[family.name.replace("-sheet", "-network")]
-    values = network.shape(grid_nodes(100, (0.5, 0.5, 0.5)))
+    nodes = family.period * grid_nodes(100, (0.5, 0.5, 0.5))
+    values = network.shape(nodes, **network.parameters)
     level = float(calibrate(family).level_of(0.2))
     voids = np.mean(values < -level) + np.mean(values > level)
     assert voids == pytest.approx(0.8, abs=0.003)

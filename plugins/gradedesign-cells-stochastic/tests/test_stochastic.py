@@ -25,7 +25,10 @@ every_family = pytest.mark.parametrize("family", FAMILIES.values(), ids=lambda f
 #: One of each way to make a shape.
 some_families = pytest.mark.parametrize(
     "family",
-    [FAMILIES[n] for n in ("voronoi-open", "voronoi-closed", "random-pores", "spinodoid-lamellar")],
+    [
+        FAMILIES[n]
+        for n in ("voronoi-open", "voronoi-closed", "random-pores", "spinodoid-lamellar-network")
+    ],
     ids=lambda f: f.name,
 )
 
@@ -41,7 +44,7 @@ def values(family, points, **parameters):
 
 
 def test_every_cell_is_there():
-    spinodoids = {f"spinodoid-{kind}{end}" for kind in KINDS for end in ("", "-sheet")}
+    spinodoids = {f"spinodoid-{kind}-{end}" for kind in KINDS for end in ("network", "sheet")}
     assert set(FAMILIES) == {*FOAMS, *SPHERES, *spinodoids}
 
 
@@ -72,7 +75,7 @@ def test_a_seed_always_gives_the_same_cell():
     assert np.array_equal(foam.voronoi_edges, again.voronoi_edges)
     assert np.array_equal(foam.delaunay_edges, again.delaunay_edges)
     cones = (90.0, 30.0, 0.0)
-    points = window(FAMILIES["spinodoid-isotropic"], 4000)
+    points = window(FAMILIES["spinodoid-isotropic-network"], 4000)
     field = random_field.__wrapped__(11.0, 6, cones)
     assert np.array_equal(random_field(11.0, 6, cones)(points), field(points))
 
@@ -146,7 +149,7 @@ def test_points_of_one_seed_have_no_preferred_place():
         ("voronoi-closed", 0.04, 0.01),
         ("delaunay", 0.06, 0.02),
         ("random-spheres", 0.5, 0.06),
-        ("spinodoid-isotropic", 0.0, 0.02),
+        ("spinodoid-isotropic-network", 0.0, 0.02),
     ],
 )
 def test_density_at_one_level_scatters_little_between_seeds(name, level, scatter):

@@ -77,7 +77,7 @@ def _families() -> Iterator[CellFamily]:
         }
         source = f"{kind} spinodoid (Kumar et al., npj Comput. Mater. 6 (2020) 73), periodic"
         yield CellFamily(
-            name=f"spinodoid-{kind}",
+            name=f"spinodoid-{kind}-network",
             shape=spinodoid,
             source=source,
             parameters=parameters,
