@@ -110,12 +110,13 @@ def test_naive_map_beside_it(law, origin, size_error, shear, folds):
 
 @pytest.mark.parametrize("law", ["ratio", "wall"])
 def test_density_is_the_one_asked_for(law):
-    # The bar is 1 %; 400 000 points of a density of 0.15 know it within 0.2 %.
+    # The bar is 1 %; half of it here, so that a level 1 % wrong is seen: 400 000 points of a
+    # density of 0.15 know it within 0.3 %.
     points = volume_points(None, LOWER, UPPER, 400_000)
     found = density_achieved(
         graded("bricks", law), calibrate(FAMILY), density("bricks"), points, slabs=3
     )
-    assert found.achieved == pytest.approx(found.asked, rel=0.01)
+    assert found.achieved == pytest.approx(found.asked, rel=0.006)
     for slab in found.slabs:
         assert slab.achieved == pytest.approx(slab.asked, rel=0.015)
 
