@@ -16,10 +16,10 @@ FAMILIES = {family.name: family for family in gradedesign_cell_families()}
 PI = np.pi
 
 #: Quick and different ones at once, the rest with the slow tests.
-QUICK = {"slabs", "rods", "sphere-pores", "octahedron-pores", "slotted-plates", "honeycomb-plates"}
+QUICK = {"slabs", "rods", "octahedron-pores", "slotted-plates"}
 
 
-def samples(count=400_000):
+def samples(count=200_000):
     """Points that fill the cell evenly: an additive recurrence with the plastic number's kin."""
     step = 1.2207440846057596 ** -np.arange(1.0, 4.0)
     return np.mod(0.3141 + step[:, None] * np.arange(count), 1.0)
@@ -62,10 +62,10 @@ def test_conforms(family):
 @pytest.mark.parametrize("level", [-0.8, 0.0, 0.5])
 def test_rods_are_square_bars_of_the_sine(level):
     w = share(-level)
-    assert density("rods", level) == pytest.approx(3 * w**2 - 2 * w**3, abs=5e-4)
+    assert density("rods", level) == pytest.approx(3 * w**2 - 2 * w**3, abs=7e-4)
     # At level 0 smooth operations and sharp ones have the same solid.
     smooth = density("rods-smooth", 0.0, threshold=-level)
-    assert smooth == pytest.approx(3 * w**2 - 2 * w**3, abs=5e-4)
+    assert smooth == pytest.approx(3 * w**2 - 2 * w**3, abs=7e-4)
 
 
 def test_rods_by_axis():
@@ -74,7 +74,7 @@ def test_rods_by_axis():
     found = density(
         "rods-orthotropic", -0.3, frequency_y=3.0, threshold_y=0.2, threshold_z=-0.1, phase_x=0.2
     )
-    assert found == pytest.approx(x * y + y * z + z * x - 2 * x * y * z, abs=5e-4)
+    assert found == pytest.approx(x * y + y * z + z * x - 2 * x * y * z, abs=7e-4)
 
 
 @pytest.mark.parametrize(("web", "t"), [(0.15, 0.03), (0.15, 0.2), (0.3, 0.1), (0.0, 0.1)])
@@ -84,7 +84,7 @@ def test_slabs_less_tunnels(web, t, frequency):
     w, frame = 2 * t, 2 * min(t + web, 0.5)
     expected = 1 - (1 - w) ** 3 - 3 * w * (1 - frame) ** 2
     found = density("slabs", t / frequency, web=web / frequency, frequency=frequency)
-    assert found == pytest.approx(expected, abs=5e-4)
+    assert found == pytest.approx(expected, abs=7e-4)
 
 
 def ball_overlap(r, half):
@@ -97,9 +97,9 @@ def ball_overlap(r, half):
 def test_round_pores(r):
     # 1 - 4/3 pi r^3; from 1/2 on less the lenses with three of the six neighbours.
     solid = 1 - 4 / 3 * PI * r**3 + 3 * ball_overlap(r, 0.5)
-    assert density("sphere-pores", -r) == pytest.approx(solid, abs=5e-4)
+    assert density("sphere-pores", -r) == pytest.approx(solid, abs=7e-4)
     half = density("sphere-pores", -r / 2, frequency=2.0, phase=0.3)
-    assert half == pytest.approx(solid, abs=5e-4)
+    assert half == pytest.approx(solid, abs=7e-4)
 
 
 @pytest.mark.parametrize(("name", "count"), [("bcc", 2), ("fcc", 4)])
@@ -137,16 +137,16 @@ def test_sine_pores_are_the_primitive_surface():
 def test_other_pores():
     r, axes = 0.4, (1.0, 0.8, 1.2)
     ellipsoids = density("ellipsoid-pores", -r, axis_x=1.0, axis_y=0.8, axis_z=1.2)
-    assert ellipsoids == pytest.approx(1 - 4 / 3 * PI * np.prod(axes) * r**3, abs=5e-4)
+    assert ellipsoids == pytest.approx(1 - 4 / 3 * PI * np.prod(axes) * r**3, abs=7e-4)
     for r in (0.3, 0.7):
         octahedra = 1 - 4 / 3 * r**3 + 4 * max(r - 0.5, 0) ** 3
-        assert density("octahedron-pores", -r) == pytest.approx(octahedra, abs=5e-4)
+        assert density("octahedron-pores", -r) == pytest.approx(octahedra, abs=7e-4)
     for r in (0.1, 0.4):
         cylinders = 1 - 3 * PI * r**2 + 8 * 2**0.5 * r**3
-        assert density("cylinder-pores", -r) == pytest.approx(cylinders, abs=5e-4)
+        assert density("cylinder-pores", -r) == pytest.approx(cylinders, abs=7e-4)
     for r, neck in ((0.3, 0.5), (0.45, 0.2)):
         cubes = 1 - 8 * r**3 - 12 * (neck * r) ** 2 * (1 - 2 * r)
-        assert density("cube-pores", 0.5 - r, neck=neck) == pytest.approx(cubes, abs=5e-4)
+        assert density("cube-pores", 0.5 - r, neck=neck) == pytest.approx(cubes, abs=7e-4)
 
 
 def test_pores_of_ones_own():
@@ -159,7 +159,7 @@ def test_pores_of_ones_own():
 
     family = pore_family("my-pores", tilted, parameters={"long": 2.0}, source="me")
     value = family.shape(POINTS, long=2.5)
-    assert np.mean(value <= -0.19) == pytest.approx(1 - 4 / 3 * PI * 2.5 * 0.19**3, abs=5e-4)
+    assert np.mean(value <= -0.19) == pytest.approx(1 - 4 / 3 * PI * 2.5 * 0.19**3, abs=7e-4)
     assert dict(family.parameters) == {"frequency": 1.0, "phase": 0.0, "long": 2.0}
     moved = family.shape(POINTS[:, :99] + np.array([[1.0], [-2.0], [1.0]]))
     np.testing.assert_allclose(moved, family.shape(POINTS[:, :99]), atol=1e-12)
@@ -284,10 +284,10 @@ def test_honeycombs_are_regular(polygons, corners, centres):
 @pytest.mark.parametrize("t", [0.03, 0.1])
 def test_plates_without_slots(t):
     # Void squares and hexagons of distance 1 - 2 t across; triangles of height sqrt(3)/2 - 3 t.
-    assert density("slotted-plates", t, slot=0.0) == pytest.approx(4 * t - 4 * t**2, abs=5e-4)
-    assert density("honeycomb-plates", t, slot=0.0) == pytest.approx(4 * t - 4 * t**2, abs=5e-4)
+    assert density("slotted-plates", t, slot=0.0) == pytest.approx(4 * t - 4 * t**2, abs=7e-4)
+    assert density("honeycomb-plates", t, slot=0.0) == pytest.approx(4 * t - 4 * t**2, abs=7e-4)
     triangle = 1 - (1 - 2 * 3**0.5 * t) ** 2
-    assert density("triangle-plates", t, slot=0.0) == pytest.approx(triangle, abs=5e-4)
+    assert density("triangle-plates", t, slot=0.0) == pytest.approx(triangle, abs=7e-4)
     assert STRETCH == (1.0, 3**0.5, 1.0)
 
 
@@ -302,9 +302,9 @@ def test_slots_leave_columns():
     band = slot - 2 * t
     expected = (1 - band) * (4 * t - 4 * t**2) + band * cross
     found = density("slotted-plates", t, slot=slot, column=column)
-    assert found == pytest.approx(expected, abs=5e-4)
+    assert found == pytest.approx(expected, abs=7e-4)
     half = density("slotted-plates", t, slot=slot / 2 + t, column=column, frequency_z=2.0)
-    assert half == pytest.approx(expected, abs=5e-4)
+    assert half == pytest.approx(expected, abs=7e-4)
 
 
 def test_closed_honeycombs_are_refused():

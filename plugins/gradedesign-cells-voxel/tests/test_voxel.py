@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, PartError, PluginError, RawTriangles, SurfaceMesh
-from gradedesign.cell.calibration import calibrate
 from gradedesign.fields import periodic_distance_to_segments
 from gradedesign.testing import check_cell_family
 from gradedesign_cells_voxel import (
@@ -78,14 +77,16 @@ def write_stl(path, corners):
 
 
 @pytest.mark.parametrize(
-    "family",
-    [
-        pytest.param(family, id=name, marks=[] if name == "kelvin-voxel" else [pytest.mark.slow])
-        for name, family in FAMILIES.items()
-    ],
+    "family", [pytest.param(f, id=name, marks=pytest.mark.slow) for name, f in FAMILIES.items()]
 )
 def test_conforms(family):
     check_cell_family(family)
+
+
+@pytest.mark.slow
+def test_a_cell_of_ones_own_conforms():
+    grey = -primitive(nodes(16))
+    check_cell_family(cell_from_voxels(grey, name="my-cell", resolution=24, symmetry="cubic"))
 
 
 def test_every_cell_is_there():
@@ -142,29 +143,30 @@ def test_mesh_of_bars(kind, tmp_path):
         "surface": SurfaceMesh(vertices=corners.reshape(-1, 3), faces=faces),
         "raw": RawTriangles(corners=corners),
     }[kind]
-    shape = cell_from_mesh(mesh, name="bars", resolution=40).shape
+    shape = cell_from_mesh(mesh, name="bars", resolution=32).shape
     w = 0.4
     assert np.mean(shape(samples()) <= 0) == pytest.approx(3 * w**2 - 2 * w**3, abs=0.005)
     # No cap counts: on the axis of a bar at the cell's face the surface is half a width away.
     spots = np.array([[0.0, 0.5, 0.5], [0.5, 0.5, 0.0], [0.0, 0.0, 0.0], [0.1, 0.5, 0.85]]).T
     expected = [-0.2, -0.2, 0.3 * 2**0.5, 0.15]
-    np.testing.assert_allclose(shape(spots), expected, atol=0.006)
+    np.testing.assert_allclose(shape(spots), expected, atol=0.008)
     np.testing.assert_allclose(shape(spots + 1.0), shape(spots), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_mesh_of_a_ball_in_its_box():
     trimesh = pytest.importorskip("trimesh")
-    ball = trimesh.creation.icosphere(subdivisions=4, radius=3.0)
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=3.0)
     mesh = np.array(ball.triangles) + 5.0
-    family = cell_from_mesh(mesh, name="ball", box=[[0, 0, 0], [10, 10, 10]])
+    family = cell_from_mesh(mesh, name="ball", box=[[0, 0, 0], [10, 10, 10]], resolution=32)
     points = samples(4000)
     apart = points - 0.5
     exact = np.linalg.norm(apart - np.round(apart), axis=0) - 0.3
-    # Facets lie inside the ball by at most 0.3 / 8 * (0.07 rad)^2; the spline rounds the middle.
+    # Facets lie inside the ball by at most 0.3 / 8 * (0.14 rad)^2; the spline rounds the middle.
     away = np.abs(exact + 0.3) > 0.05
     ridge = np.abs(np.abs(apart).max(axis=0) - 0.5) < 0.05
     error = np.abs(family.shape(points) - exact)[away & ~ridge]
-    assert error.max() < 1e-3
+    assert error.max() < 2e-3
 
 
 @pytest.mark.parametrize(
@@ -253,7 +255,7 @@ def test_the_shape_is_a_distance():
     # A ball of radius 0.35 as binary voxels: distance |u - c| - r, to half a voxel.
     grid = nodes(30)
     solid = np.linalg.norm(grid - 0.5, axis=0) <= 0.35
-    family = cell_from_voxels(solid, name="ball", resolution=48)
+    family = cell_from_voxels(solid, name="ball", resolution=32)
     apart = samples(4000) - 0.5
     away = np.linalg.norm(apart, axis=0)
     middle = (away > 0.1) & (np.abs(apart).max(axis=0) < 0.45)
@@ -342,6 +344,7 @@ def test_helices_have_their_amplitude_and_meet_at_nodes():
     np.testing.assert_allclose(pieces[:, [0, -1], [0, 1]], middle[:, [0, -1], [0, 1]], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_grey_selects_increments_exactly():
     family, points = FAMILIES["bcc-straight-to-helix"], samples(40_000)
     for index in (0, 3, COUNT - 1):
@@ -354,10 +357,9 @@ def test_grey_selects_increments_exactly():
     # Between two increments, between their cells.
     low, high, mid = (family.shape(points, grey=255.0 * k / 15) for k in (3.0, 4.0, 3.4))
     np.testing.assert_allclose(mid, 0.6 * low + 0.4 * high, atol=1e-12)
-    with pytest.raises(CaseError, match="grey is 256, expected 0 to 255"):
-        family.shape(points, grey=256.0)
 
 
+@pytest.mark.slow
 def test_density_selects_nested_increments():
     family, points = FAMILIES["bcc-triangle-increments"], samples()
     value = family.shape(points)
@@ -396,17 +398,18 @@ def test_two_increments_of_ones_own():
     scaled = cell_from_increments(shapes, name="same", grey=77.0)
     # Both are the same cell by different values, so ranks do not change in between.
     assert np.mean(scaled.shape(samples()) <= 0.4) == pytest.approx(0.4, abs=1e-3)
+    with pytest.raises(CaseError, match="grey is 256, expected 0 to 255"):
+        scaled.shape(samples(9), grey=256.0)
 
 
 def test_the_stored_cell_is_a_kelvin_cell():
     # Half of the edges' volume by struts alone, 6 sqrt 2 pi r^2 = 0.1706, less overlaps at nodes.
     family = FAMILIES["kelvin-voxel"]
-    found = float(np.mean(family.shape(samples()) <= 0))
+    found = float(np.mean(family.shape(samples(20_000)) <= 0))
     assert 0.14 < found < 0.1706
     # The middle of a strut, between two nodes of the truncated octahedron.
     a, b = np.array([0.5, 0.25, 0.0]), np.array([0.5, 0.0, 0.25])
     assert float(family.shape(0.5 * (a + b))) == pytest.approx(-0.08, abs=0.015)
-    assert calibrate(family).window[0] < found < calibrate(family).window[1]
 
 
 def test_the_readme_makes_a_cell_of_a_file(tmp_path):
