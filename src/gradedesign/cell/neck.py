@@ -15,6 +15,8 @@ from gradedesign.errors import LatticeError
 
 #: Pieces below this share of the solid are crumbs of the grid.
 CRUMB = 1e-3
+#: Least area of solid across a transition, over its density, that is no bottleneck.
+LEAST_AREA = 0.15
 #: Points per cell at which densities are measured.
 _POINTS = 40_000
 _SHIFTS = (
@@ -131,22 +133,27 @@ def joining_shift(
 ) -> tuple[float, float, float]:
     """Shift of the second family, in cells, with which the transition is one piece.
 
-    None where that joins them; else the one of half or quarter cells with the widest neck.
+    None where that joins them well: a neck of at least half the thinner family's, through planes
+    with at least `LEAST_AREA` of the solid asked for. Else the one of half or quarter cells with
+    the widest neck.
 
     Raises
     ------
     LatticeError
         If no shift makes one piece.
     """
-    best, widest = None, (0.0, 0.0)
+    best: tuple[float, float, float] | None = None
+    widest = (False, 0.0, 0.0)
     for shift in _SHIFTS:
         transition = cell_transition(first, second, scale=scale, shift=shift)
         neck = measure_neck(transition, density, length=length, resolution=resolution)
         if neck.pieces == 1 and neck.width > 0:
-            if not any(shift):
+            thinner = min(neck.first_width, neck.second_width)
+            if not any(shift) and neck.width >= 0.5 * thinner and neck.area >= LEAST_AREA:
                 return shift
-            if (neck.width, neck.area) > widest:
-                best, widest = shift, (neck.width, neck.area)
+            rank = (neck.area >= LEAST_AREA, neck.width, neck.area)
+            if rank > widest:
+                best, widest = shift, rank
     if best is None:
         raise LatticeError(
             f"a transition of {length:g} cells from '{first.family.name}' to "
