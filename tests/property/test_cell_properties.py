@@ -13,12 +13,20 @@ from gradedesign.plugin.registry import build_registry
 REGISTRY = build_registry()
 
 
+#: Families of which every kind is checked in each run; all others in the slow run.
+QUICK = {
+    f"{surface}-{kind}"
+    for surface in ("gyroid", "diamond", "primitive")
+    for kind in ("network", "sheet", "wall")
+}
+
+
 def checked(end=""):
-    """Families by the end of their name; other distributions' only in the slow run."""
+    """Families by the end of their name; most of them only in the slow run."""
     for name, family in REGISTRY.cell_families.items():
-        own = REGISTRY.sources["cell_families"][name].startswith("gradedesign-cells-tpms")
         if name.endswith(end):
-            yield pytest.param(family, id=name, marks=[] if own else [pytest.mark.slow])
+            marks = [] if name in QUICK else [pytest.mark.slow]
+            yield pytest.param(family, id=name, marks=marks)
 
 
 every_family = pytest.mark.parametrize("family", list(checked()))
@@ -52,9 +60,10 @@ def test_level_and_wall_increase_with_density(family, fractions):
 
 @every_family
 def test_density_agrees_with_a_voxel_count(family):
-    # The bound of the calibration, 0.003, on a grid of its own.
+    # The bound of the calibration, 0.003, on a grid of its own, off the planes of symmetry: with
+    # nodes in mirrored pairs a few sheets are off by 0.005.
     calibration = calibrate(family)
-    nodes = family.period * grid_nodes(100, (0.5, 0.5, 0.5))
+    nodes = family.period * grid_nodes(100, (0.31, 0.57, 0.83))
     grid = family.shape(nodes, **family.parameters)
     for rho in np.linspace(*calibration.window, 7):
         assert np.mean(grid <= calibration.level_of(rho)) == pytest.approx(rho, abs=0.003)
