@@ -193,6 +193,12 @@ def _distance_to_level(view: _View, level: float, points: FloatArray) -> FloatAr
     """
     shape = view.shape
     surface = level_set_points(shape, level=level, resolution=view.grid, newton_steps=2)
+    if np.isfinite(view.reach):
+        # Where the cube ends, values jump; what lies on no surface of it must not be taken for one.
+        inside = ((surface >= 0) & (surface <= 1)).all(axis=0)
+        off = np.abs(shape(surface) - level)
+        inside &= off <= _SETTLED * (view.seen - float(shape(view.neck)[0]))
+        surface = surface[:, inside]
     surface = np.mod(surface, 1.0)
     surface[surface >= 1.0] = 0.0
     distance, index = cKDTree(surface.T, boxsize=1.0).query(np.mod(points, 1.0).T)
@@ -253,7 +259,9 @@ def _strut(view: _View) -> FloatArray:
                 break
             line.append(point)
             point, value = following, lower
-    return np.concatenate(line, axis=1)
+    points = np.concatenate(line, axis=1)
+    # Beside a kink of the shape, the first steps may lead over it.
+    return points[:, shape(points) <= shape(saddle)]
 
 
 def _saddle(view: _View) -> FloatArray:
