@@ -10,6 +10,9 @@ from gradedesign.arrays import FloatArray
 #: Nodes by which the coefficients reach beyond the grid on every side.
 PAD = 1
 
+#: Points that share scratch memory.
+_BLOCK = 512
+
 
 @njit(cache=True)
 def _weights(t: float, value: FloatArray, slope: FloatArray) -> None:
@@ -56,26 +59,34 @@ def _locate(
 def spline_values(
     coefficients: FloatArray, origin: FloatArray, spacing: FloatArray, points: FloatArray
 ) -> FloatArray:
-    """Three fields at points ``(3, n)``, linear beyond the grid, ``(3, n)``."""
+    """Three fields at points ``(3, n)``, linear beyond the grid, ``(3, n)``.
+
+    ``coefficients`` ``(nx, ny, nz, 3)``, with `PAD` nodes beyond the grid.
+    """
+    count = points.shape[1]
     result = np.zeros(points.shape)
-    last = np.array([float(n - 2 * PAD - 1) for n in coefficients.shape[1:]])
-    for n in prange(points.shape[1]):
+    last = np.array([float(n - 2 * PAD - 1) for n in coefficients.shape[:3]])
+    for block in prange((count + _BLOCK - 1) // _BLOCK):
         cell, beyond = np.zeros(3), np.zeros(3)
         value, slope = np.zeros((3, 4)), np.zeros((3, 4))
-        moved = _locate(points[:, n], origin, spacing, last, cell, value, slope, beyond)
-        x, y, z = int(cell[0]) + PAD - 1, int(cell[1]) + PAD - 1, int(cell[2]) + PAD - 1
-        for a in range(4):
-            for b in range(4):
-                w = value[0, a] * value[1, b]
-                gx = slope[0, a] * value[1, b] * beyond[0] / spacing[0]
-                gy = value[0, a] * slope[1, b] * beyond[1] / spacing[1]
-                for c in range(4):
-                    share = w * value[2, c]
-                    if moved:
-                        share += (gx + gy) * value[2, c]
-                        share += w * slope[2, c] * beyond[2] / spacing[2]
-                    for p in range(3):
-                        result[p, n] += share * coefficients[p, x + a, y + b, z + c]
+        for n in range(block * _BLOCK, min((block + 1) * _BLOCK, count)):
+            moved = _locate(points[:, n], origin, spacing, last, cell, value, slope, beyond)
+            x, y, z = int(cell[0]) + PAD - 1, int(cell[1]) + PAD - 1, int(cell[2]) + PAD - 1
+            first, second, third = 0.0, 0.0, 0.0
+            for a in range(4):
+                for b in range(4):
+                    w = value[0, a] * value[1, b]
+                    gx = slope[0, a] * value[1, b] * beyond[0] / spacing[0]
+                    gy = value[0, a] * slope[1, b] * beyond[1] / spacing[1]
+                    for c in range(4):
+                        share = w * value[2, c]
+                        if moved:
+                            share += (gx + gy) * value[2, c]
+                            share += w * slope[2, c] * beyond[2] / spacing[2]
+                        first += share * coefficients[x + a, y + b, z + c, 0]
+                        second += share * coefficients[x + a, y + b, z + c, 1]
+                        third += share * coefficients[x + a, y + b, z + c, 2]
+            result[0, n], result[1, n], result[2, n] = first, second, third
     return result
 
 
@@ -84,27 +95,31 @@ def spline_gradients(
     coefficients: FloatArray, origin: FloatArray, spacing: FloatArray, points: FloatArray
 ) -> FloatArray:
     """Derivatives d(field_i)/dx_j of `spline_values` at points ``(3, n)``, ``(3, 3, n)``."""
-    result = np.zeros((3, 3, points.shape[1]))
-    last = np.array([float(n - 2 * PAD - 1) for n in coefficients.shape[1:]])
-    for n in prange(points.shape[1]):
+    count = points.shape[1]
+    result = np.zeros((3, 3, count))
+    last = np.array([float(n - 2 * PAD - 1) for n in coefficients.shape[:3]])
+    for block in prange((count + _BLOCK - 1) // _BLOCK):
         cell, beyond = np.zeros(3), np.zeros(3)
         value, slope = np.zeros((3, 4)), np.zeros((3, 4))
-        moved = _locate(points[:, n], origin, spacing, last, cell, value, slope, beyond)
-        x, y, z = int(cell[0]) + PAD - 1, int(cell[1]) + PAD - 1, int(cell[2]) + PAD - 1
-        index = np.zeros(3, dtype=np.int64)
-        for a in range(4):
-            for b in range(4):
-                for c in range(4):
-                    index[0], index[1], index[2] = a, b, c
-                    for d in range(3):
-                        e, f = (d + 1) % 3, (d + 2) % 3
-                        ve, vf = value[e, index[e]], value[f, index[f]]
-                        share = ve * vf
-                        if moved and beyond[d] == 0.0:
-                            # Along the border the slope that is continued beyond it changes too.
-                            share += slope[e, index[e]] * vf * beyond[e] / spacing[e]
-                            share += ve * slope[f, index[f]] * beyond[f] / spacing[f]
-                        share *= slope[d, index[d]] / spacing[d]
-                        for p in range(3):
-                            result[p, d, n] += share * coefficients[p, x + a, y + b, z + c]
+        index, found = np.zeros(3, dtype=np.int64), np.zeros((3, 3))
+        for n in range(block * _BLOCK, min((block + 1) * _BLOCK, count)):
+            moved = _locate(points[:, n], origin, spacing, last, cell, value, slope, beyond)
+            x, y, z = int(cell[0]) + PAD - 1, int(cell[1]) + PAD - 1, int(cell[2]) + PAD - 1
+            found[:] = 0.0
+            for a in range(4):
+                for b in range(4):
+                    for c in range(4):
+                        index[0], index[1], index[2] = a, b, c
+                        for d in range(3):
+                            e, f = (d + 1) % 3, (d + 2) % 3
+                            ve, vf = value[e, index[e]], value[f, index[f]]
+                            share = ve * vf
+                            if moved and beyond[d] == 0.0:
+                                # Along the border the slope continued beyond it changes too.
+                                share += slope[e, index[e]] * vf * beyond[e] / spacing[e]
+                                share += ve * slope[f, index[f]] * beyond[f] / spacing[f]
+                            share *= slope[d, index[d]] / spacing[d]
+                            for p in range(3):
+                                found[p, d] += share * coefficients[x + a, y + b, z + c, p]
+            result[:, :, n] = found
     return result

@@ -211,7 +211,7 @@ def _spline_map(
     """Map that interpolates node values of the phases ``(3, nx, ny, nz)``."""
     crop = (slice(_BEYOND - PAD, PAD - _BEYOND),) * 3
     filtered = (spline_filter(_continued(p), order=3, mode="mirror")[crop] for p in phases)
-    table = np.stack(list(filtered))
+    table = np.stack(list(filtered), axis=-1)
     table.flags.writeable = False
 
     def raw(points: FloatArray) -> FloatArray:
