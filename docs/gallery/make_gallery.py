@@ -1,0 +1,214 @@
+"""Draw every installed cell family and every grading: ``python docs/gallery/make_gallery.py``.
+
+Pictures that exist are kept; ``--again`` draws them anew. ``-k WORD`` draws those whose name holds
+the word. README.md beside this file is written from the pictures that exist.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from gradedesign.arrays import Field
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell_map import CellMap, uniform_map
+from gradedesign.cell.conformal_map import conformal_map
+from gradedesign.cell.cylindrical_map import cylindrical_map
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.phase_fields import graded_size_map
+from gradedesign.cell.shape import evaluate_shape, spread_points
+from gradedesign.cell.spherical_map import spherical_map
+from gradedesign.cell.transition import cell_transition
+from gradedesign.cell.warp_map import MorphingSphere, warp_map
+from gradedesign.errors import GradeDesignError
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.output._draw_opengl import draw_opengl
+from gradedesign.output.scene import Layer, Scene
+from gradedesign.plugin.registry import build_registry
+
+HERE = Path(__file__).parent
+#: Relative density of the families' pictures: all families have it.
+DENSITY = 0.35
+#: Grid steps along a cell, and edge of a picture in pixels.
+STEPS, PIXELS = 24, 280
+#: Largest picture, bytes.
+LARGEST = 60_000
+
+Box = tuple[float, float, float]
+Picture = tuple[Field, Box, float]
+
+
+def draw(path: Path, field: Field, upper: Box, h: float) -> None:
+    """Surface of a field in the box from the origin to ``upper``, as a small picture."""
+    surface = extract_surface(field, (0.0, 0.0, 0.0), upper, h)
+    layer = Layer(vertices=surface.vertices, faces=surface.faces, colour="#7f9fbf")
+    image = Image.open(io.BytesIO(draw_opengl(Scene(title="", layers=(layer,))))).convert("RGB")
+    pixels = np.array(image)
+    # The corner with the axes is left out.
+    pixels[int(0.75 * pixels.shape[0]) :, : int(0.15 * pixels.shape[1])] = 255
+    image = Image.fromarray(pixels)
+    drawn = (pixels < 250).any(axis=2)
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    image = image.crop((int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1))
+    image.thumbnail((PIXELS, PIXELS), Image.Resampling.LANCZOS)
+    image.quantize(24).save(path, optimize=True)
+    if path.stat().st_size > LARGEST:
+        raise SystemExit(f"{path} has {path.stat().st_size} bytes, more than {LARGEST}")
+
+
+def family_picture(family: CellFamily) -> Picture:
+    """Two cells along each axis of one family."""
+    parameters = dict(family.parameters)
+    sample = evaluate_shape(family, parameters, family.period * spread_points(60_000))
+    level = float(np.quantile(sample, DENSITY))
+
+    def field(points: np.ndarray) -> np.ndarray:
+        return evaluate_shape(family, parameters, points) - level
+
+    return field, (2.0, 2.0, 2.0), 1 / STEPS
+
+
+def graded(
+    family: CellFamily, cell_map: Callable[[np.ndarray], np.ndarray], density: Field
+) -> Field:
+    """Lattice of a family with a map and a density."""
+    cell = calibrate(family)
+
+    def field(points: np.ndarray) -> np.ndarray:
+        g = family.shape(cell_map(points), **cell.parameters)
+        return np.asarray(g - cell.level_of(density(points)))
+
+    return field
+
+
+def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[], Picture]]]:
+    """Every grading and cell map by name, each as a function that makes it."""
+    sheet, struts = families["gyroid-sheet"], families["bcc"]
+    plain = uniform_map(1.0)
+
+    def even(points: np.ndarray) -> np.ndarray:
+        return np.full(points.shape[1:], 0.25)
+
+    def ramp(points: np.ndarray) -> np.ndarray:
+        return np.clip(0.1 + 0.07 * points[0], 0.1, 0.5)
+
+    def size_of(points: np.ndarray) -> np.ndarray:
+        return 1.4 - 0.15 * points[0]
+
+    def bar(field: Field, step: float = 1 / STEPS) -> Picture:
+        return field, (6.0, 2.0, 2.0), step
+
+    def mapped(cell_map: CellMap, step: float = 1 / 20) -> Picture:
+        return graded(sheet, cell_map, even), (4.0, 4.0, 2.0), step
+
+    def transition() -> Picture:
+        mixed = cell_transition(calibrate(sheet), calibrate(struts))
+
+        def field(points: np.ndarray) -> np.ndarray:
+            s = np.clip((points[0] - 2.0) / 2.0, 0.0, 1.0)
+            weight = (s**2 * (3 - 2 * s))[None]
+            return mixed.shape(np.concatenate([points, weight])) - 0.3
+
+        return bar(field)
+
+    def graded_size() -> Picture:
+        sizes = graded_size_map(size_of, (0, 0, 0), (6, 2, 2), spacing=0.2)
+        return bar(graded(sheet, sizes, even))
+
+    def depth(points: np.ndarray) -> np.ndarray:
+        away = np.minimum.reduce([points, np.array([6.0, 2.0, 2.0]).reshape(
+            3, *[1] * (points.ndim - 1)) - points]).min(axis=0)  # fmt: skip
+        return np.clip(0.5 - 0.4 * away, 0.1, 0.5)
+
+    yield "grading-level", lambda: bar(graded(sheet, plain, ramp))
+    yield "grading-struts", lambda: bar(graded(struts, plain, ramp))
+    yield "grading-depth", lambda: bar(graded(sheet, plain, depth))
+    yield "grading-size", graded_size
+    yield "grading-family", transition
+    yield (
+        "map-cylindrical",
+        lambda: mapped(
+            cylindrical_map(
+                around=20, radial_size=1.0, axial_size=1.0, inner_radius=2.0, origin=(2, -3, 0)
+            )
+        ),
+    )
+    yield "map-spherical", lambda: mapped(
+        spherical_map(
+            around=24, pole_to_pole=12, radial_size=1.0, inner_radius=3.0, polar_cap=10.0,
+            origin=(2, 2, -4), axis=(1, 0, 0),
+        )
+    )  # fmt: skip
+    yield (
+        "map-conformal",
+        lambda: mapped(
+            conformal_map(
+                lambda p: np.hypot(np.hypot(p[0] - 2, p[1] - 2), p[2] + 6) - 6,
+                1.0,
+                normal=(0, 0, 1),
+            )
+        ),
+    )
+    sphere = MorphingSphere(
+        centre=np.array([2.0, 2.0, 1.0]), stable_radius=0.8, outer_radius=2.2, magnification=1.6
+    )
+    yield "map-warp", lambda: mapped(warp_map(plain, [sphere]))
+
+
+def write_index() -> None:
+    """A page with every picture that exists."""
+    names = sorted(path.stem for path in HERE.glob("*.png"))
+    lines = [
+        "# Gallery",
+        "",
+        f"Every installed cell family at a relative density of {DENSITY:g}, two cells along each",
+        "axis, and every grading and cell map. Drawn by `make_gallery.py`.",
+    ]
+    groups = {"Gradings": "grading-", "Cell maps": "map-", "Families": ""}
+    left = list(names)
+    for heading, start in groups.items():
+        chosen = [name for name in left if name.startswith(start)]
+        left = [name for name in left if name not in chosen]
+        lines += ["", f"## {heading}", ""]
+        for row in range(0, len(chosen), 4):
+            part = chosen[row : row + 4]
+            cells = part + [""] * (4 - len(part))
+            lines.append("| " + " | ".join(cells) + " |")
+            if row == 0:
+                lines.append("|---|---|---|---|")
+            pictures = [f"![{n}]({n}.png)" if n else "" for n in cells]
+            lines.append("| " + " | ".join(pictures) + " |")
+    (HERE / "README.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def main() -> None:
+    """Draw what is missing."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--again", action="store_true", help="draw pictures that exist, too")
+    parser.add_argument("-k", default="", help="only names that hold this")
+    told = parser.parse_args()
+    families = dict(build_registry().cell_families)
+    wanted = [
+        *gradings(families),
+        *((name, lambda f=family: family_picture(f)) for name, family in families.items()),
+    ]
+    for name, make in wanted:
+        path = HERE / f"{name}.png"
+        if told.k not in name or (path.exists() and not told.again):
+            continue
+        try:
+            draw(path, *make())
+        except GradeDesignError as error:
+            print(f"{name}: {error}")  # noqa: T201  a script tells what it could not draw
+        else:
+            print(f"{name}: {path.stat().st_size} bytes", flush=True)  # noqa: T201
+    write_index()
+
+
+if __name__ == "__main__":
+    main()
