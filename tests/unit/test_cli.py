@@ -135,7 +135,7 @@ def test_check_says_what_a_run_would_do(cli, here):
 
 def test_cells_lists_families_with_window_and_source(cli, monkeypatch):
     # Calibration has tests of its own and takes seconds per family.
-    monkeypatch.setattr(list_module, "density_window", lambda _: [0.1, 0.6])
+    monkeypatch.setattr(list_module, "known_window", lambda _: [0.1, 0.6])
     families = {f["name"]: f for f in json.loads(cli("cells", "--json").out)}
     assert {"gyroid-sheet", "diamond-network", "primitive-wall"} <= set(families)
     for family in families.values():
@@ -144,12 +144,24 @@ def test_cells_lists_families_with_window_and_source(cli, monkeypatch):
         assert family["source"]
     table = cli("cells").out
     assert all(name in table for name in families)
+    assert "not computed yet" not in table
+
+
+def test_a_list_computes_nothing(cli, here, monkeypatch):
+    # 135 calibrations take many minutes
+    monkeypatch.setenv("XDG_CACHE_HOME", str(here))
+    monkeypatch.setattr(list_module, "calibrate", None)
+    families = json.loads(cli("cells", "--json").out)
+    assert {f["density_window"] for f in families} == {None}
+    assert "'gradedesign cells NAME'" in cli("cells").out
 
 
 def test_a_window_is_calibrated_once(here, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(here))
     family = build_registry().cell_families["primitive-sheet"]
+    assert list_module.known_window(family) is None
     found = list_module.density_window(family)
+    assert found == list_module.known_window(family)
     assert found == [round(v, 4) for v in calibrate(family).window]
     monkeypatch.setattr(list_module, "calibrate", None)
     assert list_module.density_window(family) == found

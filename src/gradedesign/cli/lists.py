@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,36 +13,73 @@ import typer
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import evaluate_shape
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 _WINDOW_KIND = "cell-window"
-#: Raised when calibration changes what a window is.
-_WINDOW_VERSION = 1
+#: Raised when what is stored of a window changes.
+_WINDOW_VERSION = 2
+
+
+def known_window(family: CellFamily) -> list[float] | None:
+    """Densities over which a family exists, if they were calibrated before."""
+    stored = load_arrays(_WINDOW_KIND, _window_key(family))
+    return None if stored is None else [round(float(v), 4) for v in stored["window"]]
 
 
 def density_window(family: CellFamily) -> list[float]:
     """Densities over which a family exists; calibrated once and then kept in the user's cache."""
-    points = np.random.default_rng(3141).uniform(size=(3, 4096))
-    values = evaluate_shape(family, family.parameters, points)
-    key = content_key(_WINDOW_VERSION, family.name, family.sides, family.distance, values)
-    stored = load_arrays(_WINDOW_KIND, key)
-    if stored is None:
-        stored = {"window": np.array(calibrate(family).window)}
-        store_arrays(_WINDOW_KIND, key, window=stored["window"])
-    return [round(float(v), 4) for v in stored["window"]]
+    known = known_window(family)
+    if known is not None:
+        return known
+    window = np.array(calibrate(family).window)
+    store_arrays(_WINDOW_KIND, _window_key(family), window=window)
+    return [round(float(v), 4) for v in window]
 
 
-def cell_data(registry: Registry, name: str) -> dict[str, Any]:
-    """Plain data of one family, with its calibrated window and its laws."""
+def _window_key(family: CellFamily) -> str:
+    """Key by the code behind the shape: calling it would build tables of seconds per family."""
+    return content_key(
+        _WINDOW_VERSION,
+        family.name,
+        family.sides,
+        family.period,
+        family.distance,
+        repr(sorted(family.parameters.items())),
+        _code_digest(getattr(family.shape, "__module__", "")),
+        _code_digest("gradedesign.cell.calibration"),
+        _code_digest("gradedesign.fields"),
+    )
+
+
+@lru_cache
+def _code_digest(module: str) -> str:
+    """Content key of the Python files of the package that a module belongs to.
+
+    The core's packages count one by one, other distributions' as a whole.
+    """
+    parts = module.split(".")
+    root = ".".join(parts[:2]) if parts[0] == "gradedesign" else parts[0]
+    loaded = sys.modules.get(root) or sys.modules.get(module)
+    file = getattr(loaded, "__file__", None)
+    if file is None:
+        return content_key(module)
+    path = Path(file)
+    files = sorted(path.parent.rglob("*.py")) if path.name == "__init__.py" else [path]
+    return content_key(module, *(source.read_bytes() for source in files))
+
+
+def cell_data(
+    registry: Registry, name: str, window: Callable[[CellFamily], list[float] | None]
+) -> dict[str, Any]:
+    """Plain data of one family, with its window and its laws."""
     family = lookup(registry, "cell_families", name)
     laws = [law for law in registry.scaling_laws.values() if name in law.families]
     return {
         "name": name,
-        "density_window": density_window(family),
+        "density_window": window(family),
         "parameters": dict(family.parameters),
         "distance": family.distance,
         "symmetry": family.symmetry,
@@ -62,7 +102,10 @@ def cell_data(registry: Registry, name: str) -> dict[str, Any]:
 def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
     """Print all families, or one in full."""
     registry = registry_for(strict_plugins=strict_plugins)
-    data = [cell_data(registry, n) for n in ([name] if name else registry.cell_families)]
+    if name:
+        data = [cell_data(registry, name, density_window)]
+    else:
+        data = [cell_data(registry, n, known_window) for n in registry.cell_families]
     if as_json:
         print_json(data[0] if name else data)
         return
@@ -75,13 +118,20 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
         [
             (
                 d["name"],
-                f"{d['density_window'][0]:.3f} to {d['density_window'][1]:.3f}",
+                _range(d["density_window"]),
                 str(len(d["laws"])),
                 d["supplied_by"],
             )
             for d in data
         ],
     )
+
+    if any(d["density_window"] is None for d in data):
+        typer.echo("'-': not computed yet; 'gradedesign cells NAME' finds the densities of a cell")
+
+
+def _range(window: list[float] | None) -> str:
+    return "-" if window is None else f"{window[0]:.3f} to {window[1]:.3f}"
 
 
 def _print_family(family: Mapping[str, Any]) -> None:
