@@ -59,16 +59,17 @@ def property_table(
 
     Notes
     -----
-    The key holds the family's name and its shape function's values at 4096 nodes, the complete
-    parameters, nu, the resolution, and the versions of method and format: a changed cell or a
-    newer method is computed again.
+    The key holds the family's name and its shape function's values at 4096 nodes of one period, the
+    complete parameters, nu, the resolution, and the versions of method and format: a changed cell
+    or a newer method is computed again.
     """
     complete = complete_parameters(family, parameters)
     key = content_key(
         family.name,
         family.symmetry,
         repr(sorted(complete.items())),
-        evaluate_shape(family, complete, grid_nodes(16, (0.3, 0.6, 0.8))),
+        family.period,
+        evaluate_shape(family, complete, family.period * grid_nodes(16, (0.3, 0.6, 0.8))),
         float(poissons_ratio),
         int(resolution or 0),
         PERCENTILE,
