@@ -166,8 +166,8 @@ def write_index() -> None:
     lines = [
         "# Gallery",
         "",
-        f"Every installed cell family at a relative density of {DENSITY:g}, two cells along each",
-        "axis, and every grading and cell map. Drawn by `make_gallery.py`.",
+        f"Cell families at a relative density of {DENSITY:g}, two cells along each",
+        "axis, gradings and cell maps. `make_gallery.py` draws those that are missing.",
     ]
     groups = {"Gradings": "grading-", "Cell maps": "map-", "Families": ""}
     left = list(names)
