@@ -43,7 +43,7 @@ def main() -> None:
         use = max(row["use"] for row in data["limits"])
         print(
             f"{name}: {data['status']}, lightest {data['lightest']}, lattice "
-            f"{data['lattice_mass_g']:.4g} g at density {data['lattice_density']:.4f}, use {use:.1%}"
+            f"{data['lattice_mass_g']:.4g} g at {data['lattice_density']:.4f}, use {use:.1%}"
         )
     print(f"ratio {graded['lattice_mass_g'] / uniform['lattice_mass_g']:.3f}")
 

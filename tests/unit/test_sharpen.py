@@ -25,9 +25,7 @@ def _plane(x):
 
 def _meshes(cube=0.5):
     count = int(7.5 / cube)
-    raw = stuff(
-        lambda x: np.maximum(_ball(x), _plane(x)), (-0.01, -0.02, 0.03), (count,) * 3, cube
-    )
+    raw = stuff(lambda x: np.maximum(_ball(x), _plane(x)), (-0.01, -0.02, 0.03), (count,) * 3, cube)
     return raw, sharpen(raw, _ball, _plane, cube)
 
 

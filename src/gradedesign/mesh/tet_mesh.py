@@ -55,9 +55,7 @@ def boundary_facets(mesh: TetMesh) -> tuple[IntArray, IntArray]:
         The tetrahedron behind each facet.
     """
     t = mesh.tets
-    faces = np.concatenate(
-        [t[[1, 2, 3]].T, t[[0, 3, 2]].T, t[[0, 1, 3]].T, t[[0, 2, 1]].T], axis=0
-    )
+    faces = np.concatenate([t[[1, 2, 3]].T, t[[0, 3, 2]].T, t[[0, 1, 3]].T, t[[0, 2, 1]].T], axis=0)
     owners = np.tile(np.arange(t.shape[1], dtype=np.int64), 4)
     ordered = np.sort(faces, axis=1)
     n = np.int64(mesh.points.shape[1])
