@@ -108,7 +108,7 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     """Climb the rungs in order and write what was found."""
     deadline = Deadline(case.run.time)
     with announce.stage("part"):
-        setup = prepare(case, registry)
+        setup = prepare(case, registry, announce.listener)
     announce.part(setup)
     with announce.stage("solid"):
         solutions = solve_solid(setup)

@@ -236,7 +236,15 @@ def test_44_a_nearly_incompressible_material_is_warned_of(cli, home):
 
 def test_densities_that_no_law_supports(cli, home):
     write(home, BOX_CASE.replace("[0.2, 0.5]", "[0.97, 0.99]"))
-    refused(cli, home, 6, ["windows", "density"])
+    refused(cli, home, 2, ["windows", "density"])
+
+
+def test_densities_that_the_printer_cannot_make(cli, home):
+    thin = BOX_CASE.replace("[0.2, 0.5]", "[0.2, 0.25]")
+    write(home, thin.replace("[run]", '[print]\nmin_wall = "1 mm"\n[run]'))
+    refused(cli, home, 2, ["lattice.density", "min_wall 1 mm", "widen it or choose another"])
+    write(home, thin.replace("[run]", '[print]\nmin_wall = "2 mm"\n[run]'))
+    refused(cli, home, 2, ["print.min_wall", "at most 1.69 mm", "larger cells"])
 
 
 WORKERS = {

@@ -5,7 +5,7 @@ import types
 import numpy as np
 import pytest
 
-from gradedesign import CaseError, CellFamily, DensityError, PluginError, hookimpl, power_law
+from gradedesign import CaseError, CellFamily, PluginError, hookimpl, power_law
 from gradedesign.plugin.choose_law import AUTO_KINDS, choose_law, has_strength
 from gradedesign.plugin.registry import build_registry, lookup
 
@@ -189,8 +189,8 @@ def test_laws_by_name(laws):
         ("cube", "c-wid", (0.1, 0.5), CaseError, 'did you mean "c-wide"'),
         ("cube", "f-other", (0.1, 0.5), CaseError, "describes octahedron, not 'cube'"),
         ("sphere", "auto", (0.1, 0.5), CaseError, "laws that can be named: none"),
-        ("cube", "auto", (0.6, 0.8), DensityError, "c-wide 0.1 to 0.5"),
-        ("cube", "b-narrow", (0.4, 0.5), DensityError, "b-narrow 0.2 to 0.3"),
+        ("cube", "auto", (0.6, 0.8), CaseError, "c-wide 0.1 to 0.5"),
+        ("cube", "b-narrow", (0.4, 0.5), CaseError, "b-narrow 0.2 to 0.3"),
     ],
 )
 def test_impossible_choices_list_what_exists(laws, family, name, density, error, message):

@@ -66,7 +66,12 @@ def test_other_parameters_get_a_law_of_their_own(computed):
 
 
 def test_a_cell_without_a_law_gets_one(computed):
-    found, warnings = resolve_law(case(), build_registry_with([]), FAMILY, {"bend": 0.5})
+    heard = []
+    found, warnings = resolve_law(
+        case(), build_registry_with([]), FAMILY, {"bend": 0.5}, heard.append
+    )
+    assert [event.stage for event in heard] == ["law"]
+    assert "one to two minutes" in heard[0].message
     assert found.name == "cube-computed"
     assert "of this cell" in warnings[0]
 

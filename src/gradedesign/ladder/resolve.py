@@ -64,8 +64,8 @@ def density_bounds(
 
     Raises
     ------
-    DensityError
-        If nothing is left.
+    CaseError
+        If nothing is left, or no density has walls as thick as the printer needs.
     """
     low, high = case.lattice.density
     windows = {
@@ -73,7 +73,10 @@ def density_bounds(
         f"law '{law.name}'": law.window,
     }
     if case.print is not None:
-        floor = density_for_wall(family, parameters, case.print.min_wall, case.lattice.size)
+        try:
+            floor = density_for_wall(family, parameters, case.print.min_wall, case.lattice.size)
+        except DensityError as error:
+            raise CaseError(f"{case.where('print.min_wall')}: {error}") from error
         windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
     warnings = []
     for name, (a, b) in windows.items():
@@ -85,7 +88,7 @@ def density_bounds(
         low, high = max(low, a), min(high, b)
     if low > high:
         listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
-        raise DensityError(
+        raise CaseError(
             f"{case.where('lattice.density')}: {list(case.lattice.density)} has nothing in common "
             f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
         )

@@ -10,21 +10,26 @@ from gradedesign.homogenise.cached_table import ON_DEMAND_RESOLUTION, computed_l
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import choose_law, usable_laws
 from gradedesign.plugin.registry import Registry
+from gradedesign.workspace.progress import Event, Listener, ignore
 
 
 def resolve_law(
-    case: Case, registry: Registry, family: CellFamily, parameters: Mapping[str, float]
+    case: Case,
+    registry: Registry,
+    family: CellFamily,
+    parameters: Mapping[str, float],
+    on_event: Listener = ignore,
 ) -> tuple[ScalingLaw, tuple[str, ...]]:
     """Law of the cell, and warnings about it.
 
     ``auto`` takes a registered law only for the family's default parameters, which are what laws
     describe; otherwise, and for a family without a law, it is computed by homogenisation and kept
-    in the user's cache. A law that the case names is taken as it is, with a warning where the
-    parameters are not those it describes.
+    in the user's cache; ``on_event`` hears of it first, since that takes a minute. A law that the
+    case names is taken as it is, with a warning where the parameters are not those it describes.
 
     Raises
     ------
-    CaseError, DensityError
+    CaseError
         As `choose_law`.
     DensityError, LatticeError, SolverError
         As `computed_law`.
@@ -32,8 +37,15 @@ def resolve_law(
     changed = [k for k, value in parameters.items() if value != family.parameters[k]]
     asked = case.lattice.law
     if asked == "auto" and (changed or not usable_laws(registry, family.name)):
-        law = computed_law(family, parameters)
         why = f"with {_values(changed, parameters)}" if changed else "of this cell"
+        on_event(
+            Event(
+                stage="law",
+                message=f"no law {why} is installed: taking it from the cache, or computing it on "
+                f"{ON_DEMAND_RESOLUTION}^3 voxels, which takes one to two minutes",
+            )
+        )
+        law = computed_law(family, parameters)
         return law, (
             f"no law {why} is installed, so it was computed on {ON_DEMAND_RESOLUTION}^3 voxels; "
             f"'gradedesign homogenise {family.name}' says more",

@@ -36,6 +36,7 @@ from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
+from gradedesign.workspace.progress import Listener, ignore
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +97,7 @@ class Setup:
     warnings: tuple[str, ...]
 
 
-def prepare(case: Case, registry: Registry) -> Setup:
+def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     with locating(case, "material.name"):
         material = resolve_material(case.material, registry)
@@ -109,7 +110,7 @@ def prepare(case: Case, registry: Registry) -> Setup:
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
     with locating(case, "lattice.law"):
-        law, law_warnings = resolve_law(case, registry, family, parameters)
+        law, law_warnings = resolve_law(case, registry, family, parameters, on_event)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters)
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)

@@ -43,9 +43,8 @@ def choose_law(
     Raises
     ------
     CaseError
-        For an unknown law, or one for other families; lists those for this one.
-    DensityError
-        If no window meets the densities; lists the laws with their windows.
+        For an unknown law, or one for other families; lists those for this one. Also
+        if no window meets the densities; lists the laws with their windows.
     """
     for_family = {n: k for n, k in registry.scaling_laws.items() if family in k.families}
     if law != "auto":
@@ -106,7 +105,7 @@ def _require_overlap(
     meeting = [law for law in laws if _overlap(law, density) >= -1e-9]
     if not meeting:
         windows = "; ".join(f"{k.name} {k.window[0]:g} to {k.window[1]:g}" for k in laws)
-        raise DensityError(
+        raise CaseError(
             f"no law for cell '{family}' is supported between densities {density[0]:g} and "
             f"{density[1]:g}; windows: {windows}; change [lattice] density"
         )
