@@ -11,7 +11,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold  # noqa: TID253
 
 # Cells of 22 mm and 1 mm around them: the struts on the faces are a little more than half struts.
-LENGTH, WIDTH, HEIGHT = 112.0, 46.0, 90.0
+LENGTH, WIDTH, HEIGHT = 112.0, 46.0, 68.0
 WALL = 24.0
 FILLET = 12.0
 CHAMFER = 1.5
@@ -19,7 +19,7 @@ BOLT_DIAMETER = 9.0
 SPOT_DIAMETER, SPOT_DEPTH = 16.0, 2.0
 BOLTS = [(56.0, 12.0), (56.0, 34.0), (100.0, 12.0), (100.0, 34.0)]
 LUG_HOLE, LUG_RADIUS, LUG_WIDTH = 12.0, 12.0, 20.0
-LUG_X, LUG_Z = 12.0, 102.0
+LUG_X, LUG_Z = 12.0, 80.0
 SEGMENTS = 64
 
 
