@@ -84,11 +84,14 @@ def run(cells: int, per_cell: int, rounds: int = 3) -> float:
 def run_tetwild() -> float:
     """Time pytetwild on the surface of one cell; returns tetrahedra per second."""
     import pytetwild
-    from skimage.measure import marching_cubes
+    import pyvista
 
     n = 43
     grid = (np.stack(np.meshgrid(*[np.arange(n)] * 3, indexing="ij")) - 1.5) / 40
-    vertices, faces, _, _ = marching_cubes(Sheet(1)(grid), 0.0, spacing=(1 / 40,) * 3)
+    values = Sheet(1)(grid)
+    image = pyvista.ImageData(dimensions=values.shape, spacing=(1 / 40,) * 3)
+    surface = image.contour([0.0], scalars=values.ravel(order="F"), method="flying_edges")
+    vertices, faces = np.asarray(surface.points, dtype=float), surface.regular_faces
     start = time.perf_counter()
     _, tets = pytetwild.tetrahedralize(
         vertices, faces.astype(np.int32), edge_length_abs=0.05, vtk_ordering=True

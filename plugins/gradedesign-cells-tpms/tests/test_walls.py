@@ -6,7 +6,7 @@ until opposite pieces meet, the volume ``A d + pi chi d^3 / 6``, whatever the me
 
 import numpy as np
 import pytest
-from skimage.measure import marching_cubes
+import pyvista
 
 from gradedesign_cells_tpms import gradedesign_cell_families
 
@@ -46,7 +46,9 @@ def area_and_characteristic(function, count):
     """Area and Euler characteristic of the triangulated surface of one cell."""
     axis = np.linspace(0, 1, count + 1)
     values = function(np.stack(np.meshgrid(axis, axis, axis, indexing="ij")))
-    points, faces, _, _ = marching_cubes(values, 0.0, spacing=(1 / count,) * 3)
+    grid = pyvista.ImageData(dimensions=values.shape, spacing=(1 / count,) * 3)
+    surface = grid.contour([0.0], scalars=values.ravel(order="F"), method="flying_edges")
+    points, faces = np.asarray(surface.points, dtype=float), surface.regular_faces
     corner, second, third = (points[faces[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(second - corner, third - corner), axis=1).sum() / 2
     home = np.round(np.mod(points, 1 - 1e-9), 5)
