@@ -26,7 +26,7 @@ def gyroid(count: int, rho: float, *, sheet: bool) -> np.ndarray:
 
 
 def independent(fill: np.ndarray, nu: float) -> np.ndarray:
-    """Stiffness by scikit-fem: assembled hexahedra, nodes merged by hand, plain conjugate gradients."""
+    """Stiffness by scikit-fem: assembled hexahedra, merged nodes, conjugate gradients."""
     import scipy.sparse as sp
     from scipy.sparse.linalg import cg
     from skfem import Basis, BilinearForm, ElementHex1, ElementVector, MeshHex

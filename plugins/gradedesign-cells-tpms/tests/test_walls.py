@@ -6,7 +6,6 @@ until opposite pieces meet, the volume ``A d + pi chi d^3 / 6``, whatever the me
 
 import numpy as np
 import pytest
-import pyvista
 
 from gradedesign_cells_tpms import gradedesign_cell_families
 
@@ -44,6 +43,8 @@ def family_name(surface, kind):
 
 def area_and_characteristic(function, count):
     """Area and Euler characteristic of the triangulated surface of one cell."""
+    import pyvista
+
     axis = np.linspace(0, 1, count + 1)
     values = function(np.stack(np.meshgrid(axis, axis, axis, indexing="ij")))
     grid = pyvista.ImageData(dimensions=values.shape, spacing=(1 / count,) * 3)
