@@ -9,7 +9,9 @@ import pytest
 from gradedesign import CellFamily, power_law
 from gradedesign.errors import CaseError
 from gradedesign.ladder import resolve_law as module
-from gradedesign.ladder.resolve_law import resolve_law
+from gradedesign.ladder.resolve_law import resolve_law, stress_basis, stress_warnings
+from gradedesign.material.local_stress_law import LocalStressLaw
+from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.plugin.registry import build_registry
 
 
@@ -93,3 +95,37 @@ def test_an_unknown_law_is_an_error_not_a_computation(computed):
     with pytest.raises(CaseError, match="no law named 'writen'"):
         resolve_law(case("writen"), build_registry_with([law()]), FAMILY, {"bend": 0.5})
     assert computed == []
+
+
+def test_what_local_stress_rests_on_is_said():
+    surfaces = tuple(
+        StrengthSurface(
+            exponent=4,
+            weights=np.ones(1),
+            forms=np.eye(6)[None] * f,
+            symmetry="cubic",
+            max_error=0.071,
+            rms_error=0.0213,
+            unsafe_error=0.05,
+            percentile=99.5,
+        )
+        for f in (2.0, 1.0)
+    )
+    known = replace(
+        law("computed"),
+        local_stress=LocalStressLaw(density=np.array([0.1, 0.6]), surfaces=surfaces),
+    )
+    assert "strength at the density" in stress_basis(law())
+    assert "at 2 densities" in stress_basis(known)
+    assert "2.1% rms and 7% at most" in stress_basis(known)
+    assert stress_warnings(law(), 99.0) == ()
+    assert stress_warnings(known, 99.5) == ()
+    (warning,) = stress_warnings(known, 99.0)
+    assert "99th percentile" in warning
+    assert "'written' stand for the 99.5th" in warning
+    # With the distribution of stress in a cell any percentile is predicted.
+    spread = tuple(replace(s, distribution=np.array([[50, 99.5], [0.5, 1.0]])) for s in surfaces)
+    mixed = replace(
+        known, local_stress=LocalStressLaw(density=np.array([0.1, 0.6]), surfaces=spread)
+    )
+    assert stress_warnings(mixed, 99.0) == ()

@@ -8,7 +8,7 @@ import pytest
 from gradedesign.errors import PluginError
 from gradedesign.homogenise.fit_surface import fit_surface
 from gradedesign.homogenise.macro_directions import spread_directions, von_mises_of
-from gradedesign.homogenise.strength import LocalStress, sampled
+from gradedesign.homogenise.strength import LocalStress, sampled, stress_factors
 from gradedesign.material.strength_surface import StrengthSurface, symmetric_powers
 
 MISES = np.diag([1.0, 1.0, 1.0, 3.0, 3.0, 3.0])
@@ -94,6 +94,38 @@ def test_sampling_draws_by_volume() -> None:
     assert few.stress.shape == (6, 6, 200)
     assert 0.8 < few.stress[0, 0].mean() < 1.0
     assert sampled(local, 2000, np.random.default_rng(18)) is local
+
+
+def test_sampling_keeps_percentiles_of_partly_filled_voxels() -> None:
+    # Stress highest where voxels are least filled, as on the surface of struts; oracle: all voxels.
+    rng = np.random.default_rng(19)
+    volume = rng.uniform(0.04, 1.0, 5000)
+    stress = np.zeros((6, 6, 5000), dtype=np.float32)
+    stress[0, 0] = 2.0 - volume
+    local = LocalStress(stress=stress, volume=volume)
+    uniaxial = np.eye(6)[:, :1]
+    for count in (4500, 2000):
+        few = sampled(local, count, np.random.default_rng(20))
+        for percentile in (50.0, 90.0, 99.5):
+            truth = stress_factors(local, uniaxial, percentile)[0]
+            found = stress_factors(few, uniaxial, percentile)[0]
+            # Three deviations of a share counted in so many points; the volume filled less than v
+            # is nearly v^2 of all, so a share p lies at v = sqrt(p).
+            p = 1 - percentile / 100
+            assert found == pytest.approx(truth, abs=3 * np.sqrt((1 - p) / count) / 2)
+
+
+def test_distribution_of_a_fit_runs_through_its_percentile() -> None:
+    rng = np.random.default_rng(21)
+    operator = np.eye(6)
+    operator[3, :3] = 1.0
+    stress = operator[:, :, None] * rng.uniform(0.2, 3.0, 3000) ** 2
+    local = LocalStress(stress=stress.astype(np.float32), volume=np.ones(3000))
+    percent, share = fit_surface(local, "cubic", np.random.default_rng(22)).distribution
+    assert np.interp(99.5, percent, share) == pytest.approx(1.0)
+    # All components grow together, as the square of a uniform number between 0.2 and 3.
+    truth = ((0.2 + 2.8 * percent / 100) / (0.2 + 2.8 * 0.995)) ** 2
+    np.testing.assert_allclose(share, truth, rtol=0.05)
 
 
 def test_impossible_surfaces_are_refused() -> None:

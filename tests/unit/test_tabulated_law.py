@@ -8,6 +8,7 @@ import pytest
 from gradedesign.errors import DensityError
 from gradedesign.homogenise.constants import rotated_stiffness
 from gradedesign.material.property_table import PropertyTable
+from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.material.tabulated_law import tabulated_law
 
 DENSITY = np.array([0.1, 0.15, 0.2, 0.3, 0.5, 0.8])
@@ -126,3 +127,27 @@ def test_records_are_checked_and_locked() -> None:
         table(density=DENSITY[::-1])
     with pytest.raises(ValueError, match="shape"):
         table(strength=np.ones(3))
+
+
+def test_surfaces_of_a_table_become_local_stress_of_its_law() -> None:
+    assert tabulated_law(table()).local_stress is None
+    surfaces = tuple(
+        StrengthSurface(
+            exponent=4,
+            weights=np.ones(1),
+            forms=np.eye(6)[None] / r**3,
+            symmetry="cubic",
+            max_error=0.01 + 0.1 * r,
+            rms_error=0.0,
+            unsafe_error=0.1 * r,
+            percentile=99.5,
+        )
+        for r in DENSITY
+    )
+    law = tabulated_law(table(surfaces=surfaces))
+    assert law.local_stress is not None
+    assert dict(law.coefficients)["surface_error"] == pytest.approx(0.09)
+    assert dict(law.coefficients)["surface_unsafe_error"] == pytest.approx(0.08)
+    profile = law.local_stress.profile(np.array([[3.0], [0], [0], [0], [4.0], [0]]))
+    # The identity as a form makes the length of the Voigt vector, here 5.
+    assert law.local_stress.at(profile, np.array([0.4]))[0] == pytest.approx(5 * 0.4**-1.5)

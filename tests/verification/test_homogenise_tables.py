@@ -8,6 +8,11 @@ import pytest
 from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.cell_properties import cell_properties
 from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
+from gradedesign.homogenise.macro_directions import (
+    named_directions,
+    spread_directions,
+    von_mises_of,
+)
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import cell_fill
 from gradedesign.plugin.choose_law import choose_law
@@ -150,3 +155,25 @@ def test_auto_takes_the_computed_law(registry) -> None:
         chosen = choose_law(registry, law.families[0], "auto", law.window)
         assert chosen.name == name
         assert chosen.kind == "computed"
+
+
+def test_every_strength_surface_agrees_with_its_factors(registry) -> None:
+    """Local stress by the surface, against the percentiles computed beside it, and its bounds."""
+    rng = np.random.default_rng(91)
+    some = spread_directions(300, rng)
+    for law in computed(registry).values():
+        assert law.local_stress is not None
+        local = law.local_stress.profile(some)
+        # More material never means more stress: what sizing's density bound relies on.
+        assert (np.diff(local, axis=0) < 0).all(), law.name
+        # The mean stress of the solid is the macroscopic one over the density (exact), and its von
+        # Mises stress is at most the mean, which lies below the 99.5th percentile.
+        unsafe = np.array([s.unsafe_error for s in law.local_stress.surfaces])
+        least = (1 - unsafe[:, None]) * von_mises_of(some) / law.local_stress.density[:, None]
+        assert (local > least).all(), law.name
+        # The strength is that of the worst of these directions.
+        named = np.concatenate(list(named_directions().values()), axis=1)
+        worst = law.local_stress.profile(named).max(axis=1)
+        error = np.array([s.max_error for s in law.local_stress.surfaces])
+        found = worst * law.strength(law.local_stress.density)
+        assert (np.abs(found - 1) < np.maximum(error, 0.03)).all(), law.name

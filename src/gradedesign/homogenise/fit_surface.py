@@ -13,7 +13,13 @@ from gradedesign.homogenise.macro_directions import (
     spread_directions,
     von_mises_of,
 )
-from gradedesign.homogenise.strength import PERCENTILE, LocalStress, sampled, stress_factors
+from gradedesign.homogenise.strength import (
+    PERCENTILE,
+    LocalStress,
+    sampled,
+    stress_distribution,
+    stress_factors,
+)
 from gradedesign.material.strength_surface import StrengthSurface, symmetric_powers
 
 #: Directions of the fit besides the named ones and hydrostatic, and unseen ones of the check.
@@ -26,6 +32,10 @@ EXPONENTS = (4, 6, 8, 12)
 #: Points of the cell over which percentiles are taken.
 POINTS = 40_000
 _FOLDS = 3
+#: Percentages by volume at which the distribution of local stress is kept, and directions over
+#: which it is averaged. It differs between directions by a fifth at 50 %, a twentieth at 98 %.
+DISTRIBUTION = (10.0, 25.0, 50.0, 70.0, 80.0, 90.0, 95.0, 98.0, 99.0, 99.5, 99.8, 99.95)
+DISTRIBUTION_DIRECTIONS = 60
 
 _MISES = np.array(
     [
@@ -110,7 +120,19 @@ def fit_surface(
         rms_error=float(np.sqrt(np.mean(error**2))),
         unsafe_error=float(max(-error.min(), 0.0)),
         percentile=percentile,
+        distribution=_distribution(local, unseen[:, :DISTRIBUTION_DIRECTIONS], percentile),
     )
+
+
+def _distribution(local: LocalStress, macro: FloatArray, percentile: float) -> FloatArray:
+    """Percentages and relative local stresses ``(2, t)``; stresses that do not rise are left out.
+
+    A uniform stress, as in a solid, has no distribution to speak of.
+    """
+    percent = np.array(DISTRIBUTION)
+    share = stress_distribution(local, macro, percent, percentile)
+    rising = (np.diff(share, prepend=0.0) > 1e-6) & (share > 0)
+    return np.stack([percent[rising], share[rising]])
 
 
 def _candidates(local: LocalStress, scale: float, rng: np.random.Generator) -> FloatArray:

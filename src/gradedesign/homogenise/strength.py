@@ -81,11 +81,18 @@ def local_stress(solution: PeriodicSolution) -> LocalStress:
 
 
 def sampled(local: LocalStress, count: int, rng: np.random.Generator) -> LocalStress:
-    """At most ``count`` points of equal volume, drawn in proportion to volume."""
+    """At most ``count`` points of equal volume, drawn in proportion to volume.
+
+    One in each equal part of the cumulative volume, so that a voxel appears as often as its volume
+    asks, twice if need be: drawn without repetition, partly filled voxels, the most stressed, are
+    too many.
+    """
     n = local.volume.size
     if n <= count:
         return local
-    chosen = rng.choice(n, count, replace=False, p=local.volume / local.volume.sum())
+    below = np.cumsum(local.volume)
+    places = (np.arange(count) + rng.uniform(size=count)) / count * below[-1]
+    chosen = np.minimum(np.searchsorted(below, places, side="right"), n - 1)
     return LocalStress(stress=local.stress[:, :, chosen], volume=np.ones(count))
 
 
@@ -113,6 +120,34 @@ def stress_factors(
         for k, value in enumerate(von_mises_of(np.matmul(some, local.stress))):
             factors[start + k] = _upper_percentile(value, local.volume, percentile)
     return factors
+
+
+def stress_distribution(
+    local: LocalStress, macro: FloatArray, percent: FloatArray, percentile: float = PERCENTILE
+) -> FloatArray:
+    """Percentiles by volume of the local von Mises stress over one of them, mean over stresses.
+
+    Parameters
+    ----------
+    local : LocalStress
+    macro : (6, k) array
+    percent : (t,) array
+    percentile : float
+        Whose local stress is 1.
+
+    Returns
+    -------
+    (t,) array
+    """
+    shares = np.zeros((macro.shape[1], len(percent)))
+    for row, some in zip(shares, macro.T.astype(np.float32), strict=True):
+        value = von_mises_of(np.matmul(some, local.stress))
+        order = np.argsort(value, kind="stable")
+        below = np.cumsum(local.volume[order])
+        places = np.searchsorted(below, np.append(percent, percentile) / 100 * below[-1])
+        found = value[order][np.minimum(places, value.size - 1)]
+        row[:] = found[:-1] / found[-1]
+    return np.asarray(shares.mean(axis=0))
 
 
 def _upper_percentile(value: FloatArray, volume: FloatArray, percentile: float) -> float:

@@ -59,5 +59,30 @@ def resolve_law(
     )
 
 
+def stress_basis(law: ScalingLaw) -> str:
+    """How local stress is predicted with a law, for the report."""
+    if law.local_stress is None:
+        return "macroscopic von Mises stress over the strength at the density"
+    surfaces = law.local_stress.surfaces
+    return (
+        f"strength surfaces at {len(surfaces)} densities, each the "
+        f"{law.local_stress.percentile:g}th volume percentile in a cell under the whole "
+        f"macroscopic stress in its axes; fitted within {max(s.rms_error for s in surfaces):.1%} "
+        f"rms and {max(s.max_error for s in surfaces):.0%} at most"
+    )
+
+
+def stress_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
+    """What of a predicted stress is not what will be judged."""
+    known = law.local_stress
+    if known is None or known.has_distribution or known.percentile == percentile:
+        return ()
+    return (
+        f"stress is judged at the {percentile:g}th percentile by volume, but the strength surfaces "
+        f"of law '{law.name}' stand for the {known.percentile:g}th: the first prediction "
+        f"is off by that, later ones are corrected",
+    )
+
+
 def _values(names: list[str], parameters: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {parameters[name]:g}" for name in names)

@@ -29,13 +29,14 @@ from gradedesign.sizing.homogenised import (
     solve_vectors,
     total_mass,
 )
+from gradedesign.sizing.lattice_stress import lattice_stress
 from gradedesign.sizing.responses import (
     DisplacementLimit,
     adjoint_loads,
     displacement_values,
 )
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
-from gradedesign.sizing.stress_limit import StressLimit, lattice_von_mises, stress_measure
+from gradedesign.sizing.stress_limit import StressLimit, stress_measure
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import ExplicitResult, JudgedSolid, displacement_on
 from gradedesign.verify.explicit_mesh import ExplicitMesh
@@ -231,7 +232,7 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
     share, carrying = lattice_share(setup, model, rho, limits, solutions)
     stress = None
     if limit is not None:
-        stress = stress_measure(limit, model, rho, lattice_von_mises(model, rho, solutions))
+        stress = stress_measure(limit, model, rho, lattice_stress(model, rho, solutions))
     return Prediction(
         displacement=tuple(float(v) for v in values),
         stress=stress,

@@ -18,7 +18,7 @@ from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
-from gradedesign.ladder.resolve_law import resolve_law
+from gradedesign.ladder.resolve_law import resolve_law, stress_warnings
 from gradedesign.ladder.solid_share import solid_share
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
@@ -112,6 +112,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(case, registry, family, parameters, on_event)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters)
+    if stress_limit(case, material) is not None:
+        warnings += stress_warnings(law, case.limits.percentile)
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)
     space = tet_space(mesh, 2)

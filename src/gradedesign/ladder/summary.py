@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gradedesign.ladder.accepted import Accepted
+from gradedesign.ladder.resolve_law import stress_basis
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup, part_volume
@@ -265,6 +266,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "source": law.source,
             "test": law.test,
             "kind": law.kind,
+            "local_stress": stress_basis(law),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
             "cell": setup.family.name,

@@ -214,6 +214,7 @@ def _surface_entry(surface: StrengthSurface) -> dict[str, Any]:
         "max_error": _digits(surface.max_error, 2),
         "rms_error": _digits(surface.rms_error, 2),
         "unsafe_error": _digits(surface.unsafe_error, 2),
+        "distribution": [[_digits(v, 4) for v in row] for row in surface.distribution],
     }
 
 
@@ -232,6 +233,7 @@ def _surface(entry: Mapping[str, Any], data: Mapping[str, Any]) -> StrengthSurfa
         rms_error=float(entry["rms_error"]),
         unsafe_error=float(entry["unsafe_error"]),
         percentile=float(data["percentile"]),
+        distribution=np.array(entry.get("distribution", [[], []]), dtype=np.float64),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import DensityError
+from gradedesign.material.local_stress_law import LocalStressLaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,6 +46,9 @@ class ScalingLaw:
         Numbers to print in the report, such as ``("c1", 0.402)``.
     poissons_ratio : float
         The base material's Poisson ratio the law was made for.
+    local_stress : LocalStressLaw or None
+        Local von Mises stress under any macroscopic stress, where that is known. Sizing then uses
+        it in place of ``strength``.
     """
 
     name: str
@@ -59,6 +63,7 @@ class ScalingLaw:
     test: str
     coefficients: tuple[tuple[str, float], ...] = ()
     poissons_ratio: float = 0.3
+    local_stress: LocalStressLaw | None = None
 
 
 def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from gradedesign.arrays import FloatArray
+from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.property_table import PropertyTable
 from gradedesign.material.scaling_law import ScalingLaw, within_window
 
@@ -40,7 +41,8 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
     So are, under cubic symmetry, the three distinct eigenvalues ``C11 + 2 C12``, ``C11 - C12`` and
     ``C44`` of the stiffness: its eigenvectors do not depend on density, so it stays positive
     definite and grows in the sense of energies. Otherwise the entries of the matrix logarithm are
-    interpolated, which keeps it positive definite; growth is checked at 201 densities.
+    interpolated, which keeps it positive definite; growth is checked at 201 densities. Strength
+    surfaces, if the table has them, become the law's ``local_stress``.
     """
     lower, upper = float(table.density[0]), float(table.density[-1])
     name, window = table.name, (lower, upper)
@@ -76,8 +78,22 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
         coefficients=(
             ("stiffness_error", float(table.stiffness_error.max())),
             ("strength_error", float(table.strength_error.max())),
+            *_surface_errors(table),
         ),
         poissons_ratio=table.poissons_ratio,
+        local_stress=LocalStressLaw(density=table.density, surfaces=table.surfaces)
+        if table.surfaces
+        else None,
+    )
+
+
+def _surface_errors(table: PropertyTable) -> tuple[tuple[str, float], ...]:
+    """Largest errors of the strength surfaces, to print; none without surfaces."""
+    if not table.surfaces:
+        return ()
+    return (
+        ("surface_error", max(s.max_error for s in table.surfaces)),
+        ("surface_unsafe_error", max(s.unsafe_error for s in table.surfaces)),
     )
 
 

@@ -19,6 +19,7 @@ from gradedesign.sizing.homogenised import (
     solve_homogenised,
     solve_vectors,
 )
+from gradedesign.sizing.lattice_stress import LatticeStress, lattice_stress
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.responses import (
     DisplacementLimit,
@@ -189,16 +190,12 @@ def size(
 
 def _evaluate(
     problem: SizingProblem, rho: FloatArray
-) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
+) -> tuple[FloatArray, FloatArray, tuple[LatticeStress, ...]]:
     """Use of every displacement limit, gradients of those in reach, stress per load case."""
     model, limits = problem.model, problem.displacement_limits
     solutions = solve_homogenised(model, rho)
     count = len(rho)
-    stress = (
-        problem.stress_limit.evaluate(model, rho, solutions)
-        if problem.stress_limit is not None
-        else ()
-    )
+    stress = lattice_stress(model, rho, solutions) if problem.stress_limit is not None else ()
     if not limits:
         return np.zeros(0), np.zeros((0, count)), stress
     values = displacement_values(limits, solutions)

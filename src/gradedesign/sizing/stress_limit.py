@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
-from gradedesign.fe.solution import Solution
-from gradedesign.fe.stiffness import AnisotropicStiffness
-from gradedesign.fe.stress import element_von_mises, weighted_percentile
-from gradedesign.material.density_from_stress import density_from_stress
-from gradedesign.sizing.homogenised import HomogenisedModel, lattice_stiffness
+from gradedesign.fe.stress import weighted_percentile
+from gradedesign.sizing.homogenised import HomogenisedModel
+from gradedesign.sizing.lattice_stress import LatticeStress, least_density, local_stress_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,54 +39,59 @@ class StressLimit:
             self, "considered", locked(self.considered, (None,), dtype=np.bool_, name="considered")
         )
 
-    def evaluate(
-        self, model: HomogenisedModel, rho: FloatArray, solutions: Sequence[Solution]
-    ) -> tuple[FloatArray, ...]:
-        """Macroscopic von Mises stress of the lattice phase per load case, ``(M,)`` each, MPa."""
-        return lattice_von_mises(model, rho, solutions)
-
-
-def lattice_von_mises(
-    model: HomogenisedModel, rho: FloatArray, solutions: Sequence[Solution]
-) -> tuple[FloatArray, ...]:
-    """Macroscopic von Mises stress in the lattice phase, element means, ``(M,)`` per case, MPa."""
-    stiffness = AnisotropicStiffness(C=lattice_stiffness(model, rho))
-    thermal = model.material.thermal_expansion
-    by_name = {s.name: s for s in solutions}
-    return tuple(
-        element_von_mises(
-            model.space,
-            stiffness,
-            by_name[case.name].displacement,
-            thermal_strain=thermal * case.temperature_change,
-        ).mean(axis=1)
-        for case in model.cases
-    )
-
-
-def local_stress(
-    limit: StressLimit, model: HomogenisedModel, rho: FloatArray, stress: Sequence[FloatArray]
-) -> FloatArray:
-    """Predicted stress in the solid material, envelope of the load cases, ``(M,)``, MPa."""
-    envelope = np.max(np.stack(list(stress)), axis=0)
-    return limit.factor * envelope / model.law.strength(rho)
-
 
 def stress_measure(
-    limit: StressLimit, model: HomogenisedModel, rho: FloatArray, stress: Sequence[FloatArray]
+    limit: StressLimit,
+    model: HomogenisedModel,
+    rho: FloatArray,
+    stress: Sequence[LatticeStress],
 ) -> float:
-    """Volume percentile of the predicted local stress over the considered lattice, MPa."""
+    """Volume percentile of the predicted local stress over the considered lattice, MPa.
+
+    The largest of the load cases, as explicit analyses are judged.
+    """
     weights = model.volumes * (1 - model.solid_share) * rho * limit.considered
     if weights.sum() <= 0:
         return 0.0
-    return weighted_percentile(local_stress(limit, model, rho, stress), weights, limit.percentile)
+    return limit.factor * max(
+        _volume_percentile(model, rho, local_stress_at(model, case, rho), weights, limit.percentile)
+        for case in stress
+    )
+
+
+def _volume_percentile(
+    model: HomogenisedModel,
+    rho: FloatArray,
+    local: FloatArray,
+    weights: FloatArray,
+    percentile: float,
+) -> float:
+    """Percentile of the local stress over all solid of the lattice, MPa.
+
+    Where the law knows how the stress is distributed inside a cell, these distributions are mixed;
+    else every tetrahedron counts with the one local stress it has, which is too high where the
+    stress varies: half a per cent of a few cells is not half a per cent of the lattice.
+    """
+    law, used = model.law.local_stress, (weights > 0) & (local > 0)
+    if law is None or not law.has_distribution or not used.any():
+        return weighted_percentile(local, weights, percentile)
+    some, density, weight = local[used], rho[used], weights[used] / weights.sum()
+
+    def excess(log_stress: float) -> float:
+        above = law.volume_above(np.exp(log_stress) / some, density)
+        return float(np.log(weight @ above / (1 - percentile / 100)))
+
+    low, high = np.log(some.min()) - 20.0, np.log(some.max()) + 5.0
+    if percentile >= 100.0 or excess(low) <= 0:
+        return weighted_percentile(local, weights, percentile)
+    return float(np.exp(brentq(excess, low, high, xtol=1e-9)))
 
 
 def stress_use(
     limit: StressLimit | None,
     model: HomogenisedModel,
     rho: FloatArray,
-    stress: Sequence[FloatArray],
+    stress: Sequence[LatticeStress],
 ) -> float:
     """Stress measure divided by its limit; 0 without a limit."""
     return 0.0 if limit is None else stress_measure(limit, model, rho, stress) / limit.limit
@@ -96,16 +100,16 @@ def stress_use(
 def density_for_stress(
     limit: StressLimit,
     model: HomogenisedModel,
-    stress: Sequence[FloatArray],
+    stress: Sequence[LatticeStress],
     *,
     allowance: float = 1.0,
 ) -> FloatArray:
     """Density at which the present macroscopic stress just uses the limit, ``(M,)``.
 
     ``allowance`` scales the limit at a point: the limit is a percentile, so a small volume may
-    exceed it. Elements that are not considered ask for nothing.
+    exceed it. Elements that are not considered ask for nothing. Points that need more than the
+    law's window offers take its top; the limit is judged later.
     """
-    envelope = np.max(np.stack(list(stress)), axis=0) * limit.factor
-    # Points that need more than the law's window offers take its top; the limit is judged later.
-    wanted = density_from_stress(model.law, envelope, limit.limit * allowance, above="limit")
+    permitted = limit.limit * allowance / limit.factor
+    wanted = np.max([least_density(model, case, permitted) for case in stress], axis=0)
     return np.where(limit.considered, wanted, 0.0)

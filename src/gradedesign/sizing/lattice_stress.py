@@ -1,0 +1,94 @@
+"""Macroscopic stress of the lattice phase, and the local stress it causes at any density."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.fe.solution import Solution
+from gradedesign.fe.stiffness import AnisotropicStiffness
+from gradedesign.fe.stress import element_stress, element_von_mises
+from gradedesign.material.density_from_stress import density_from_stress
+from gradedesign.sizing.homogenised import HomogenisedModel, lattice_stiffness
+
+#: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
+_VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LatticeStress:
+    """What the lattice phase of every tetrahedron carries in one load case.
+
+    Attributes
+    ----------
+    demand : (k, M) array, MPa
+        Means over the tetrahedron's quadrature points. Where the law knows the local stress under
+        any macroscopic one, its profile over the k densities of the law; else one row, the
+        macroscopic von Mises stress.
+    """
+
+    demand: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "demand", locked(self.demand, (None, None), name="demand"))
+
+
+def lattice_stress(
+    model: HomogenisedModel, rho: FloatArray, solutions: Sequence[Solution]
+) -> tuple[LatticeStress, ...]:
+    """Stress of the lattice phase in every load case.
+
+    Parameters
+    ----------
+    model : HomogenisedModel
+    rho : (M,) array
+    solutions : sequence of Solution
+        Of every load case.
+
+    Returns
+    -------
+    tuple of LatticeStress
+        One per load case, in their order.
+    """
+    stiffness = AnisotropicStiffness(C=lattice_stiffness(model, rho))
+    thermal = model.material.thermal_expansion
+    by_name = {s.name: s for s in solutions}
+    stresses = []
+    for case in model.cases:
+        displacement = by_name[case.name].displacement
+        strain = thermal * case.temperature_change
+        if model.law.local_stress is None:
+            macro = element_von_mises(model.space, stiffness, displacement, thermal_strain=strain)
+            stresses.append(LatticeStress(demand=macro.mean(axis=1)[None]))
+        else:
+            tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
+            profile = model.law.local_stress.profile(in_cell_axes(model, tensor[_VOIGT]))
+            stresses.append(LatticeStress(demand=profile.mean(axis=-1)))
+    return tuple(stresses)
+
+
+def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
+    """Turn Voigt stresses ``(6, ...)`` from global axes to the cell's."""
+    if np.array_equal(model.rotation, np.eye(6)):
+        return stress
+    return np.tensordot(np.linalg.inv(model.rotation), stress, axes=1)
+
+
+def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:
+    """Local von Mises stress in the solid at given densities, macroscopic stress held, ``(M,)``."""
+    if model.law.local_stress is None:
+        return stress.demand[0] / model.law.strength(rho)
+    return model.law.local_stress.at(stress.demand, rho)
+
+
+def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: float) -> FloatArray:
+    """Density that keeps the local stress within ``permitted`` MPa, macroscopic stress held.
+
+    ``(M,)``; the top of the law's window where that is not enough.
+    """
+    if model.law.local_stress is None:
+        return density_from_stress(model.law, stress.demand[0], permitted, above="limit")
+    return model.law.local_stress.least_density(stress.demand, permitted, model.law.window)

@@ -1,0 +1,208 @@
+"""Local stress of the homogenised lattice by strength surfaces: axes, uniaxial stress, sizing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.solution import Balance, Solution
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.material.local_stress_law import LocalStressLaw
+from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
+from gradedesign.material.strength_surface import StrengthSurface
+from gradedesign.mesh.tet_mesh import boundary_facets
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.filter import uniform_filter
+from gradedesign.sizing.homogenised import homogenised_model
+from gradedesign.sizing.lattice_stress import (
+    LatticeStress,
+    lattice_stress,
+    least_density,
+    local_stress_at,
+)
+from gradedesign.sizing.size import SizingProblem, size
+from gradedesign.sizing.stress_limit import StressLimit, stress_measure
+
+LAW = power_law(
+    "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
+    kind="fe", source="this test", test="none", poissons_ratio=0.0,
+)  # fmt: skip
+MATERIAL = Material(
+    name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0,
+)  # fmt: skip
+DENSITY = np.array([0.05, 0.1, 0.2, 0.4, 0.9])
+ALONG_X = np.diag([1.0, 0, 0, 0, 0, 0])
+IN_XY = np.diag([0, 0, 0, 0, 0, 1.0])
+
+
+def with_surface(form, symmetry="none", exponent=2):
+    """The test law with local stress sqrt(stress . form . stress) over its strength."""
+    surfaces = tuple(
+        StrengthSurface(
+            exponent=exponent,
+            weights=np.ones(1),
+            forms=form[None] / float(LAW.strength(r)) ** 2,
+            symmetry=symmetry,
+            max_error=0.0,
+            rms_error=0.0,
+            unsafe_error=0.0,
+            percentile=99.5,
+        )
+        for r in DENSITY
+    )
+    return replace(LAW, local_stress=LocalStressLaw(density=DENSITY, surfaces=surfaces))
+
+
+def model_of(law, rotation=None, traction=(0.5, 0.0, 0.0)):
+    mesh = box_part_mesh((8.0, 4.0, 4.0), 4.0)
+    space = tet_space(mesh, 2)
+    facets, _ = boundary_facets(mesh)
+    x = mesh.points[0][facets]
+    root, tip = facets[(x < 1e-9).all(axis=1)], facets[(x > 8 - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="load",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tip, np.array(traction)),
+        acceleration=np.zeros(3),
+    )
+    return homogenised_model(
+        space, np.zeros(space.element_count), MATERIAL, law, [case], rotation=rotation
+    )
+
+
+def strained(model, strain):
+    """The solution whose displacement is a uniform strain."""
+    u = strain @ model.space.nodes
+    balance = Balance(force=0.0, moment=0.0, energy=0.0)
+    return [
+        Solution(
+            name="load",
+            displacement=u,
+            reaction=np.zeros_like(u),
+            energy=0.0,
+            residual=0.0,
+            iterations=0,
+            method="stated",
+            balance=balance,
+        )
+    ]
+
+
+def local(model, strain, rho):
+    densities = np.full(model.space.element_count, rho)
+    stress = lattice_stress(model, densities, strained(model, strain))
+    found = local_stress_at(model, stress[0], densities)
+    np.testing.assert_allclose(found, found[0], rtol=1e-9)
+    return float(found[0])
+
+
+def test_uniaxial_stress_equals_the_uniaxial_strength():
+    """Local stress is stress over strength, by the surface and by the power law."""
+    strain = np.diag([0.01, 0.0, 0.0])
+    expected = 1000 * 0.6 * 0.2**1.4 * 0.01 / (0.4 * 0.2**1.3)
+    assert local(model_of(with_surface(ALONG_X)), strain, 0.2) == pytest.approx(expected, rel=1e-9)
+    assert local(model_of(LAW), strain, 0.2) == pytest.approx(expected, rel=1e-9)
+
+
+def test_stress_is_seen_in_the_axes_of_the_cell():
+    """A cell that feels only its own x: tension at an angle a to it counts cos(a)^2 (Mohr)."""
+    strain = np.diag([0.01, 0.0, 0.0])
+    straight = local(model_of(with_surface(ALONG_X)), strain, 0.2)
+    for angle in (20.0, -35.0, 70.0):
+        turn = Rotation.from_euler("z", angle, degrees=True).as_matrix()
+        turned = local(model_of(with_surface(ALONG_X), turn), strain, 0.2)
+        assert turned / straight == pytest.approx(np.cos(np.radians(angle)) ** 2, rel=1e-9)
+        # What it feels of shear in its x-y plane changes sign with the angle and does not here.
+        sheared = local(model_of(with_surface(IN_XY), turn), strain, 0.2)
+        half = abs(np.sin(np.radians(2 * angle))) / 2
+        assert sheared / straight == pytest.approx(half, rel=1e-9)
+
+
+def test_turning_cell_and_load_together_changes_nothing():
+    rng = np.random.default_rng(77)
+    a = rng.standard_normal((6, 6))
+    law = with_surface(a @ a.T, symmetry="cubic", exponent=4)
+    strain = rng.standard_normal((3, 3))
+    strain = 0.01 * (strain + strain.T)
+    straight = local(model_of(law), strain, 0.3)
+    for _ in range(3):
+        turn = Rotation.random(rng=rng).as_matrix()
+        # The stiffness of the test law is isotropic, so the stress turns with the strain.
+        turned = local(model_of(law, turn), turn @ strain @ turn.T, 0.3)
+        assert turned == pytest.approx(straight, rel=1e-9)
+        assert local(model_of(law, turn), strain, 0.3) != pytest.approx(straight, rel=1e-3)
+
+
+def test_least_density_is_that_of_the_power_law_where_both_mean_the_same():
+    strain = np.diag([0.01, 0.0, 0.0])
+    found = []
+    for law in (with_surface(ALONG_X), LAW):
+        model = model_of(law)
+        rho = np.full(model.space.element_count, 0.3)
+        stress = lattice_stress(model, rho, strained(model, strain))[0]
+        found.append(least_density(model, stress, 12.0))
+        np.testing.assert_allclose(local_stress_at(model, stress, found[-1]), 12.0, rtol=1e-5)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-5)
+
+
+@pytest.mark.parametrize("weight", [1.0, 4.0])
+def test_sizing_uses_the_surface(weight):
+    """A bar under 0.5 MPa: strength(rho) = sqrt(weight) * 0.5 / limit gives its density."""
+    model = model_of(with_surface(weight * ALONG_X))
+    count = model.space.element_count
+    limit = StressLimit(limit=6.0, percentile=99.5, considered=np.ones(count, dtype=bool))
+    problem = SizingProblem(
+        model=model, displacement_limits=(), stress_limit=limit, bounds=(0.06, 0.85),
+        filter=uniform_filter(count),
+    )  # fmt: skip
+    result = size(problem, tolerance=2e-4)
+    expected = (np.sqrt(weight) * 0.5 / 6.0 / 0.4) ** (1 / 1.3)
+    assert result.feasible
+    np.testing.assert_allclose(result.rho, expected, rtol=0.005)
+    assert result.history[-1].stress_use == pytest.approx(1.0, rel=0.005)
+
+
+def test_the_measure_is_of_the_worst_load_case_and_carries_its_factor():
+    model = model_of(with_surface(ALONG_X))
+    count = model.space.element_count
+    rho = np.full(count, 0.2)
+    cases = [
+        lattice_stress(model, rho, strained(model, f * np.diag([0.01, 0, 0])))[0] for f in (1, 3, 2)
+    ]
+    limit = StressLimit(
+        limit=6.0, percentile=99.5, considered=np.ones(count, dtype=bool), factor=1.1
+    )
+    one = local(model, np.diag([0.01, 0.0, 0.0]), 0.2)
+    assert stress_measure(limit, model, rho, cases) == pytest.approx(1.1 * 3 * one, rel=1e-9)
+
+
+def test_a_percentile_over_cells_mixes_the_stress_inside_them():
+    """Half of the volume stressed twice as much, tails of power a: ((1 + 2^a) / 2)^(1/a)."""
+    power, stress = 5.0, np.linspace(0.5, 2.5, 9)
+    spread = np.stack([100 - 0.5 * stress**-power, stress])
+    plain = with_surface(ALONG_X)
+    surfaces = tuple(replace(s, distribution=spread) for s in plain.local_stress.surfaces)
+    law = replace(plain, local_stress=LocalStressLaw(density=DENSITY, surfaces=surfaces))
+    model = model_of(law)
+    rho = np.full(model.space.element_count, 0.2)
+    limit = StressLimit(limit=6.0, percentile=99.5, considered=np.ones(len(rho), dtype=bool))
+    one = local(model, np.diag([0.01, 0.0, 0.0]), 0.2)
+    even = lattice_stress(model, rho, strained(model, np.diag([0.01, 0.0, 0.0])))[0]
+    assert stress_measure(limit, model, rho, [even]) == pytest.approx(one, rel=1e-7)
+    half = np.cumsum(model.volumes) <= 0.5 * model.volumes.sum() * (1 + 1e-12)
+    assert model.volumes[half].sum() == pytest.approx(0.5 * model.volumes.sum())
+    uneven = [LatticeStress(demand=even.demand * np.where(half, 2.0, 1.0))]
+    expected = one * ((1 + 2**power) / 2) ** (1 / power)
+    assert stress_measure(limit, model, rho, uneven) == pytest.approx(expected, rel=1e-7)
+    # Another percentile than the surfaces' follows the same tail.
+    other = replace(limit, percentile=99.0)
+    assert stress_measure(other, model, rho, [even]) == pytest.approx(
+        one * 2 ** (-1 / power), rel=1e-7
+    )
+    # Where nothing is known of the inside of a cell, the most stressed cells stand for themselves.
+    assert stress_measure(limit, model_of(plain), rho, uneven) == pytest.approx(2 * one, rel=1e-7)
