@@ -37,8 +37,8 @@ def build_registry_with(laws):
     )
 
 
-def case(name="auto"):
-    return SimpleNamespace(lattice=SimpleNamespace(law=name, density=(0.2, 0.5)))
+def case(name="auto", edges=(8.0, 8.0, 8.0)):
+    return SimpleNamespace(lattice=SimpleNamespace(law=name, density=(0.2, 0.5), edges=edges))
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def computed(monkeypatch):
     """What would be computed, by name and parameters, instead of a minute of homogenisation."""
     asked = []
 
-    def compute(family, parameters):
+    def compute(family, parameters, edges):
         asked.append((family.name, dict(parameters)))
         return law("computed", "cube-computed")
 

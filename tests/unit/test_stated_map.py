@@ -7,6 +7,7 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError, DensityError, LatticeError
+from gradedesign.ladder.placed_map import lattice_points
 from gradedesign.ladder.stated_density import stated_density
 from gradedesign.ladder.stated_map import stated_map
 from gradedesign.part.part import read_part
@@ -48,7 +49,8 @@ def mapped(folder, text, family=WALLS):
         window=calibration.window,
         level_of=calibration.level_of,
     )
-    return stated_map(case, part, calibration, density, distance)
+    places = lattice_points(part, distance, None, ())
+    return stated_map(case, part, calibration, density, distance, places)
 
 
 def test_a_straight_grid_has_one_size_and_no_shear(tmp_path):
@@ -110,6 +112,31 @@ surface = "floor"
     assert report["shear"]["p95"] == pytest.approx(0, abs=1e-6)
 
 
+def test_whole_layers_fit_between_two_regions(tmp_path):
+    text = """\
+size = ["5 mm", "6 mm", "1 mm"]
+density = 0.3
+[lattice.cell_map]
+kind = "layered"
+layers = 3
+surface = "floor"
+opposite = "top"
+[region.top]
+plane = "z = max"
+"""
+    cell_map, report = mapped(tmp_path, text)
+    u = cell_map(np.array([[7.0, 7.0], [9.0, 9.0], [20.0, 10.0]]))
+    np.testing.assert_allclose(u, [[1.4, 1.4], [1.5, 1.5], [3.0, 1.5]], atol=1e-12)
+    assert report["size_by_axis"][2]["p50"] == pytest.approx(20 / 3)
+
+
+def test_three_edges_make_cells_that_are_no_cubes(tmp_path):
+    text = 'size = ["5 mm", "6 mm", "8 mm"]\norigin = ["1 mm", "0 mm", "0 mm"]\ndensity = 0.3\n'
+    cell_map, report = mapped(tmp_path, text)
+    np.testing.assert_allclose(cell_map(np.array([[6.0], [3.0], [2.0]]))[:, 0], [1, 0.5, 0.25])
+    assert [s["p50"] for s in report["size_by_axis"]] == pytest.approx([5, 6, 8])
+
+
 def test_a_warp_magnifies_its_middle(tmp_path):
     text = """\
 size = "5 mm"
@@ -153,6 +180,27 @@ def test_size_and_wall_change_by_the_ratio_rule(tmp_path):
     ("text", "words"),
     [
         ('size = ["8 mm", "10 mm"]\ndensity = 0.3\n', "goes with one length"),
+        ('size = ["8 mm", "9 mm", "9 mm", "8 mm"]\ndensity = 0.3\n', "or three edges"),
+        (
+            'size = ["8 mm", "9 mm", "9 mm"]\ndensity = 0.3\n[lattice.cell_map]\n'
+            'kind = "cylindrical"\naround = 9\ninner_radius = "9 mm"\n',
+            "sets the width of its cells by around",
+        ),
+        (
+            'size = "8 mm"\nrotation = ["5 deg", "0 deg", "0 deg"]\ndensity = 0.3\n'
+            '[lattice.cell_map]\nkind = "conformal"\n',
+            "rotation: has no meaning with the conformal",
+        ),
+        (
+            'size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "layered"\n'
+            'surface = "floor"\nopposite = "floor"\n',
+            "a layered map needs layers",
+        ),
+        (
+            'size = "8 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "layered"\nlayers = 3\n'
+            'surface = "floor"\nopposite = "cieling"\n',
+            'region "cieling" is not defined',
+        ),
         (f'size = "8 mm"\ngrading = "ratio"\n{RAMP}', "goes with a range"),
         (f'size = ["8 mm", "10 mm"]\ngrading = "size"\n{RAMP}', "wall: is needed"),
         ('size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = 0.3\n', "needs .*density_map"),

@@ -30,7 +30,7 @@ def test_the_hottest_cells_come_first_and_do_not_overlap():
         {"a": stress, "b": other},
         np.ones(20000, bool),
         percentile=99.5,
-        cell_size=10.0,
+        cells=10.0,
         count=2,
     )
     assert [w.value for w in windows] == [81.0, 51.0]
@@ -48,7 +48,7 @@ def test_no_eligible_element_gives_no_window():
             {"a": np.ones((4, 4))},
             np.zeros(4, bool),
             percentile=99.5,
-            cell_size=1.0,
+            cells=1.0,
             count=1,
         )
         == ()

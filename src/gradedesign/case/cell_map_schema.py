@@ -24,6 +24,7 @@ _KEYS = {
     "cylindrical": (("around", "inner_radius"), ("centre", "axis")),
     "spherical": (("around", "inner_radius"), ("centre", "axis", "polar_cap")),
     "conformal": ((), ("normal", "surface")),
+    "layered": (("layers", "surface", "opposite"), ("normal",)),
 }
 _ALL = tuple(dict.fromkeys(key for keys in _KEYS.values() for part in keys for key in part))
 
@@ -33,7 +34,7 @@ class CellMapSpec(Table):
 
     kind: Annotated[str, Choice(tuple(_KEYS))] = Field(examples=["cylindrical"])
     """cylindrical: about an axis; spherical: about a centre; conformal: in layers from the
-    surface."""
+    surface; layered: a whole number of layers between two regions."""
     around: Annotated[int | None, Whole(3, 100_000)] = None
     """Cells in a turn, or along the equator; an even number there."""
     inner_radius: Size | None = None
@@ -48,6 +49,10 @@ class CellMapSpec(Table):
     """Mean direction into the part; the cells' other axes lie across it."""
     surface: RegionName | None = None
     """Region from which layers count; the whole surface without it."""
+    layers: Annotated[int | None, Whole(1, 100_000)] = None
+    """Layers of cells between the two regions."""
+    opposite: RegionName | None = None
+    """Region at which the last layer ends."""
 
     @model_validator(mode="after")
     def _keys_of_kind(self) -> CellMapSpec:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from gradedesign.case.lattice_schema import CellsSpec
 from gradedesign.case.problems import Problem
 from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
@@ -88,14 +89,41 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
                 key=("load_case", i, "temperature_change"),
                 message="needs the thermal expansion; add thermal_expansion to [material]",
             )
-    size, printer = file.lattice.size, file.print
+    size, printer = file.lattice.cell_size, file.print
     if printer is not None and size < 2 * printer.min_wall:
         yield Problem(
             key=("lattice", "size"),
             message=f"found {size:g} mm, less than twice the min_wall of {printer.min_wall:g} mm; "
             f"expected at least {2 * printer.min_wall:g} mm",
         )
+    yield from cell_map_problems(file.lattice, file.region)
     yield from _box_problems(file)
+
+
+def cell_map_problems(lattice: CellsSpec, regions: Mapping[str, Any]) -> Iterator[Problem]:
+    """Find regions that a cell map names and nobody defines.
+
+    Parameters
+    ----------
+    lattice : CellsSpec
+    regions : mapping by name
+
+    Yields
+    ------
+    Problem
+    """
+    told = lattice.cell_map
+    if told is None:
+        return
+    for key, name in (("surface", told.surface), ("opposite", told.opposite)):
+        if name is not None and name not in regions:
+            yield Problem(
+                key=("lattice", "cell_map", key),
+                message=f"region {shown(name)} is not defined",
+                word=name,
+                choices=tuple(regions),
+                what="defined",
+            )
 
 
 def case_warnings(file: CaseFile) -> Iterator[str]:

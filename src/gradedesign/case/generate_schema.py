@@ -6,7 +6,6 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
 from gradedesign.case.density_map_schema import DensityMapSpec, FormulaText
 from gradedesign.case.lattice_schema import (
     CellsSpec,
@@ -22,16 +21,13 @@ from gradedesign.case.part_schema import GeneratePartSpec
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.schema import CaseIdentity, CaseSection
-from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
     JsonSchema,
     Name,
     Number,
-    Quantity,
     Reader,
-    Refused,
     RegionName,
     Size,
     Triple,
@@ -54,28 +50,6 @@ class _StatedDensity(DensityRange):
 
     def json_schema(self) -> JsonSchema:
         return {"anyOf": [Number(above=0.0, below=1.0).json_schema(), super().json_schema()]}
-
-
-class _StatedSize(Reader):
-    """One length, or ``[smallest, largest]``."""
-
-    __slots__ = ()
-
-    def read(self, value: object) -> tuple[float, float]:
-        reader = Quantity("length", above=0.0)
-        if not isinstance(value, list):
-            one = reader.read(value)
-            return one, one
-        if len(value) != 2:
-            raise Refused(f'found {shown(value)}; expected a range such as ["40 mm", "50 mm"]')
-        small, large = (reader.read(v) for v in value)
-        if not small < large:
-            raise Refused(f"found {small:g} to {large:g} mm; expected the smallest size first")
-        return small, large
-
-    def json_schema(self) -> JsonSchema:
-        one = Quantity("length").json_schema()
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 2}]}
 
 
 class _Shift(Reader):
@@ -118,18 +92,12 @@ class TransitionSpec(Table):
 class StatedLatticeSpec(CellsSpec):
     """The lattice that fills the part, its density stated."""
 
-    size: Annotated[tuple[float, float], _StatedSize()] = Field(examples=["8 mm"])
-    """Edge length of a cell, or the smallest and the largest of graded size, mm."""
     grading: Annotated[str, Choice(_GRADINGS)] = "level"
     """What follows the density: uniform: nothing; level: the level of the cell; thickness: the
     same, of a cell whose walls have one thickness; size: the size of the cells, with walls of one
     thickness; ratio: size and wall, small cells where it is dense."""
     wall: Size | None = None
     """Thickness of the walls when the size of the cells follows the density, mm."""
-    cell_map: CellMapSpec | None = None
-    """Cells about an axis, about a centre, or in layers, instead of a straight grid."""
-    warp: tuple[WarpSpec, ...] = ()
-    """Spheres in which cells are larger or smaller."""
     density: Annotated[tuple[float, float] | None, _StatedDensity()] = None
     """One density everywhere; or, with a map, the densities it may have, and those of the lowest
     and the highest grey value of 8 and 16 bit voxels."""
@@ -138,15 +106,10 @@ class StatedLatticeSpec(CellsSpec):
     transition: TransitionSpec | None = None
     """A second family."""
 
-    @property
-    def cell_size(self) -> float:
-        """The smallest size, mm, which grids must resolve."""
-        return self.size[0]
-
     @model_validator(mode="after")
     def _graded_size(self) -> StatedLatticeSpec:
         graded = self.grading in ("size", "ratio")
-        if graded != (self.size[0] < self.size[1]):
+        if graded != (len(self.size) == 2):
             wanted = 'a range such as ["40 mm", "50 mm"]' if graded else 'one length such as "8 mm"'
             raise key_error("size", f'grading = "{self.grading}" goes with {wanted}')
         if graded and self.density_map is None:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import Field, model_validator
 
+from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
 from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
@@ -26,21 +27,32 @@ from gradedesign.case.value_types import (
 )
 
 
-class _CellSize(Reader):
-    """One length; a range is known but not there yet."""
+class CellSize(Reader):
+    """One length, a range, or the three edges of the cell."""
 
     __slots__ = ()
 
-    def read(self, value: object) -> float:
-        if isinstance(value, list):
+    def read(self, value: object) -> tuple[float, ...]:
+        """Convert ``"8 mm"``, ``["40 mm", "50 mm"]`` or ``["8 mm", "8 mm", "12 mm"]``."""
+        reader = Quantity("length", above=0.0)
+        if not isinstance(value, list):
+            return (reader.read(value),)
+        if len(value) not in (2, 3):
             raise Refused(
-                "found a range, and graded cell size is not there yet; expected one length such "
-                'as "8 mm"'
+                f"found {shown(value)}; expected one length, a range such as "
+                '["40 mm", "50 mm"], or three edges such as ["8 mm", "8 mm", "12 mm"]'
             )
-        return Quantity("length", above=0.0).read(value)
+        lengths = tuple(reader.read(v) for v in value)
+        if len(lengths) == 2 and not lengths[0] < lengths[1]:
+            raise Refused(
+                f"found {lengths[0]:g} to {lengths[1]:g} mm; expected the smallest size first"
+            )
+        return lengths
 
     def json_schema(self) -> JsonSchema:
-        return Quantity("length").json_schema()
+        """One string, two or three."""
+        one = Quantity("length").json_schema()
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 3}]}
 
 
 class DensityRange(Reader):
@@ -121,16 +133,18 @@ class Parameters(Reader):
 
 
 #: Keys of a lattice whose density is stated rather than found.
-STATED = ("density_map", "transition", "cell_map", "warp", "wall")
+STATED = ("density_map", "transition", "wall")
 
 _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
 
 
 class CellsSpec(Table):
-    """The cells that fill the part, apart from their size and density."""
+    """The cells that fill the part and how they lie in it, apart from their density."""
 
     cell: Name = Field(examples=["gyroid-sheet"])
     """Name of a cell family."""
+    size: Annotated[tuple[float, ...], CellSize()] = Field(examples=["8 mm"])
+    """Edge length of a cell; the smallest and the largest of graded size; or three edges, mm."""
     parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
     """Parameters of the cell family by name."""
     law: Name = "auto"
@@ -144,13 +158,46 @@ class CellsSpec(Table):
     rotation: Annotated[Triple, Vector("angle")] = (0.0, 0.0, 0.0)
     """Degrees about x, then the turned y, then the twice turned z (intrinsic xyz): the cell's axes
     are the columns of Rx(a) Ry(b) Rz(c), scipy's ``Rotation.from_euler("XYZ", ...)``."""
+    cell_map: CellMapSpec | None = None
+    """Cells about an axis, about a centre, or in layers, instead of a straight grid."""
+    warp: tuple[WarpSpec, ...] = ()
+    """Spheres in which cells are larger or smaller."""
+
+    @property
+    def cell_size(self) -> float:
+        """The smallest size, mm, which grids must resolve."""
+        return min(self.size)
+
+    @property
+    def edges(self) -> Triple:
+        """Edges of a cell along its three axes, mm; of the smallest if the size is graded."""
+        a, b, c = self.size if len(self.size) == 3 else (self.size[0],) * 3
+        return a, b, c
+
+    @property
+    def size_words(self) -> str:
+        """The size for people to read."""
+        joined = " to " if len(self.size) == 2 else " x "
+        return f"{joined.join(f'{s:g}' for s in self.size)} mm"
+
+    @model_validator(mode="after")
+    def _edges_of_map(self) -> CellsSpec:
+        if self.cell_map is None:
+            return self
+        kind = self.cell_map.kind
+        if len(self.size) == 3 and kind in ("cylindrical", "spherical"):
+            raise key_error(
+                "size", f"the {kind} map sets the width of its cells by around; expected one length"
+            )
+        for key in ("rotation", *(() if kind in ("conformal", "layered") else ("origin",))):
+            if any(getattr(self, key)):
+                raise key_error(key, f"has no meaning with the {kind} map, which has its own axes")
+        return self
 
 
 class LatticeSpec(CellsSpec):
     """The lattice that fills the part, its density to be found."""
 
-    size: Annotated[float, _CellSize()] = Field(examples=["8 mm"])
-    """Edge length of a cell, mm."""
     grading: Annotated[
         str, Choice(("uniform", "level"), planned=("thickness", "size", "ratio"))
     ] = "level"
@@ -167,9 +214,19 @@ class LatticeSpec(CellsSpec):
                 raise key_error(
                     key,
                     "belongs to `gradedesign generate`; `gradedesign run` and `check` find the "
-                    "density themselves, in uniform cells of one family: leave it out",
+                    "density themselves, in cells of one family: leave it out",
                 )
         return value
+
+    @model_validator(mode="after")
+    def _one_size(self) -> LatticeSpec:
+        if len(self.size) == 2:
+            raise key_error(
+                "size",
+                "found a range, and graded cell size is not there yet; expected one length such "
+                'as "8 mm"',
+            )
+        return self
 
 
 class PrintSpec(Table):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from gradedesign.case.checks import cell_map_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
 from gradedesign.case.problems import Problem
 from gradedesign.case.read_case import case_hash, read_layout
-from gradedesign.case.suggest import shown
 
 
 def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> GenerateCase:
@@ -63,15 +63,7 @@ def _map_files(content: GenerateFile) -> tuple[Path, ...]:
 
 def _problems(file: GenerateFile) -> Iterator[Problem]:
     """What of different tables contradicts each other."""
-    surface = None if file.lattice.cell_map is None else file.lattice.cell_map.surface
-    if surface is not None and surface not in file.region:
-        yield Problem(
-            key=("lattice", "cell_map", "surface"),
-            message=f"region {shown(surface)} is not defined",
-            word=surface,
-            choices=tuple(file.region),
-            what="defined",
-        )
+    yield from cell_map_problems(file.lattice, file.region)
     skin, box = file.lattice.skin, file.part.box
     if skin is not None and box is not None and 2 * skin >= min(box):
         yield Problem(

@@ -98,7 +98,7 @@ def uniform_map(
         name="uniform",
         coordinates=to_cell,
         jacobian=jacobian,
-        size=float(np.prod(edges) ** (1 / 3)),
+        size=float(edges[0] if np.ptp(edges) == 0 else np.prod(edges) ** (1 / 3)),
     )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
 from gradedesign.errors import PluginError, SolverError
+from gradedesign.homogenise.sampling import CUBE
 from gradedesign.homogenise.strength import PERCENTILE
 from gradedesign.homogenise.table import METHOD_VERSION, compute_table
 from gradedesign.material.property_table import (
@@ -35,6 +36,7 @@ def property_table(
     parameters: Mapping[str, float] | None = None,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
+    edges: Sequence[float] = CUBE,
 ) -> PropertyTable:
     """Property table of any cell: from the user's cache, or computed and stored there.
 
@@ -47,6 +49,8 @@ def property_table(
         Of the base material.
     resolution : int, optional
         Voxels along the cell; by default what each density's wall needs.
+    edges : (3,) sequence
+        Of the cell, up to a factor.
 
     Returns
     -------
@@ -72,6 +76,7 @@ def property_table(
         evaluate_shape(family, complete, family.period * grid_nodes(16, (0.3, 0.6, 0.8))),
         float(poissons_ratio),
         int(resolution or 0),
+        *_stretch(edges),
         PERCENTILE,
         METHOD_VERSION,
         FORMAT,
@@ -83,7 +88,9 @@ def property_table(
         except (KeyError, UnicodeDecodeError, PluginError) as error:
             log.warning("the cached table of cell %s is unusable: %s", family.name, error)
     log.info("no table for cell %s: computing one", family.name)
-    table = compute_table(family, parameters, poissons_ratio=poissons_ratio, resolution=resolution)
+    table = compute_table(
+        family, parameters, poissons_ratio=poissons_ratio, resolution=resolution, edges=edges
+    )
     text = write_property_table(table).encode("utf-8")
     store_arrays(_KIND, key, json=np.frombuffer(text, dtype=np.uint8))
     return table
@@ -94,6 +101,7 @@ def computed_law(
     parameters: Mapping[str, float] | None = None,
     poissons_ratio: float = 0.3,
     resolution: int = ON_DEMAND_RESOLUTION,
+    edges: Sequence[float] = CUBE,
 ) -> ScalingLaw:
     """Law of a cell that comes without a table, from the user's cache or computed now.
 
@@ -106,6 +114,8 @@ def computed_law(
         Of the base material.
     resolution : int
         Voxels along the cell. The law's window begins where three of them span the thinnest wall.
+    edges : (3,) sequence
+        Of the cell, up to a factor: a cell of unequal edges is stiffer along the longer ones.
 
     Returns
     -------
@@ -117,7 +127,7 @@ def computed_law(
     DensityError, LatticeError, SolverError
         As `compute_table`; `SolverError` also if stiffness or strength do not grow with density.
     """
-    table = property_table(family, parameters, poissons_ratio, resolution)
+    table = property_table(family, parameters, poissons_ratio, resolution, edges)
     try:
         return tabulated_law(table)
     except ValueError as error:
@@ -125,3 +135,8 @@ def computed_law(
             f"no law follows from the computed properties of cell '{family.name}' on "
             f"{resolution}^3 voxels: {error}"
         ) from error
+
+
+def _stretch(edges: Sequence[float]) -> tuple[float, ...]:
+    """Part of the key that only cells of unequal edges have."""
+    return () if min(edges) == max(edges) else tuple(float(e) / min(edges) for e in edges)

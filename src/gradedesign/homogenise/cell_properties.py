@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.family import CellFamily, Symmetry
 from gradedesign.errors import SolverError
 from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.fit_surface import fit_surface
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import (
+    CUBE,
     LEAST_VOXELS,
     cell_fill,
     require_resolved,
@@ -85,6 +86,7 @@ def cell_properties(
     resolution: int | None = None,
     percentile: float = PERCENTILE,
     with_surface: bool = True,
+    edges: Sequence[float] = CUBE,
 ) -> CellProperties:
     """Stiffness and strength of a periodic cell, from two grids.
 
@@ -101,6 +103,8 @@ def cell_properties(
         By volume, of the local von Mises stress.
     with_surface : bool
         Fit a strength surface, which takes about as long as the analysis.
+    edges : (3,) sequence
+        Of the cell, up to a factor.
 
     Returns
     -------
@@ -119,13 +123,14 @@ def cell_properties(
     with the square of the voxel: between 24, 48 and 96 voxels the changes are in a ratio of 3.8 to
     4 (gyroid sheet, density 0.3), so a third of the last change is added.
     """
-    fine = resolution or _resolution(family, parameters, rho)
+    fine = resolution or _resolution(family, parameters, rho, edges)
     if fine % 2 or fine < 8:
         raise SolverError(f"resolution {fine} is impossible; expected an even number of 8 or more")
-    require_resolved(family, parameters, rho, fine)
+    require_resolved(family, parameters, rho, fine, edges)
     stiffness, strength = [], []
+    symmetry = stretched_symmetry(family.symmetry, edges)
     for n in (fine // 2, fine):
-        fill = cell_fill(family, parameters, rho, n)
+        fill = cell_fill(family, parameters, rho, n, edges=edges)
         solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)
         stiffness.append(solution.stiffness)
         local = local_stress(solution)
@@ -134,7 +139,7 @@ def cell_properties(
     correction = (stiffness[1] - stiffness[0]) / 3
     extrapolated = stiffness[1] + correction
     uncertainty = np.abs(correction)
-    if family.symmetry == "cubic":
+    if symmetry == "cubic":
         symmetric = cubic_part(extrapolated, family.name)
         uncertainty = np.maximum(uncertainty, np.abs(extrapolated - symmetric))
         extrapolated = symmetric
@@ -148,7 +153,7 @@ def cell_properties(
         energy_error=float(np.abs(scipy.linalg.eigvalsh(correction, extrapolated)).max()),
         strength=strength[1],
         strength_error=abs(strength[0].strength / strength[1].strength - 1),
-        surface=fit_surface(local, family.symmetry, np.random.default_rng(_SEED), percentile)
+        surface=fit_surface(local, symmetry, np.random.default_rng(_SEED), percentile)
         if with_surface
         else None,
     )
@@ -177,9 +182,25 @@ def cubic_part(stiffness: FloatArray, name: str) -> FloatArray:
     return c
 
 
-def _resolution(family: CellFamily, parameters: Mapping[str, float] | None, rho: float) -> int:
+def stretched_symmetry(symmetry: Symmetry, edges: Sequence[float]) -> Symmetry:
+    """Symmetry that is left of a cell's stiffness when its edges are changed.
+
+    Every cubic class holds the half turns about the three edges, which stay. The tetragonal
+    classes without them, and all others, are taken to keep nothing.
+    """
+    if min(edges) == max(edges):
+        return symmetry
+    return "orthotropic" if symmetry in ("cubic", "orthotropic") else "none"
+
+
+def _resolution(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: float,
+    edges: Sequence[float],
+) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
     for n in RESOLUTIONS:
-        if voxels_in_wall(family, parameters, rho, n) >= LEAST_VOXELS:
+        if voxels_in_wall(family, parameters, rho, n, edges) >= LEAST_VOXELS:
             return n
     return RESOLUTIONS[-1]

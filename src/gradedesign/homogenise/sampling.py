@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.errors import DensityError
+from gradedesign.errors import DensityError, SolverError
 
 log = logging.getLogger(__name__)
 
@@ -20,6 +20,12 @@ log = logging.getLogger(__name__)
 SUBSAMPLES = 3
 #: Voxels that the thinnest wall must have at least.
 LEAST_VOXELS = 3.0
+#: Edges of a cell that is a cube.
+CUBE = (1.0, 1.0, 1.0)
+#: Edges of the voxel grid may be out of proportion by this: about its error in stiffness.
+EDGE_MISFIT = 5e-3
+#: Misfit below which no better numbers are looked for.
+GOOD_FIT = 1e-3
 #: Mean difference of fill below which a cell of cubic symmetry is made exactly symmetric.
 _ROUNDING = 2e-3
 
@@ -31,8 +37,9 @@ def cell_fill(
     resolution: int,
     *,
     subsamples: int = SUBSAMPLES,
+    edges: Sequence[float] = CUBE,
 ) -> FloatArray:
-    """Sample a cell on voxels.
+    """Sample a cell on cubic voxels.
 
     Samples lie at the centres of the ``subsamples^3`` equal parts of each voxel. The level is the
     quantile of these very samples, so that the mean fill is ``rho`` to one sample.
@@ -46,11 +53,13 @@ def cell_fill(
         Voxels along each edge of the cell, or of its period where that is longer.
     subsamples : int
         1 gives voxels that are solid or void by their centre.
+    edges : (3,) sequence
+        Of the cell, up to a factor: see `voxel_counts`.
 
     Returns
     -------
     (N, N, N) array
-        Solid share of each voxel.
+        Solid share of each voxel; of the shape `voxel_counts` where edges differ.
 
     Raises
     ------
@@ -59,23 +68,68 @@ def cell_fill(
     """
     calibration = calibrate(family, parameters)
     calibration.level_of(rho)
-    n = resolution * subsamples
-    axis = (np.arange(n) + 0.5) / n * family.period
-    value = np.zeros((n, n, n))
+    counts = voxel_counts(edges, resolution)
+    n = tuple(c * subsamples for c in counts)
+    axes = [(np.arange(m) + 0.5) / m * family.period for m in n]
+    value = np.zeros(n)
     # In slices: a shape function may need many times the memory of its result.
-    step = max(1, 2_000_000 // n**2)
-    for start in range(0, n, step):
-        part = axis[start : start + step]
-        u = np.stack(np.meshgrid(part, axis, axis, indexing="ij"))
+    step = max(1, 2_000_000 // (n[1] * n[2]))
+    for start in range(0, n[0], step):
+        u = np.stack(np.meshgrid(axes[0][start : start + step], *axes[1:], indexing="ij"))
         value[start : start + step] = evaluate_shape(family, calibration.parameters, u)
-    rank = max(int(rho * n**3) - 1, 0)
+    rank = max(int(rho * value.size) - 1, 0)
     # Symmetric samples differ in the last digit; rounding keeps them on one side of the level.
     np.round(value, 12, out=value)
     level = np.partition(value, rank, axis=None)[rank]
     solid = value <= level
-    shape = (resolution, subsamples) * 3
+    shape = tuple(m for c in counts for m in (c, subsamples))
     fill = solid.reshape(shape).sum(axis=(1, 3, 5), dtype=np.int64) / subsamples**3
-    return _symmetric(fill) if family.symmetry == "cubic" else fill
+    return _symmetric(fill) if family.symmetry == "cubic" and len(set(counts)) == 1 else fill
+
+
+def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int]:
+    """Cubic voxels along the edges of a cell whose mean edge has about ``resolution`` of them.
+
+    Even numbers, so that half of them make the coarser grid: the nearest to
+    ``resolution e_i / (e_1 e_2 e_3)^(1/3)`` that fit within `GOOD_FIT`, else those of 0.9 to 1.4
+    times the resolution that fit best. Equal edges have ``resolution`` each.
+
+    Parameters
+    ----------
+    edges : (3,) sequence
+        Up to a factor.
+    resolution : int
+
+    Returns
+    -------
+    (int, int, int)
+
+    Raises
+    ------
+    SolverError
+        If no numbers fit the proportion within `EDGE_MISFIT`.
+    """
+    lengths = np.asarray(edges, dtype=np.float64)
+    if np.ptp(lengths) == 0:
+        return resolution, resolution, resolution
+    relative = lengths / np.prod(lengths) ** (1 / 3)
+    best, found = np.inf, np.zeros(3)
+    scales = resolution * np.linspace(0.9, 1.4, 1001)
+    for scale in scales[np.argsort(np.abs(np.log(scales / resolution)), kind="stable")]:
+        counts = np.maximum(2 * np.round(0.5 * scale * relative), 4)
+        misfit = float(np.ptp(np.log(counts / relative)))
+        if misfit < best:
+            best, found = misfit, counts
+        if best <= GOOD_FIT:
+            break
+    if best > EDGE_MISFIT:
+        raise SolverError(
+            f"a cell with edges in proportion {' : '.join(f'{e:g}' for e in relative)} does not "
+            f"fit cubic voxels at resolution {resolution} better than {100 * best:.2g} %, at most "
+            f"{100 * EDGE_MISFIT:g} % is taken; use edges that differ less"
+        )
+    x, y, z = (int(c) for c in found)
+    return x, y, z
 
 
 def _symmetric(fill: FloatArray) -> FloatArray:
@@ -90,14 +144,23 @@ def _symmetric(fill: FloatArray) -> FloatArray:
 
 
 def voxels_in_wall(
-    family: CellFamily, parameters: Mapping[str, float] | None, rho: float, resolution: int
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: float,
+    resolution: int,
+    edges: Sequence[float] = CUBE,
 ) -> float:
-    """Voxels across the thinnest wall or strut."""
-    return float(wall_mm(family, parameters, rho, 1.0)) * resolution / family.period
+    """Voxels across the thinnest wall or strut, at least: walls across the shortest edge."""
+    along = min(voxel_counts(edges, resolution))
+    return float(wall_mm(family, parameters, rho, 1.0)) * along / family.period
 
 
 def require_resolved(
-    family: CellFamily, parameters: Mapping[str, float] | None, rho: float, resolution: int
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: float,
+    resolution: int,
+    edges: Sequence[float] = CUBE,
 ) -> None:
     """Refuse a grid on which the thinnest wall has fewer than `LEAST_VOXELS` voxels.
 
@@ -106,7 +169,7 @@ def require_resolved(
     DensityError
         Saying which resolution would do.
     """
-    found = voxels_in_wall(family, parameters, rho, resolution)
+    found = voxels_in_wall(family, parameters, rho, resolution, edges)
     if found < LEAST_VOXELS:
         need = "no resolution" if found <= 0 else f"{np.ceil(resolution * LEAST_VOXELS / found):g}"
         raise DensityError(

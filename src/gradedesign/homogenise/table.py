@@ -18,8 +18,9 @@ from gradedesign.homogenise.cell_properties import (
     RESOLUTIONS,
     CellProperties,
     cell_properties,
+    stretched_symmetry,
 )
-from gradedesign.homogenise.sampling import LEAST_VOXELS, SUBSAMPLES
+from gradedesign.homogenise.sampling import CUBE, LEAST_VOXELS, SUBSAMPLES, voxel_counts
 from gradedesign.homogenise.strength import PERCENTILE
 from gradedesign.material.property_table import PropertyTable
 
@@ -42,6 +43,7 @@ def compute_table(
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     on_row: Callable[[CellProperties], None] | None = None,
+    edges: Sequence[float] = CUBE,
 ) -> PropertyTable:
     """Compute the property table of a cell.
 
@@ -56,6 +58,8 @@ def compute_table(
         Of all rows; by default each row has the resolution that its wall needs.
     on_row : callable, optional
         Called with each density's result.
+    edges : (3,) sequence
+        Of the cell, up to a factor.
 
     Returns
     -------
@@ -69,21 +73,26 @@ def compute_table(
     complete = complete_parameters(family, parameters)
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:
-        densities = table_densities(family, parameters, finest)
+        densities = table_densities(family, parameters, finest, edges)
     rows = []
     for rho in densities:
         row = cell_properties(
-            family, parameters, rho, poissons_ratio=poissons_ratio, resolution=resolution
+            family,
+            parameters,
+            rho,
+            poissons_ratio=poissons_ratio,
+            resolution=resolution,
+            edges=edges,
         )
         log.info("cell %s at %.3f: C11 %.5f", family.name, rho, row.stiffness[0, 0])
         if on_row is not None:
             on_row(row)
         rows.append(row)
     return PropertyTable(
-        name=f"{family.name}-computed",
+        name=f"{family.name}-computed{'' if min(edges) == max(edges) else '-stretched'}",
         family=family.name,
         parameters=complete,
-        symmetry=family.symmetry,
+        symmetry=stretched_symmetry(family.symmetry, edges),
         poissons_ratio=poissons_ratio,
         density=np.array([r.density for r in rows]),
         stiffness=np.array([r.stiffness for r in rows]),
@@ -104,7 +113,10 @@ def compute_table(
 
 
 def table_densities(
-    family: CellFamily, parameters: Mapping[str, float] | None, resolution: int
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    resolution: int,
+    edges: Sequence[float] = CUBE,
 ) -> tuple[float, ...]:
     """Densities of a table: closer together where the cell is thin.
 
@@ -119,7 +131,8 @@ def table_densities(
         If fewer than two are left.
     """
     window = calibrate(family, parameters).window
-    thinnest = density_for_wall(family, parameters, LEAST_VOXELS * family.period / resolution, 1.0)
+    voxel = family.period / min(voxel_counts(edges, resolution))
+    thinnest = density_for_wall(family, parameters, LEAST_VOXELS * voxel, 1.0)
     floor = max(thinnest, _ABOVE_FLOOR * window[0])
     lower = max(np.ceil(1000 * floor + 0.01) / 1000, _DENSITIES[0])
     upper = min(np.floor(1000 * window[1] - 0.01) / 1000, _DENSITIES[-1])

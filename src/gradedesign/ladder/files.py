@@ -283,7 +283,7 @@ def _unjudged_lattice(
 ) -> tuple[str, ...]:
     """Surface of a design that no analysis has judged."""
     design = build_design(setup, density_grid(setup, rho))
-    step = setup.case.lattice.size / 24
+    step = setup.layout.least / 24
     raw = trimmed_surface(design, setup.part.surface, step)
     surface, islands = remove_islands(
         raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3

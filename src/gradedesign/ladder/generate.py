@@ -15,6 +15,7 @@ from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import write_result
 from gradedesign.ladder.generate_files import write_generated
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.placed_map import lattice_points
 from gradedesign.ladder.resolve import resolve_material
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.stages import default_folder, open_stages
@@ -177,7 +178,12 @@ def _design(
         window=cells.window,
         level_of=cells.level_of,
     )
-    cell_map, report = stated_map(case, part, cells.families[0], density, distance)
+    kept = tuple(
+        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
+        for k in case.keep
+    )
+    places = lattice_points(part, distance, spec.skin, kept)
+    cell_map, report = stated_map(case, part, cells.families[0], density, distance, places)
     built = build_cells(
         case,
         cells,
@@ -198,10 +204,7 @@ def _design(
         upper=upper,
         parameters=built.parameters,
         skin=spec.skin,
-        kept=tuple(
-            KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-            for k in case.keep
-        ),
+        kept=kept,
     )
     return design, built, report
 

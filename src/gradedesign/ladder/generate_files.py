@@ -34,9 +34,7 @@ def write_generated(
             write_stl(out.path_of(STL_NAME), surface)
             out.adopt(STL_NAME)
             files["stl"] = STL_NAME
-        small, large = case.lattice.size
-        sizes = f"{small:g} mm" if small == large else f"{small:g} to {large:g} mm"
-        cell = f"{case.lattice.cell}, cells of {sizes}"
+        cell = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
         warnings = picture_lattice(out.path_of("lattice.png"), surface, title=cell)
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")

@@ -59,8 +59,11 @@ def density_bounds(
     calibration: Calibration,
     law: ScalingLaw,
     parameters: Mapping[str, float],
+    least_size: float,
 ) -> tuple[tuple[float, float], list[str]]:
     """Intersect the density windows and say which one narrowed the user's.
+
+    ``least_size`` is the shortest extent of any cell, mm: its walls must be printable.
 
     Raises
     ------
@@ -74,7 +77,7 @@ def density_bounds(
     }
     if case.print is not None:
         try:
-            floor = density_for_wall(family, parameters, case.print.min_wall, case.lattice.size)
+            floor = density_for_wall(family, parameters, case.print.min_wall, least_size)
         except DensityError as error:
             raise CaseError(f"{case.where('print.min_wall')}: {error}") from error
         windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)

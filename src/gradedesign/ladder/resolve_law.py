@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from gradedesign.case.schema import Case
 from gradedesign.cell.family import CellFamily
@@ -22,10 +22,11 @@ def resolve_law(
 ) -> tuple[ScalingLaw, tuple[str, ...]]:
     """Law of the cell, and warnings about it.
 
-    ``auto`` takes a registered law only for the family's default parameters, which are what laws
-    describe; otherwise, and for a family without a law, it is computed by homogenisation and kept
-    in the user's cache; ``on_event`` hears of it first, since that takes a minute. A law that the
-    case names is taken as it is, with a warning where the parameters are not those it describes.
+    ``auto`` takes a registered law only for the family's default parameters in cells of equal
+    edges, which are what laws describe; otherwise, and for a family without a law, it is computed
+    by homogenisation and kept in the user's cache; ``on_event`` hears of it first, since that takes
+    a minute. A law that the case names is taken as it is, with a warning where parameters or edges
+    are not those it describes.
 
     Raises
     ------
@@ -34,10 +35,14 @@ def resolve_law(
     DensityError, LatticeError, SolverError
         As `computed_law`.
     """
+    edges = case.lattice.edges
+    unequal = min(edges) < max(edges)
     changed = [k for k, value in parameters.items() if value != family.parameters[k]]
     asked = case.lattice.law
-    if asked == "auto" and (changed or not usable_laws(registry, family.name)):
+    if asked == "auto" and (changed or unequal or not usable_laws(registry, family.name)):
         why = f"with {_values(changed, parameters)}" if changed else "of this cell"
+        if unequal:
+            why += f" with edges in proportion {_proportion(edges)}"
         on_event(
             Event(
                 stage="law",
@@ -45,15 +50,24 @@ def resolve_law(
                 f"{ON_DEMAND_RESOLUTION}^3 voxels, which takes one to two minutes",
             )
         )
-        law = computed_law(family, parameters)
+        law = computed_law(family, parameters, edges=edges)
         return law, (
             f"no law {why} is installed, so it was computed on {ON_DEMAND_RESOLUTION}^3 voxels; "
             f"'gradedesign homogenise {family.name}' says more",
         )
     law = choose_law(registry, family.name, asked, case.lattice.density)
+    stretched = (
+        (
+            f"law '{law.name}' describes cells of equal edges, not in proportion "
+            f'{_proportion(edges)}; law = "auto" computes one for these',
+        )
+        if unequal
+        else ()
+    )
     if not changed:
-        return law, ()
+        return law, stretched
     return law, (
+        *stretched,
         f"law '{law.name}' describes cell '{family.name}' with its default parameters, not with "
         f'{_values(changed, parameters)}; law = "auto" computes one for these',
     )
@@ -82,6 +96,10 @@ def stress_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
         f"of law '{law.name}' stand for the {known.percentile:g}th: the first prediction "
         f"is off by that, later ones are corrected",
     )
+
+
+def _proportion(edges: Sequence[float]) -> str:
+    return " : ".join(f"{edge / min(edges):.4g}" for edge in edges)
 
 
 def _values(names: list[str], parameters: Mapping[str, float]) -> str:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.thinnest_wall import thinnest_wall
 from gradedesign.lattice.density_grid import (
     DensityGrid,
     density_grid_from_elements,
@@ -128,7 +128,7 @@ def size_round(
     if setup.case.lattice.grading == "uniform":
         matrix = uniform_filter(mesh.tets.shape[1])
     else:
-        radius = setup.case.lattice.filter_radius * setup.case.lattice.size
+        radius = setup.case.lattice.filter_radius * setup.layout.typical
         weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
         matrix = cone_filter(centroids(mesh), weights, radius)
     limits = tuple(
@@ -151,7 +151,7 @@ def size_round(
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
     """The density field from which the lattice is built."""
-    cell = setup.case.lattice.size
+    cell = setup.layout.typical
     spacing = min(cell / NODES_PER_CELL, setup.case.part.mesh_size)
     return density_grid_from_elements(setup.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
 
@@ -163,8 +163,8 @@ def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
         part=setup.distance,
         shape=setup.family.shape,
         level_of=setup.calibration.level_of,
-        cell_map=setup.cell_map,
-        cell_size=setup.case.lattice.size,
+        cell_map=setup.layout.cell_map,
+        cell_size=setup.layout.typical,
         density=grid,
         lower=points.min(axis=0),
         upper=points.max(axis=0),
@@ -198,13 +198,11 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
         If the thinnest wall is thinner than [print] min_wall.
     """
     case = setup.case
-    thinnest = float(
-        wall_mm(setup.family, setup.parameters, float(grid.values.min()), case.lattice.size)
-    )
+    thinnest = thinnest_wall(setup, grid)
     if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
         raise LatticeError(
-            f"the thinnest wall is {thinnest:.3g} mm at density {grid.values.min():.3g}, less "
-            f"than [print] min_wall {case.print.min_wall:g} mm; raise the lower density"
+            f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
+            f"{case.print.min_wall:g} mm; raise the lower density"
         )
     return explicit_cube_for(setup, thinnest)
 

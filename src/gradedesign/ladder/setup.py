@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from scipy.spatial.transform import Rotation
-
-from gradedesign.arrays import BoolArray, Field, IntArray
+from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration, calibrate
-from gradedesign.cell.cell_map import uniform_map
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, SolverError
 from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
+from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.ladder.resolve_law import resolve_law, stress_warnings
 from gradedesign.ladder.solid_share import solid_share
@@ -70,7 +70,7 @@ class Setup:
     clamped : tuple of callable
     exclusion_radius : float, mm
     kept : tuple of KeptRegion
-    cell_map : callable
+    layout : CellLayout
     warnings : tuple of str
     """
 
@@ -93,7 +93,7 @@ class Setup:
     clamped: tuple[Field, ...]
     exclusion_radius: float
     kept: tuple[KeptRegion, ...]
-    cell_map: Field
+    layout: CellLayout
     warnings: tuple[str, ...]
 
 
@@ -111,30 +111,29 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         calibration = calibrate(family, parameters)
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(case, registry, family, parameters, on_event)
-    bounds, warnings = density_bounds(case, family, calibration, law, parameters)
+    distance = surface_distance(part.surface)
+    kept = tuple(
+        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
+        for k in case.keep
+    )
+    layout = placed_layout(case, part, distance, kept)
+    bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)
-    distance = surface_distance(part.surface)
-    kept = tuple(
-        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-        for k in case.keep
-    )
     clamped_names = sorted({f.region for spec in case.load_case for f in spec.fix})
     clamped = tuple(region_distance(part.regions[name].corners) for name in clamped_names)
     radius = exclusion_radius(case)
-    rotation = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    share = solid_share(mesh, distance, case.lattice.skin, kept)
     model = homogenised_model(
         space,
-        share,
+        solid_share(mesh, distance, case.lattice.skin, kept),
         material,
         law,
         held_loads(case, space, part, facets),
-        rotation=rotation,
+        rotation=cell_axes(layout, mesh),
     )
     return Setup(
         case=case,
@@ -156,9 +155,35 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         clamped=clamped,
         exclusion_radius=radius,
         kept=kept,
-        cell_map=uniform_map(case.lattice.size, origin=case.lattice.origin, rotation=rotation),
-        warnings=(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
+        layout=layout,
+        warnings=(
+            *(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
+            *layout_warnings(layout, law.name),
+        ),
     )
+
+
+def placed_layout(
+    case: Case, part: Part, distance: Field, kept: tuple[KeptRegion, ...]
+) -> CellLayout:
+    """The map of a case with the cells that it makes.
+
+    Raises
+    ------
+    CaseError, LatticeError
+        If the map is impossible, folds in the lattice, or cannot be used there.
+    """
+    cell_map = placed_map(case, part, distance)
+    with locating(case, "lattice.cell_map"):
+        places = lattice_points(part, distance, case.lattice.skin, kept)
+        return cell_layout(cell_map, places, case.lattice.edges)
+
+
+def cell_axes(layout: CellLayout, mesh: TetMesh) -> FloatArray:
+    """Rotations of cell axes, ``(3, 3)`` where all cells lie alike, else ``(3, 3, M)``."""
+    if layout.cell_map.name == "uniform":
+        return local_cells(layout.cell_map, mesh.points[:, :1]).axes[:, :, 0]
+    return local_cells(layout.cell_map, centroids(mesh)).axes
 
 
 def held_loads(

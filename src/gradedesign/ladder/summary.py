@@ -89,7 +89,7 @@ def partial_result(
         lightest=False,
         reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
         limits=rows,
-        measures=measures,
+        measures={**measures, "cell_map": dict(setup.layout.report)},
         **numbers,
         **_common(setup, registry),
     )
@@ -139,7 +139,10 @@ def verdict_result(
         lattice_density=it.lattice_mass_g / _latticed_mass(setup),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
-        measures={} if accepted is None else measure_data(accepted),
+        measures={
+            **({} if accepted is None else measure_data(accepted)),
+            "cell_map": dict(setup.layout.report),
+        },
         warnings=tuple(warnings),
         **common,
     )

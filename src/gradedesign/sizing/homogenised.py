@@ -41,8 +41,9 @@ class HomogenisedModel:
         Share of each tetrahedron that stays fully dense, 0 to 1.
     material : Material
     law : ScalingLaw
-    rotation : (6, 6) array
-        Bond matrix that takes the law's stiffness from cell axes to global axes.
+    rotation : (6, 6) or (6, 6, M) array
+        Bond matrix that takes the law's stiffness from cell axes to global axes: one, or one for
+        each tetrahedron.
     cases : tuple of PartLoadCase
     pattern : AssemblyPattern
         Of the space, found once.
@@ -71,7 +72,8 @@ class HomogenisedModel:
         object.__setattr__(
             self, "solid_share", locked(self.solid_share, (count,), name="solid_share")
         )
-        object.__setattr__(self, "rotation", locked(self.rotation, (6, 6), name="rotation"))
+        bond = (6, 6) if np.ndim(self.rotation) == 2 else (6, 6, count)
+        object.__setattr__(self, "rotation", locked(self.rotation, bond, name="rotation"))
 
 
 def homogenised_model(
@@ -84,7 +86,7 @@ def homogenised_model(
     rotation: FloatArray | None = None,
     stiffness_factor: float = 1.0,
 ) -> HomogenisedModel:
-    """Build a model; ``rotation`` is a (3, 3) matrix whose columns are the cell axes."""
+    """Build a model; columns of ``rotation``, (3, 3) or (3, 3, M), are the cell axes."""
     return HomogenisedModel(
         space=space,
         volumes=signed_volumes(space.mesh),
@@ -99,11 +101,11 @@ def homogenised_model(
 
 
 def bond_matrix(rotation: FloatArray) -> FloatArray:
-    """Stress transformation of Voigt vectors, ``(6, 6)``, so that ``C' = M C M^T``.
+    """Stress transformation of Voigt vectors, ``(6, 6, ...)``, so that ``C' = M C M^T``.
 
     Parameters
     ----------
-    rotation : (3, 3) array
+    rotation : (3, 3, ...) array
         Takes cell components to global ones, ``x' = R x``.
 
     References
@@ -112,7 +114,7 @@ def bond_matrix(rotation: FloatArray) -> FloatArray:
     """
     pairs = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
     r = np.asarray(rotation, dtype=np.float64)
-    m = np.zeros((6, 6))
+    m = np.zeros((6, 6, *r.shape[2:]))
     for a, (i, j) in enumerate(pairs):
         for b, (p, q) in enumerate(pairs):
             m[a, b] = r[i, p] * r[j, q] if p == q else r[i, p] * r[j, q] + r[i, q] * r[j, p]
@@ -207,7 +209,11 @@ def solve_vectors(
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
-    """Turn ``(6, 6, ...)`` from cell to global axes; identity costs nothing."""
-    if np.array_equal(model.rotation, np.eye(6)):
+    """Turn ``(6, 6, M)`` from cell to global axes; identity costs nothing."""
+    bond = model.rotation
+    if bond.ndim == 3:
+        half = np.einsum("aim,ijm->ajm", bond, relative)
+        return np.einsum("ajm,bjm->abm", half, bond)
+    if np.array_equal(bond, np.eye(6)):
         return relative
-    return np.einsum("ai,ij...,bj->ab...", model.rotation, relative, model.rotation)
+    return np.einsum("ai,ij...,bj->ab...", bond, relative, bond)

@@ -71,10 +71,13 @@ def lattice_stress(
 
 
 def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
-    """Turn Voigt stresses ``(6, ...)`` from global axes to the cell's."""
+    """Turn Voigt stresses ``(6, M, ...)`` from global axes to those of each cell."""
     if np.array_equal(model.rotation, np.eye(6)):
         return stress
-    return np.tensordot(np.linalg.inv(model.rotation), stress, axes=1)
+    if model.rotation.ndim == 2:
+        return np.tensordot(np.linalg.inv(model.rotation), stress, axes=1)
+    back = np.linalg.inv(np.moveaxis(model.rotation, -1, 0))
+    return np.einsum("mab,bm...->am...", back, stress)
 
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:

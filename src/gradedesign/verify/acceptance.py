@@ -20,6 +20,7 @@ from gradedesign.verify.explicit import (
     analyse_printed_solid,
     governing_measure,
 )
+from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import LATTICE, considered_at
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.windows import most_stressed_windows
@@ -122,7 +123,7 @@ def accept_windows(
         explicit.von_mises,
         eligible_lattice(judged, explicit),
         percentile=judged.percentile,
-        cell_size=judged.design.cell_size,
+        cells=neighbourhood_cells(judged.design),
         count=run.window_count,
         avoid=[judged.regions[name].corners for name in sorted(held_and_loaded(judged.case))],
     )

@@ -25,6 +25,7 @@ from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part_mesh import region_facets
 from gradedesign.part.regions import Region
 from gradedesign.verify.measures import StressMeasure, stress_measures
+from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import considered_at, phase_at
 
 log = logging.getLogger(__name__)
@@ -144,7 +145,7 @@ def analyse_printed_solid(
             considered,
             limit=judged.stress_limit or np.inf,
             percentile=judged.percentile,
-            cell_size=judged.design.cell_size,
+            cells=neighbourhood_cells(judged.design),
         )
     return ExplicitResult(
         space=space,

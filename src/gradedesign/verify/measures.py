@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.cell.cell_map import CellMap
 from gradedesign.fe.stress import weighted_percentile
+from gradedesign.verify.neighbourhoods import neighbourhoods
 
 #: Phases of the printed solid, in the order of their numbers.
 PHASES = ("lattice", "skin", "kept")
-
-#: Neighbourhoods with less solid than this share of the median one are slivers at the border.
-LEAST_NEIGHBOURHOOD = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +54,7 @@ def stress_measures(
     *,
     limit: float,
     percentile: float,
-    cell_size: float,
+    cells: CellMap | float,
 ) -> tuple[StressMeasure, ...]:
     """Measure every phase that has considered volume.
 
@@ -72,8 +71,8 @@ def stress_measures(
         Outside the exclusion radius of clamped regions.
     limit : float, MPa
     percentile : float
-    cell_size : float, mm
-        Edge of a neighbourhood.
+    cells : CellMap or float, mm
+        What a neighbourhood is: a cell of a map, or a cube of this edge.
 
     Returns
     -------
@@ -87,7 +86,7 @@ def stress_measures(
         values = von_mises[chosen].ravel()
         weights = np.repeat(volumes[chosen] / 4.0, 4)
         worst, centre = worst_neighbourhood(
-            points[:, chosen], volumes[chosen], von_mises[chosen], percentile, cell_size
+            points[:, chosen], volumes[chosen], von_mises[chosen], percentile, cells
         )
         measures.append(
             StressMeasure(
@@ -108,9 +107,9 @@ def worst_neighbourhood(
     volumes: FloatArray,
     von_mises: FloatArray,
     percentile: float,
-    cell_size: float,
+    cells: CellMap | float,
 ) -> tuple[float, tuple[float, float, float]]:
-    """Largest percentile over cubes of one cell, on two grids half a cell apart.
+    """Largest percentile over neighbourhoods of one cell, divided twice, half a cell apart.
 
     Returns
     -------
@@ -118,20 +117,10 @@ def worst_neighbourhood(
     centre : (float, float, float), mm
     """
     best = (0.0, (0.0, 0.0, 0.0))
-    for shift in (0.0, 0.5):
-        index = np.floor(points / cell_size + shift).astype(np.int64)
-        keys, inverse = np.unique(index, axis=1, return_inverse=True)
-        inverse = np.asarray(inverse).ravel()
-        solid = np.bincount(inverse, weights=volumes, minlength=keys.shape[1])
-        order = np.argsort(inverse, kind="stable")
-        starts = np.searchsorted(inverse[order], np.arange(keys.shape[1] + 1))
-        enough = solid >= LEAST_NEIGHBOURHOOD * np.median(solid)
-        for b in np.flatnonzero(enough):
-            members = order[starts[b] : starts[b + 1]]
-            value = weighted_percentile(
-                von_mises[members].ravel(), np.repeat(volumes[members] / 4.0, 4), percentile
-            )
-            if value > best[0]:
-                x, y, z = (keys[:, b] - shift + 0.5) * cell_size
-                best = (value, (float(x), float(y), float(z)))
+    for near in neighbourhoods(points, volumes, cells):
+        value = weighted_percentile(
+            von_mises[near.members].ravel(), np.repeat(volumes[near.members] / 4.0, 4), percentile
+        )
+        if value > best[0]:
+            best = (value, near.centre)
     return best

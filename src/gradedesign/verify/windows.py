@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.cell.cell_map import CellMap
 from gradedesign.fe.stress import weighted_percentile
 from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
-from gradedesign.verify.measures import LEAST_NEIGHBOURHOOD
+from gradedesign.verify.neighbourhoods import neighbourhoods
 
 log = logging.getLogger(__name__)
 
@@ -62,7 +63,7 @@ def most_stressed_windows(
     eligible: BoolArray,
     *,
     percentile: float,
-    cell_size: float,
+    cells: CellMap | float,
     count: int,
     avoid: Sequence[FloatArray] = (),
 ) -> tuple[Window, ...]:
@@ -77,7 +78,8 @@ def most_stressed_windows(
     eligible : (M,) bool array
         Lattice outside the exclusion radius of supports and loads.
     percentile : float
-    cell_size : float, mm
+    cells : CellMap or float, mm
+        Cells of a map, or the edge of cubes.
     count : int
     avoid : sequence of (k, 3, 3) array, mm
         Triangles that no analysed box may touch: held and loaded regions, whose supports and
@@ -94,16 +96,21 @@ def most_stressed_windows(
     position, volume = points[:, eligible], volumes[eligible]
     for name, field in von_mises.items():
         stress = field[eligible]
-        for shift in (0.0, 0.5):
-            candidates += _cube_windows(
-                position, volume, stress, name, shift, percentile, cell_size
+        for near in neighbourhoods(position, volume, cells):
+            members = near.members
+            value = weighted_percentile(
+                stress[members].ravel(), np.repeat(volume[members] / 4.0, 4), percentile
+            )
+            candidates.append(
+                Window(centre=near.centre, half=near.edge / 2, value=value, load_case=name)
             )
     chosen: list[Window] = []
     for window in sorted(candidates, key=lambda w: -w.value):
         if any(_touches(window, corners) for corners in avoid):
             continue
         apart = all(
-            np.abs(np.subtract(window.centre, other.centre)).max() >= 0.99 * cell_size
+            np.abs(np.subtract(window.centre, other.centre)).max()
+            >= 0.99 * (window.half + other.half)
             for other in chosen
         )
         if apart:
@@ -164,37 +171,3 @@ def cut_facets(
             planes[on] = 2 * axis + side
     chosen = planes >= 0
     return facets[chosen], planes[chosen]
-
-
-def _cube_windows(
-    points: FloatArray,
-    volumes: FloatArray,
-    von_mises: FloatArray,
-    load_case: str,
-    shift: float,
-    percentile: float,
-    cell_size: float,
-) -> list[Window]:
-    """Every cube of one grid that holds enough solid, with its percentile."""
-    index = np.floor(points / cell_size + shift).astype(np.int64)
-    keys, inverse = np.unique(index, axis=1, return_inverse=True)
-    inverse = np.asarray(inverse).ravel()
-    solid = np.bincount(inverse, weights=volumes, minlength=keys.shape[1])
-    order = np.argsort(inverse, kind="stable")
-    starts = np.searchsorted(inverse[order], np.arange(keys.shape[1] + 1))
-    windows = []
-    for b in np.flatnonzero(solid >= LEAST_NEIGHBOURHOOD * np.median(solid)):
-        members = order[starts[b] : starts[b + 1]]
-        value = weighted_percentile(
-            von_mises[members].ravel(), np.repeat(volumes[members] / 4.0, 4), percentile
-        )
-        x, y, z = (keys[:, b] - shift + 0.5) * cell_size
-        windows.append(
-            Window(
-                centre=(float(x), float(y), float(z)),
-                half=cell_size / 2,
-                value=value,
-                load_case=load_case,
-            )
-        )
-    return windows
