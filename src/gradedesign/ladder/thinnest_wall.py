@@ -23,6 +23,6 @@ def thinnest_wall(setup: Setup, grid: DensityGrid) -> float:
     if not lattice.any():
         return float(wall_mm(setup.family, setup.parameters, setup.bounds[0], layout.typical))
     places = centroids(setup.space.mesh)[:, lattice]
-    least = local_cells(layout.cell_map, places).least
-    walls = wall_mm(setup.family, setup.parameters, evaluate(grid, places), least)
+    sizes = local_cells(layout.cell_map, places).least
+    walls = wall_mm(setup.family, setup.parameters, evaluate(grid, places), sizes)
     return float(walls.min())
