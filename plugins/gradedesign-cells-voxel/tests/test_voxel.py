@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, PartError, PluginError, RawTriangles, SurfaceMesh
-from gradedesign.fields import periodic_distance_to_segments
+from gradedesign.fields import periodic_distance_to_segments, periodic_spline
 from gradedesign.testing import check_cell_family
 from gradedesign_cells_voxel import (
     cell_from_increments,
@@ -21,7 +21,6 @@ from gradedesign_cells_voxel import (
 )
 from gradedesign_cells_voxel.helix_library import AMPLITUDE, COUNT, helices
 from gradedesign_cells_voxel.mesh_cell import inside_surface
-from gradedesign_cells_voxel.periodic_spline import periodic_spline
 from gradedesign_cells_voxel.stored_cells import increments
 from gradedesign_cells_voxel.triangle_distance import periodic_triangle_distance
 from gradedesign_cells_voxel.voxel_cell import voxel_surface

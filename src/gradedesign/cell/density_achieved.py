@@ -15,7 +15,7 @@ _CHUNK = 1 << 18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SlabDensity:
+class SlabAchieved:
     """Mean densities of the part between two planes, mm along the axis of the slabs."""
 
     low: float
@@ -34,14 +34,14 @@ class DensityAchieved:
         Means over the part.
     points : int
         Places looked at; the error of the achieved mean is about half of ``1 / sqrt(points)``.
-    slabs : tuple of SlabDensity
+    slabs : tuple of SlabAchieved
         Along one axis; those without a point are left out.
     """
 
     asked: float
     achieved: float
     points: int
-    slabs: tuple[SlabDensity, ...]
+    slabs: tuple[SlabAchieved, ...]
 
 
 def density_achieved(
@@ -110,7 +110,7 @@ def density_achieved(
         achieved=float(solid.mean()),
         points=x.shape[1],
         slabs=tuple(
-            SlabDensity(
+            SlabAchieved(
                 low=float(edges[i]),
                 high=float(edges[i + 1]),
                 asked=float(wanted[i] / held[i]),

@@ -20,6 +20,7 @@ from gradedesign.fields.graph import bond_graph, graph_segments
 from gradedesign.fields.graph_symmetry import segment_symmetry
 from gradedesign.fields.level_set import level_set_points, periodic_distance_to_level_set
 from gradedesign.fields.near_segments import NearSegments, near_segments
+from gradedesign.fields.periodic_spline import Interpolation, periodic_spline
 from gradedesign.fields.segment_distance import (
     periodic_distance_to_graph,
     periodic_distance_to_segments,
@@ -28,6 +29,7 @@ from gradedesign.fields.segment_distance import (
 __all__ = [
     "Field",
     "FloatArray",
+    "Interpolation",
     "NearSegments",
     "blend_intersection",
     "blend_union",
@@ -43,6 +45,7 @@ __all__ = [
     "periodic_distance_to_graph",
     "periodic_distance_to_level_set",
     "periodic_distance_to_segments",
+    "periodic_spline",
     "r_intersection",
     "r_union",
     "segment_symmetry",

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import map_coordinates, spline_filter
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.errors import PluginError
 from gradedesign.fields.algebra import gradient
+from gradedesign.fields.periodic_spline import periodic_spline
 
 
 def periodic_distance_to_level_set(
@@ -47,17 +47,7 @@ def periodic_distance_to_level_set(
         near = _polished(function, level, flat, near)
     distance = np.linalg.norm(flat - near, axis=0)
     signed = np.where(function(flat) < level, -distance, distance)
-    table = spline_filter(signed.reshape(nodes.shape[1:]), order=3, mode="grid-wrap")
-    table.flags.writeable = False
-
-    def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u, dtype=np.float64)
-        value = map_coordinates(
-            table, resolution * points.reshape(3, -1), order=3, mode="grid-wrap", prefilter=False
-        )
-        return np.asarray(value, dtype=np.float64).reshape(points.shape[1:])
-
-    return evaluate
+    return periodic_spline(signed.reshape(nodes.shape[1:]))
 
 
 def level_set_points(

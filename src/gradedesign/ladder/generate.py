@@ -33,7 +33,7 @@ from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands, remove_islands
 from gradedesign.lattice.lattice import KeptRegion, LatticeDesign, lattice_field
-from gradedesign.lattice.slab_density import SlabDensity, slab_density, total
+from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.part.part import Part, read_part
@@ -62,7 +62,7 @@ class Generated:
         What is printed.
     islands : Islands
         Loose pieces that were removed from it.
-    slabs : tuple of SlabDensity
+    slabs : tuple of SlabDensities
         Across x, y and z.
     step : float, mm
         Grid of the surface.
@@ -76,7 +76,7 @@ class Generated:
     design: LatticeDesign
     surface: SurfaceMesh
     islands: Islands
-    slabs: tuple[SlabDensity, ...]
+    slabs: tuple[SlabDensities, ...]
     step: float
     wall: float
 
@@ -294,7 +294,7 @@ def generated_result(
     )
 
 
-def slab_data(slabs: SlabDensity) -> dict[str, Any]:
+def slab_data(slabs: SlabDensities) -> dict[str, Any]:
     """Plain data of the slabs across one axis."""
     field, surface = slabs.field - slabs.target, slabs.surface - slabs.target
     return {

@@ -10,7 +10,7 @@ from gradedesign.ladder.accepted import STL_NAME
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import RESULT_NAME, write_result
 from gradedesign.ladder.result import RunResult
-from gradedesign.lattice.slab_density import SlabDensity
+from gradedesign.lattice.slab_density import SlabDensities
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import picture_lattice
 from gradedesign.output.stl import write_stl
@@ -23,7 +23,7 @@ def write_generated(
     out: RunFolder,
     case: GenerateCase,
     surface: SurfaceMesh,
-    slabs: Sequence[SlabDensity],
+    slabs: Sequence[SlabDensities],
     result: RunResult,
     announce: Announcer,
 ) -> RunResult:
@@ -51,7 +51,7 @@ def write_generated(
     return result
 
 
-def slab_table(slabs: Sequence[SlabDensity]) -> str:
+def slab_table(slabs: Sequence[SlabDensities]) -> str:
     """One line per slab, comma separated, units in the header."""
     lines = ["axis,from_mm,to_mm,part_mm3,target,field,surface"]
     for s in slabs:

@@ -20,8 +20,20 @@ _EDGE_BASE = np.array(
 
 
 @njit(cache=True)
-def cube_case(values: FloatArray, i: int, j: int, k: int) -> int:
-    """Case number of one cube: bit ``a + 2 b + 4 c`` is set where the corner is inside."""
+def cut_at_box(
+    values: FloatArray, points: FloatArray, middle: FloatArray, half: FloatArray
+) -> None:
+    """Raise values (n,) at points (3, n) to the distance outside a box, by its faces."""
+    for i in range(len(values)):
+        for axis in range(3):
+            outside = abs(points[axis, i] - middle[axis]) - half[axis]
+            if outside > values[i]:  # what is not a number stays so
+                values[i] = outside
+
+
+@njit(cache=True)
+def square_case(values: FloatArray, i: int, j: int, k: int) -> int:
+    """Bit ``a + 2 b`` is set where node ``(i + a, j + b, k)`` is inside."""
     case = 0
     if values[i, j, k] < 0.0:
         case |= 1
@@ -31,26 +43,28 @@ def cube_case(values: FloatArray, i: int, j: int, k: int) -> int:
         case |= 4
     if values[i + 1, j + 1, k] < 0.0:
         case |= 8
-    if values[i, j, k + 1] < 0.0:
-        case |= 16
-    if values[i + 1, j, k + 1] < 0.0:
-        case |= 32
-    if values[i, j + 1, k + 1] < 0.0:
-        case |= 64
-    if values[i + 1, j + 1, k + 1] < 0.0:
-        case |= 128
     return case
 
 
 @njit(cache=True)
-def count_brick(values: FloatArray, counts: NDArray[np.int8]) -> int:
-    """Number of triangles in a brick of node values."""
-    total = 0
-    for i in range(values.shape[0] - 1):
-        for j in range(values.shape[1] - 1):
-            for k in range(values.shape[2] - 1):
-                total += counts[cube_case(values, i, j, k)]
-    return total
+def count_brick(values: FloatArray, counts: NDArray[np.int8]) -> tuple[int, int]:
+    """Triangles, and grid edges whose ends differ in sign, in a brick of node values."""
+    nx, ny, nz = values.shape
+    triangles, edges = 0, 0
+    for i in range(nx - 1):
+        for j in range(ny - 1):
+            above = square_case(values, i, j, 0)
+            for k in range(nz - 1):
+                below, above = above, square_case(values, i, j, k + 1)
+                triangles += counts[below + 16 * above]
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                inside = values[i, j, k] < 0.0
+                edges += i + 1 < nx and inside != (values[i + 1, j, k] < 0.0)
+                edges += j + 1 < ny and inside != (values[i, j + 1, k] < 0.0)
+                edges += k + 1 < nz and inside != (values[i, j, k + 1] < 0.0)
+    return triangles, edges
 
 
 @njit(cache=True)
@@ -60,32 +74,43 @@ def march_brick(
     grid: IntArray,
     triangles: NDArray[np.int8],
     counts: NDArray[np.int8],
-    total: int,
+    total: tuple[int, int],
+    earlier: int,
 ) -> tuple[IntArray, FloatArray, IntArray]:
     """Triangles of one brick over vertices named by the grid edge they lie on.
 
-    Returns the edge keys (n,), the node values at both ends (n, 2) and faces (total, 3) into
-    the keys. A key is ``3 (linear index of the edge's lower node) + axis``.
+    ``total`` is the answer of `count_brick`, and ``earlier`` the number of vertices of the bricks
+    before. Returns the edge keys (n,), the node values at both ends (n, 2) and faces (m, 3) into
+    the keys of all bricks. A key is ``3 (linear index of the edge's lower node) + axis``. Cases of
+    cubes have bit ``a + 2 b + 4 c`` set where the corner is inside.
     """
     nx, ny, nz = values.shape
-    number = np.full((nx, ny, nz, 3), -1, dtype=np.int64)
-    keys = np.zeros(3 * total, dtype=np.int64)
-    ends = np.zeros((3 * total, 2))
-    faces = np.zeros((total, 3), dtype=np.int64)
+    number = np.full(3 * nx * ny * nz, -1, dtype=np.int32)
+    place = np.zeros(12, dtype=np.int64)  # of an edge in `number`, from its cube's
+    for e in range(12):
+        node = (_EDGE_BASE[e, 0] * ny + _EDGE_BASE[e, 1]) * nz + _EDGE_BASE[e, 2]
+        place[e] = 3 * node + _EDGE_AXIS[e]
+    keys = np.zeros(total[1], dtype=np.int64)
+    ends = np.zeros((total[1], 2))
+    faces = np.zeros((total[0], 3), dtype=np.int64)
     used, row = 0, 0
     for i in range(nx - 1):
         for j in range(ny - 1):
+            above = square_case(values, i, j, 0)
             for k in range(nz - 1):
-                case = cube_case(values, i, j, k)
+                below, above = above, square_case(values, i, j, k + 1)
+                case = below + 16 * above
+                cube = 3 * ((i * ny + j) * nz + k)
                 for t in range(counts[case]):
                     for c in range(3):
                         e = triangles[case, t, c]
-                        axis = _EDGE_AXIS[e]
-                        p = i + _EDGE_BASE[e, 0]
-                        q = j + _EDGE_BASE[e, 1]
-                        r = k + _EDGE_BASE[e, 2]
-                        if number[p, q, r, axis] < 0:
-                            number[p, q, r, axis] = used
+                        at = cube + place[e]
+                        if number[at] < 0:
+                            number[at] = used
+                            axis = _EDGE_AXIS[e]
+                            p = i + _EDGE_BASE[e, 0]
+                            q = j + _EDGE_BASE[e, 1]
+                            r = k + _EDGE_BASE[e, 2]
                             node = ((start[0] + p) * grid[1] + start[1] + q) * grid[2]
                             keys[used] = 3 * (node + start[2] + r) + axis
                             ends[used, 0] = values[p, q, r]
@@ -96,9 +121,30 @@ def march_brick(
                             else:
                                 ends[used, 1] = values[p, q, r + 1]
                             used += 1
-                        faces[row, c] = number[p, q, r, axis]
+                        faces[row, c] = earlier + number[at]
                     row += 1
-    return keys[:used].copy(), ends[:used].copy(), faces
+    return keys, ends, faces
+
+
+@njit(cache=True)
+def edge_starts(keys: IntArray, origin: FloatArray, grid: IntArray, h: float) -> FloatArray:
+    """Lower nodes of grid edges with keys (n,), ``(3, n)``."""
+    starts = np.zeros((3, len(keys)))
+    for i in range(len(keys)):
+        line, k = divmod(keys[i] // 3, grid[2])
+        starts[0, i] = origin[0] + h * (line // grid[1])
+        starts[1, i] = origin[1] + h * (line % grid[1])
+        starts[2, i] = origin[2] + h * k
+    return starts
+
+
+@njit(cache=True)
+def edge_points(starts: FloatArray, keys: IntArray, at: FloatArray, h: float) -> FloatArray:
+    """Points ``at`` (n,) of the way along grid edges, ``(3, n)``."""
+    points = starts.copy()
+    for i in range(len(keys)):
+        points[keys[i] % 3, i] += h * at[i]
+    return points
 
 
 @njit(cache=True)

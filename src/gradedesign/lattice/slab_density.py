@@ -19,7 +19,7 @@ _BATCH = 1 << 18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SlabDensity:
+class SlabDensities:
     """Relative densities of slabs across one axis.
 
     Attributes
@@ -50,7 +50,7 @@ class SlabDensity:
             object.__setattr__(self, name, locked(getattr(self, name), (None,), name=name))
 
 
-def total(slabs: SlabDensity, what: str) -> float:
+def total(slabs: SlabDensities, what: str) -> float:
     """Density of all slabs together; ``what`` is target, field or surface."""
     values: FloatArray = getattr(slabs, what)
     return float(slabs.part_volume @ values / slabs.part_volume.sum())
@@ -78,7 +78,7 @@ def slab_density(
     *,
     axis: int,
     thickness: float,
-) -> SlabDensity:
+) -> SlabDensities:
     """Measure the density of slabs.
 
     Parameters
@@ -96,7 +96,7 @@ def slab_density(
 
     Returns
     -------
-    SlabDensity
+    SlabDensities
 
     Raises
     ------
@@ -114,7 +114,7 @@ def slab_density(
         lower, upper = np.array(design.lower), np.array(design.upper)
         lower[axis], upper[axis] = low, high
         target[n], share[n] = _means(design, lattice, lower, upper)
-    return SlabDensity(
+    return SlabDensities(
         axis=axis,
         edges=edges,
         part_volume=whole,

@@ -13,6 +13,9 @@ from gradedesign.errors import LatticeError
 from gradedesign.lattice._marching_table import marching_table
 from gradedesign.lattice._surface_kernels import (
     count_brick,
+    cut_at_box,
+    edge_points,
+    edge_starts,
     march_brick,
     shell_volumes,
     unpaired_edges,
@@ -109,9 +112,10 @@ def _cut_at_box(field: Field, lower: FloatArray, upper: FloatArray) -> Field:
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
     def boxed(points: FloatArray) -> FloatArray:
-        values = np.array(field(points), dtype=np.float64)
-        for axis in range(3):
-            np.maximum(values, np.abs(points[axis] - middle[axis]) - half[axis], out=values)
+        values = np.array(field(points), dtype=np.float64, order="C")
+        if values.shape == points.shape[1:]:  # else it is refused by whoever asks
+            flat = np.ascontiguousarray(points, dtype=np.float64).reshape(3, -1)
+            cut_at_box(values.reshape(-1), flat, middle, half)
         return values
 
     return boxed
@@ -127,41 +131,45 @@ def _march(
     for piece in sample_bricks(field, origin, shape, h, brick=brick):
         values = np.where(np.abs(piece.values) < NUDGE * h, NUDGE * h, piece.values)
         total = count_brick(values, counts)
-        if not total:
+        if not total[0]:
             continue
         start = np.array(piece.start, dtype=np.int64)
-        keys, ends, faces = march_brick(values, start, grid, triangles, counts, total)
+        keys, ends, faces = march_brick(values, start, grid, triangles, counts, total, used)
         all_keys.append(keys)
         all_ends.append(ends)
-        all_faces.append(faces + used)
+        all_faces.append(faces)
         used += len(keys)
     if not used:
         raise LatticeError(
             f"no solid on a grid of {shape[0]} x {shape[1]} x {shape[2]} nodes at {h:g} mm: "
             f"the lattice misses the part, or its walls are thinner than the grid"
         )
-    keys, first, inverse = np.unique(
-        np.concatenate(all_keys), return_index=True, return_inverse=True
-    )
-    return keys, np.concatenate(all_ends)[first], inverse[np.concatenate(all_faces)]
+    keys = np.concatenate(all_keys)
+    # Not np.unique, whose sort is stable and slower: keys that are equal have
+    # equal ends, so their order does not matter.
+    order = np.argsort(keys)
+    keys = keys[order]
+    fresh = np.concatenate([[True], keys[1:] != keys[:-1]])
+    vertex = np.zeros_like(keys)
+    vertex[order] = np.cumsum(fresh) - 1
+    ends = np.concatenate(all_ends)[order[fresh]]
+    return keys[fresh], ends, vertex[np.concatenate(all_faces)]
 
 
 def _place_vertices(
     field: Field, keys: IntArray, ends: FloatArray, origin: FloatArray, shape: Shape, h: float
 ) -> FloatArray:
     """Zero of the field on every grid edge, ``(n, 3)``, mm: linear, then one secant step."""
-    axis = keys % 3
-    node = np.array(np.unravel_index(keys // 3, shape), dtype=np.float64)
-    base = origin[:, None] + h * node
+    grid = np.array(shape, dtype=np.int64)
     vertices = np.zeros((len(keys), 3))
     for low in range(0, len(keys), BATCH):
         part = slice(low, min(low + BATCH, len(keys)))
-        along = np.eye(3)[:, axis[part]] * h
         a, b = ends[part].T
+        starts = edge_starts(keys[part], origin, grid, h)
         at = np.clip(a / (a - b), END_GAP, 1 - END_GAP)
-        value = checked_values(field, base[:, part] + at * along)
+        value = checked_values(field, edge_points(starts, keys[part], at, h))
         at = _secant(at, value, a, b)
-        vertices[part] = (base[:, part] + at * along).T
+        vertices[part] = edge_points(starts, keys[part], at, h).T
     return vertices
 
 

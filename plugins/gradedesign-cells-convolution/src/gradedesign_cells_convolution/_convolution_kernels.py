@@ -1,4 +1,4 @@
-"""Compiled sum of Gaussian line integrals near each point, and periodic cubic splines."""
+"""Compiled sum of Gaussian line integrals near each point."""
 
 # mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False
 from __future__ import annotations
@@ -66,48 +66,3 @@ def line_integrals(points, bins, first, member, start, axis, length, sigma, cut_
                     ends = between(s * inverse, (s - length[k]) * inverse)
                     total += math.exp(-h2 * inverse * inverse) * ends
             value[i] = scale * total
-
-
-@njit(cache=True, inline="always")
-def spline_weights(t):
-    """Uniform cubic B-spline at the four nodes around a place t past the second."""
-    r = 1.0 - t
-    return (
-        r * r * r / 6.0,
-        (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
-        (4.0 - 6.0 * r * r + 3.0 * r * r * r) / 6.0,
-        t * t * t / 6.0,
-    )
-
-
-@njit(cache=True, parallel=True, nogil=True)
-def spline_values(points, table, value):
-    """Evaluate a cubic spline of period 1 at points (3, n), into value (n,).
-
-    ``table`` holds coefficients at nodes -1 to m + 1, ``(m + 3, m + 3, m + 3)``.
-    """
-    count = points.shape[1]
-    m = table.shape[0] - 3
-    for chunk in prange((count + CHUNK - 1) // CHUNK):
-        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            x = (points[0, i] - math.floor(points[0, i])) * m
-            y = (points[1, i] - math.floor(points[1, i])) * m
-            z = (points[2, i] - math.floor(points[2, i])) * m
-            a = min(int(x), m - 1)
-            b = min(int(y), m - 1)
-            c = min(int(z), m - 1)
-            along_x = spline_weights(x - a)
-            along_y = spline_weights(y - b)
-            along_z = spline_weights(z - c)
-            total = 0.0
-            for p in range(4):
-                for q in range(4):
-                    row = table[a + p, b + q]
-                    part = (
-                        along_z[0] * row[c]
-                        + along_z[1] * row[c + 1]
-                        + along_z[2] * row[c + 2]
-                        + along_z[3] * row[c + 3]
-                    )
-                    total += along_x[p] * along_y[q] * part
-            value[i] = total

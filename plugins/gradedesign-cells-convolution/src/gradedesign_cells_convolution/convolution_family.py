@@ -9,9 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign import CellFamily, PluginError
-from gradedesign.fields import Field, FloatArray, graph_segments, segment_symmetry
+from gradedesign.fields import (
+    Field,
+    FloatArray,
+    graph_segments,
+    periodic_spline,
+    segment_symmetry,
+)
 from gradedesign_cells_convolution.line_convolution import line_convolution
-from gradedesign_cells_convolution.periodic_spline import periodic_spline
 
 SOURCE = "Gaussian line convolution (Tang et al., CAD'19, 69-74) of "
 
@@ -79,7 +84,10 @@ def convolution_family(
             return np.asarray(-width * np.log(field(u) / alone))
 
         steps = ceil(STEPS / width)
-        return periodic_spline(exact, steps) if steps <= MOST_STEPS else exact
+        if steps > MOST_STEPS:
+            return exact
+        axis = np.arange(steps) / steps
+        return periodic_spline(exact(np.stack(np.meshgrid(axis, axis, axis, indexing="ij"))))
 
     def shape(u: FloatArray, *, sigma: float = sigma) -> FloatArray:
         return of_width(sigma)(u)

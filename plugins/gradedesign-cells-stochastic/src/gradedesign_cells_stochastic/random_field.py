@@ -6,11 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import spline_filter
 
 from gradedesign import CaseError
-from gradedesign.fields import Field, FloatArray
-from gradedesign_cells_stochastic._spline_kernels import spline_values
+from gradedesign.fields import Field, FloatArray, periodic_spline
 from gradedesign_cells_stochastic.random_numbers import uniform
 
 #: Half angles of cones of wave vectors, degrees; narrower cones hold too few waves.
@@ -106,16 +104,5 @@ def random_field(seed: float, period: int, angles: tuple[float, float, float]) -
     x, y, z = waves.T
     spectrum[x, y, z] = (2.0 / len(waves)) ** 0.5 * steps**3 * np.exp(1j * phase)
     nodes = np.fft.ifftn(spectrum).real
-    coefficients = spline_filter(nodes, order=3, mode="grid-wrap")
-    # Half the memory to fetch, and still a smooth function: only its coefficients are rounded.
-    table = np.pad(coefficients, (1, 2), mode="wrap").astype(np.float32)
-
-    def evaluate(u: FloatArray) -> FloatArray:
-        points = np.asarray(u) / period
-        kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
-        flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
-        value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
-        spline_values(flat, table, value)
-        return value.reshape(points.shape[1:])
-
-    return evaluate
+    spline = periodic_spline(nodes, single=True)
+    return lambda u: spline(np.asarray(u) / period)

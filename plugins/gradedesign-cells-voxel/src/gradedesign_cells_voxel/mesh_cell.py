@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gradedesign import CellFamily, PluginError
-from gradedesign.fields import Field, FloatArray
+from gradedesign.fields import Field, FloatArray, periodic_spline
 from gradedesign_cells_voxel._mesh_kernels import add_crossings
-from gradedesign_cells_voxel.periodic_spline import periodic_spline
 from gradedesign_cells_voxel.read_mesh import MeshSource, read_mesh
 from gradedesign_cells_voxel.sampling import require_volume
 from gradedesign_cells_voxel.triangle_distance import periodic_triangle_distance

@@ -7,15 +7,19 @@ from typing import Literal
 import numpy as np
 from scipy.ndimage import spline_filter
 
-from gradedesign import PluginError
-from gradedesign.fields import Field, FloatArray
-from gradedesign_cells_voxel._spline_kernels import linear_values, spline_values
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.errors import PluginError
+from gradedesign.fields._spline_kernels import linear_values, spline_values
 
 Interpolation = Literal["cubic", "linear"]
 
 
 def periodic_spline(
-    values: FloatArray, *, start: float = 0.0, interpolation: Interpolation = "cubic"
+    values: FloatArray,
+    *,
+    start: float = 0.0,
+    interpolation: Interpolation = "cubic",
+    single: bool = False,
 ) -> Field:
     """Interpolate values of a grid of period 1.
 
@@ -27,6 +31,9 @@ def periodic_spline(
         0, or 0.5 for values in the middle of voxels.
     interpolation : {"cubic", "linear"}
         Cubic splines, twice continuously differentiable, or trilinear.
+    single : bool
+        Keep the table in float32: half the memory to fetch. Only the coefficients are rounded, by
+        6e-8 of their size, so the function stays as smooth.
 
     Returns
     -------
@@ -36,15 +43,28 @@ def periodic_spline(
     Raises
     ------
     PluginError
-        If the interpolation is unknown.
+        If the interpolation is unknown, or the values are not those of a grid of points.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> nodes = np.stack(np.meshgrid(*[np.arange(16) / 16] * 3, indexing="ij"))
+    >>> wave = periodic_spline(np.cos(2 * np.pi * nodes).sum(axis=0))
+    >>> float(np.round(wave(np.array([1.5, -3.0, 0.0])), 9))
+    1.0
     """
     if interpolation not in ("cubic", "linear"):
         raise PluginError(f"interpolation '{interpolation}' is unknown; use cubic or linear")
     cubic = interpolation == "cubic"
     nodes = np.array(values, dtype=np.float64)
+    if nodes.ndim != 3 or nodes.size == 0:
+        raise PluginError(
+            f"values to interpolate have shape {nodes.shape}, expected those of a grid, (k, l, m)"
+        )
     if cubic:
         nodes = spline_filter(nodes, order=3, mode="grid-wrap")
-    table = np.ascontiguousarray(np.pad(nodes, ((2, 3),) * 3, mode="wrap"))
+    kept = np.float32 if single else np.float64
+    table = np.ascontiguousarray(np.pad(nodes, ((2, 3),) * 3, mode="wrap"), dtype=kept)
     table.flags.writeable = False
     kernel = spline_values if cubic else linear_values
 
