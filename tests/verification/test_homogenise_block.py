@@ -59,6 +59,31 @@ def test_traction_below_periodic_below_displacement(name, rho) -> None:
     assert np.linalg.eigvalsh(upper - lower)[-1] > 0.01 * middle[0, 0]
 
 
+def test_the_order_is_tight_for_layers() -> None:
+    """Layers without Poisson's ratio: each bound is reached, so 1 % too much of any one shows.
+
+    Exact: along the layers strain is uniform (displacement conditions give Voigt's mean, as
+    periodic ones do), across them stress is (tractions give Reuss' mean, as periodic ones do).
+    """
+    fill = np.full((6, 6, 6), 0.3)
+    fill[:, :, :2] = 1.0
+    upper = solve_block(fill, "displacement", poissons_ratio=0.0, rtol=1e-6).stiffness
+    lower = solve_block(fill, "traction", poissons_ratio=0.0, rtol=1e-6).stiffness
+    middle = solve_periodic(fill, poissons_ratio=0.0, rtol=1e-6).stiffness
+    voigt, reuss = fill.mean(), 1 / (1 / fill).mean()
+    assert upper[0, 0] == pytest.approx(voigt, rel=1e-6)
+    assert lower[2, 2] == pytest.approx(reuss, rel=1e-6)
+    np.testing.assert_allclose(middle[[0, 2], [0, 2]], [voigt, reuss], rtol=1e-6)
+    slack = 1e-6
+    assert np.linalg.eigvalsh(upper - middle)[0] > -slack
+    assert np.linalg.eigvalsh(middle - lower)[0] > -slack
+    # What the order alone sees of an error of 1 % in one of the three.
+    assert np.linalg.eigvalsh(0.99 * upper - middle)[0] < -slack
+    assert np.linalg.eigvalsh(upper - 1.01 * middle)[0] < -slack
+    assert np.linalg.eigvalsh(0.99 * middle - lower)[0] < -slack
+    assert np.linalg.eigvalsh(middle - 1.01 * lower)[0] < -slack
+
+
 @pytest.mark.parametrize("network", [True, False])
 def test_mixed_conditions_equal_periodic_ones_where_mirrors_bound_the_cell(network) -> None:
     # Pahr and Zysset 2008: exact for a cell with mirror planes at its faces.

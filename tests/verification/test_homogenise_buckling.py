@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from gradedesign.homogenise.block import solve_block
 from gradedesign.homogenise.buckling import (
@@ -91,6 +92,30 @@ def test_a_finer_plate_comes_closer() -> None:
 
     coarse, fine = excess(1), excess(2)
     assert 0 < fine < 0.35 * coarse
+
+
+def turning_plate_load(thickness: int, length: int, nu: float) -> float:
+    """As `plate_load`, with the work of the stress on the turning of the cross-sections."""
+    k = 2 * np.pi / length
+    bending, shear = thickness**3 / (12 * (1 - nu**2)), 5 / 6 / (2 * (1 + nu)) * thickness
+    stiffness = np.array([[shear * k**2, -shear * k], [-shear * k, bending * k**2 + shear]])
+    work = thickness * np.diag([k**2, thickness**2 * k**2 / 12])
+    return float(scipy.linalg.eigh(stiffness, work, eigvals_only=True)[0])
+
+
+def test_the_extrapolated_plate_buckles_to_three_tenths_of_a_per_cent() -> None:
+    # Two and four voxels across; the excess falls with their square. Of higher order in thickness
+    # over wave length what plates leave out is 0.8 % at 8 thicknesses and 0.4 % at 12, measured: a
+    # tenth at 24.
+    def load(scale):
+        fill = np.zeros((48 * scale, 2, 4 * scale))
+        fill[:, :, : 2 * scale] = 1.0
+        stress = np.zeros((6, *fill.shape))
+        stress[0] = -fill
+        found = prestress_buckling(fill, stress, poissons_ratio=0.3, rng=np.random.default_rng(88))
+        return found.factor / turning_plate_load(2 * scale, 48 * scale, 0.3)
+
+    assert (4 * load(2) - load(1)) / 3 == pytest.approx(1.0, abs=0.003)
 
 
 def test_tension_does_not_buckle_a_plate() -> None:
