@@ -18,6 +18,7 @@ from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import Shown, write_outputs, write_result
+from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
@@ -138,6 +139,7 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
             most_iterations=60,
             on_step=announce.sizing_step,
         )
+    setup = with_cells(setup, sized.rho)
     result = partial_result(setup, registry, (), setup.case.run.stop_after, sized=sized)
     return write_outputs(out, setup, result, announce, rho=sized.rho)
 

@@ -162,8 +162,9 @@ WRONG = [
     ('name = "bracket"', "name = 0x" + "f" * 5000, ["a whole number beyond 1e18"]),
     ('mesh_size = "4 mm"', 'mesh_size = "4 mm"\nunits = "mm"', []),
     # known, but not there yet
-    ('cell = "gyroid-sheet"', 'cell = "a"\ngrading = "thickness"', []),
-    ('size = "8 mm"', 'size = ["4 mm", "8 mm"]', ["not there yet"]),
+    ('cell = "gyroid-sheet"', 'cell = "a"\ngrading = "thick"', ['did you mean "thickness"']),
+    ('size = "8 mm"', 'size = ["4 mm", "8 mm"]', ['grading = "level"', "goes with one length"]),
+    ('size = "8 mm"', 'size = "8 mm"\nwall = "1 mm"', ['is needed with grading = "size"']),
     ('skin = {thickness = "1 mm"}', "skin = {net = true}", ["not there yet"]),
     ('["stl"]', '["3mf"]', ["not there yet; available: stl, vtu, report"]),
 ]
@@ -185,7 +186,7 @@ PLANNED = [
     (
         'cell = "gyroid-sheet"',
         'cell = "a"\ngrading = "ratio"',
-        "not there yet; available: uniform",
+        'grading = "ratio" goes with a range such as',
     ),
     ('stress = "50 MPa"', 'stress = "50 MPa"\nsafety_factor = 2', "found beside stress"),
     ('mesh_size = "4 mm"', 'mesh_size = "4 mm"\nunits = "mm"', "has no meaning with box"),

@@ -1,4 +1,4 @@
-"""Cell maps of a run: what the homogenised model, the walls and the bounds make of them."""
+"""Cell maps and gradings of a run: homogenised model, walls and bounds."""
 
 from dataclasses import replace
 
@@ -7,11 +7,15 @@ import pytest
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.local_cells import local_cells
+from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
-from gradedesign.errors import CaseError, LatticeError
+from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.ladder import resolve_law as law_module
+from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.round import build_design, density_grid, explicit_cube
 from gradedesign.ladder.setup import prepare
+from gradedesign.lattice.lattice import density_at
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.plugin.registry import build_registry
@@ -49,6 +53,12 @@ safety_factor = 2
 [lattice]
 cell = "walls"
 """
+UNEVEN = CellFamily(
+    name="uneven", shape=lambda u: np.abs(np.cos(2 * np.pi * u).sum(axis=0)), sides=2
+)
+LONG = CASE.replace('["24 mm", "12 mm", "12 mm"]', '["60 mm", "20 mm", "20 mm"]').replace(
+    'mesh_size = "6 mm"', 'mesh_size = "5 mm"'
+)
 ARCH = """\
 size = "6 mm"
 [lattice.cell_map]
@@ -72,13 +82,17 @@ def registry():
     known = build_registry()
     return replace(
         known,
-        cell_families={**known.cell_families, "walls": WALLS},
-        scaling_laws={**known.scaling_laws, "walls-law": law()},
+        cell_families={**known.cell_families, "walls": WALLS, "uneven": UNEVEN},
+        scaling_laws={
+            **known.scaling_laws,
+            "walls-law": law(),
+            "uneven-law": replace(law("uneven-law"), families=("uneven",)),
+        },
     )
 
 
-def prepared(folder, text, registry):
-    (folder / "case.toml").write_text(CASE + text)
+def prepared(folder, text, registry, case=CASE):
+    (folder / "case.toml").write_text(case + text)
     return prepare(load_case(folder), registry)
 
 
@@ -165,7 +179,11 @@ def test_an_axis_in_the_lattice_is_refused_and_one_in_solid_is_not(tmp_path, reg
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('size = ["4 mm", "8 mm"]\n', "not there yet"),
+        ('size = ["4 mm", "8 mm"]\n', "goes with one length"),
+        (
+            'size = ["4 mm", "8 mm"]\ngrading = "ratio"\n' + ARCH.partition("\n")[2],
+            'cell_map: does not go with grading = "ratio"',
+        ),
         (
             ARCH.replace("38", '38\npolar_cap = "5 deg"'),
             "polar_cap: has no meaning with the cylindrical",
@@ -175,9 +193,106 @@ def test_an_axis_in_the_lattice_is_refused_and_one_in_solid_is_not(tmp_path, reg
             'opposite = "tpo"\n',
             'did you mean "top"',
         ),
-        ('size = "6 mm"\nwall = "1 mm"\n', "belongs to `gradedesign generate`"),
+        ('size = "6 mm"\nwall = "1 mm"\n', 'is needed with grading = "size"'),
+        (
+            'size = ["4 mm", "8 mm"]\ngrading = "size"\nwall = "1 mm"\n[print]\n'
+            'min_wall = "1.2 mm"\n',
+            "thinner than the min_wall of 1.2 mm",
+        ),
+        (
+            'size = ["4 mm", "8 mm"]\ngrading = "size"\nwall = "9 mm"\n',
+            r"lattice\.wall: walls of 9 mm make cells of 'walls' between",
+        ),
     ],
 )
 def test_impossible_maps_of_a_run_are_refused(tmp_path, registry, text, words):
-    with pytest.raises(CaseError, match=words):
+    with pytest.raises((CaseError, DensityError), match=words):
         prepared(tmp_path, text, registry)
+
+
+def ramp(setup, low, high):
+    """Density of every tetrahedron, from low at x = 10 to high at x = 50 mm."""
+    x = centroids(setup.space.mesh)[0]
+    s = np.clip((x - 10) / 40, 0, 1)
+    return low + (high - low) * s * s * (3 - 2 * s)
+
+
+def graded(folder, registry, text, low, high):
+    setup = prepared(folder, text, registry, case=LONG)
+    rho = ramp(setup, low, high)
+    return setup, with_cells(setup, rho), rho
+
+
+def test_walls_stay_and_sizes_follow(tmp_path, registry):
+    # With r = wall / size of the cell, walls of 2 mm ask for 2 / r mm.
+    sizes = tuple(2.0 / float(wall_mm(WALLS, None, rho, 1.0)) for rho in (0.5, 0.3))
+    text = (
+        f'size = ["{sizes[0] - 0.01:.3f} mm", "{sizes[1] + 0.01:.3f} mm"]\n'
+        'grading = "size"\nwall = "2 mm"\n'
+    )
+    setup, made, rho = graded(tmp_path, registry, text, 0.3, 0.5)
+    # Nothing is clipped later: the densities that the sizes allow bound sizing.
+    assert setup.bounds == pytest.approx((0.3, 0.5), abs=2e-3)
+    report = made.layout.report
+    assert report["name"] == "graded size"
+    assert report["size"]["p5"] == pytest.approx(sizes[0], rel=0.1)
+    assert report["size"]["p95"] == pytest.approx(sizes[1], rel=0.1)
+    assert report["size_error"]["error"]["p95"] < 0.15
+    grid = density_grid(made, rho)
+    # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
+    wall = explicit_cube(made, grid) * setup.case.run.mesh_cubes_per_wall
+    assert 1.7 < wall <= 2.0
+    places = centroids(setup.space.mesh)
+    axes = local_cells(made.layout.cell_map, places).axes
+    np.testing.assert_allclose(made.model.rotation, bond_matrix(axes), atol=1e-12)
+    design = build_design(made, grid)
+    assert design.cell_map is made.layout.cell_map
+    # Density stays what sizing chose: the level is set in cell units.
+    np.testing.assert_allclose(density_at(design, places), rho, atol=0.02)
+
+
+def test_size_and_wall_follow_by_the_ratio_rule(tmp_path, registry):
+    text = 'size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = [0.3, 0.5]\n'
+    setup, made, _ = graded(tmp_path, registry, text, 0.3, 0.5)
+    assert setup.bounds == (0.3, 0.5)
+    u, places = made.layout.cell_map, np.array([[5.0, 55.0], [10.0, 10.0], [10.0, 10.0]])
+    # Dense zones get the small cells; the scale of filters does not move with the design.
+    np.testing.assert_allclose(local_cells(u, places).size, [10, 8], rtol=0.04)
+    assert made.layout.typical == setup.layout.typical == pytest.approx(np.sqrt(80))
+    # The range belongs to the bounds of sizing: half of them uses half of the sizes.
+    half = with_cells(setup, np.full(setup.model.volumes.size, 0.3))
+    np.testing.assert_allclose(local_cells(half.layout.cell_map, places).size, 10, rtol=1e-6)
+
+
+def test_other_gradings_keep_their_cells(tmp_path, registry):
+    text = 'size = "10 mm"\ngrading = "thickness"\n'
+    setup, made, _ = graded(tmp_path, registry, text, 0.3, 0.5)
+    assert made is setup
+
+
+def test_thickness_needs_walls_of_one_thickness(tmp_path, registry):
+    uneven = LONG.replace('"walls"', '"uneven"')
+    text = 'size = "10 mm"\ngrading = "thickness"\n'
+    with pytest.raises(CaseError, match=r"lattice\.grading.*'uneven' does not have; take a cell"):
+        prepared(tmp_path, text, registry, case=uneven)
+
+
+def test_sizes_turn_with_the_case(tmp_path, registry):
+    text = (
+        'size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = [0.3, 0.5]\n'
+        'rotation = ["0 deg", "0 deg", "30 deg"]\norigin = ["30 mm", "10 mm", "10 mm"]\n'
+    )
+    _, made, _ = graded(tmp_path, registry, text, 0.4, 0.4)
+    axes = local_cells(made.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
+    c, s = np.cos(np.pi / 6), 0.5
+    np.testing.assert_allclose(axes, [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-6)
+    corner = made.layout.cell_map(np.array([[30.0], [10.0], [10.0]]))
+    np.testing.assert_allclose(corner, 0, atol=1e-9)
+
+
+def test_densities_of_a_wall():
+    # Three sets of walls fill 1 - (1 - 2 t)^3 of the cell, 2 t = wall / size: 0.271 and 0.488.
+    low, high = densities_for_sizes(WALLS, None, 1.0, (5.0, 10.0))
+    assert (low, high) == pytest.approx((1 - 0.9**3, 1 - 0.8**3), abs=2e-3)
+    with pytest.raises(DensityError, match="walls of 1 mm make cells of 'walls' between"):
+        densities_for_sizes(WALLS, None, 1.0, (0.5, 0.6))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from meshes import face, facets_where, mapped_mesh
+from scipy.spatial.transform import Rotation
 
 from gradedesign.cell.cell_map import uniform_map
 from gradedesign.cell.cylindrical_map import cylindrical_map
@@ -15,6 +16,7 @@ from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.sizing.homogenised import homogenised_model, lattice_stiffness, solve_homogenised
+from gradedesign.sizing.lattice_stress import in_cell_axes
 
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-9, yield_strength=10.0
@@ -72,6 +74,7 @@ def ring_model(matrix, cell_map, cells=(4, 12)):
     return homogenised_model(space, share, MATERIAL, law(matrix), [case], rotation=axes)
 
 
+TURNED = Rotation.from_euler("XYZ", (20, -35, 50), degrees=True).as_matrix()
 AROUND = cylindrical_map(around=24, radial_size=20, axial_size=20, inner_radius=90)
 
 
@@ -102,6 +105,19 @@ def test_cells_about_an_axis_turn_with_every_tetrahedron():
     np.testing.assert_allclose(found[0, 0], 0.30 - 2 * excess * (s * c) ** 2, rtol=1e-12)
     np.testing.assert_allclose(found[0, 5], excess * s * c * (c * c - s * s), atol=1e-12)
     np.testing.assert_allclose(found[2, 2], 0.30, rtol=1e-12)
+
+
+@pytest.mark.parametrize("cell_map", [AROUND, uniform_map(9.0, rotation=TURNED)], ids=["a", "b"])
+def test_stress_is_turned_into_the_axes_of_each_cell(cell_map):
+    model = ring_model(CUBIC, cell_map, cells=(2, 4))
+    axes = local_cells(cell_map, centroids(model.space.mesh)).axes
+    rng = np.random.default_rng(6113)
+    tensor = rng.normal(size=(3, 3, model.volumes.size, 4))
+    tensor += tensor.swapaxes(0, 1)
+    # By definition: R^T s R, component by component.
+    exact = np.einsum("iam,ijmq,jbm->abmq", axes, tensor, axes)
+    i, j = (0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1)
+    np.testing.assert_allclose(in_cell_axes(model, tensor[i, j]), exact[i, j], atol=1e-12)
 
 
 def growth(matrix):

@@ -96,6 +96,13 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             message=f"found {size:g} mm, less than twice the min_wall of {printer.min_wall:g} mm; "
             f"expected at least {2 * printer.min_wall:g} mm",
         )
+    wall = file.lattice.wall
+    if printer is not None and wall is not None and wall < printer.min_wall:
+        yield Problem(
+            key=("lattice", "wall"),
+            message=f"found {wall:g} mm, thinner than the min_wall of {printer.min_wall:g} mm; "
+            f"expected at least that",
+        )
     yield from cell_map_problems(file.lattice, file.region)
     yield from _box_problems(file)
 

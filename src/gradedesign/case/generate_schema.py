@@ -29,12 +29,9 @@ from gradedesign.case.value_types import (
     Number,
     Reader,
     RegionName,
-    Size,
     Triple,
     three,
 )
-
-_GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 
 class _StatedDensity(DensityRange):
@@ -92,12 +89,6 @@ class TransitionSpec(Table):
 class StatedLatticeSpec(CellsSpec):
     """The lattice that fills the part, its density stated."""
 
-    grading: Annotated[str, Choice(_GRADINGS)] = "level"
-    """What follows the density: uniform: nothing; level: the level of the cell; thickness: the
-    same, of a cell whose walls have one thickness; size: the size of the cells, with walls of one
-    thickness; ratio: size and wall, small cells where it is dense."""
-    wall: Size | None = None
-    """Thickness of the walls when the size of the cells follows the density, mm."""
     density: Annotated[tuple[float, float] | None, _StatedDensity()] = None
     """One density everywhere; or, with a map, the densities it may have, and those of the lowest
     and the highest grey value of 8 and 16 bit voxels."""
@@ -107,25 +98,12 @@ class StatedLatticeSpec(CellsSpec):
     """A second family."""
 
     @model_validator(mode="after")
-    def _graded_size(self) -> StatedLatticeSpec:
-        graded = self.grading in ("size", "ratio")
-        if graded != (len(self.size) == 2):
-            wanted = 'a range such as ["40 mm", "50 mm"]' if graded else 'one length such as "8 mm"'
-            raise key_error("size", f'grading = "{self.grading}" goes with {wanted}')
-        if graded and self.density_map is None:
-            raise key_error(
-                "grading", "a size that follows the density needs [lattice.density_map]"
-            )
-        if (self.wall is None) == (self.grading == "size"):
-            raise key_error("wall", 'is needed with grading = "size", and has no meaning without')
-        for key in ("cell_map", "warp", "transition"):
-            if graded and getattr(self, key):
-                raise key_error(key, f'does not go with grading = "{self.grading}"')
-        return self
-
-    @model_validator(mode="after")
     def _one_density(self) -> StatedLatticeSpec:
         if self.density_map is None:
+            if self.graded_size:
+                raise key_error(
+                    "grading", "a size that follows the density needs [lattice.density_map]"
+                )
             if self.density is None or self.density[0] < self.density[1]:
                 raise key_error(
                     "density",

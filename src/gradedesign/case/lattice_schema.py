@@ -133,7 +133,9 @@ class Parameters(Reader):
 
 
 #: Keys of a lattice whose density is stated rather than found.
-STATED = ("density_map", "transition", "wall")
+STATED = ("density_map", "transition")
+#: What may follow the density.
+GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
 
@@ -145,6 +147,12 @@ class CellsSpec(Table):
     """Name of a cell family."""
     size: Annotated[tuple[float, ...], CellSize()] = Field(examples=["8 mm"])
     """Edge length of a cell; the smallest and the largest of graded size; or three edges, mm."""
+    grading: Annotated[str, Choice(GRADINGS)] = "level"
+    """What follows the density: uniform: nothing; level: the level of the cell; thickness: the
+    same, of a cell whose walls have one thickness; size: the size of the cells, with walls of one
+    thickness; ratio: size and wall, small cells where it is dense."""
+    wall: Size | None = None
+    """Thickness of the walls when the size of the cells follows the density, mm."""
     parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
     """Parameters of the cell family by name."""
     law: Name = "auto"
@@ -170,15 +178,38 @@ class CellsSpec(Table):
 
     @property
     def edges(self) -> Triple:
-        """Edges of a cell along its three axes, mm; of the smallest if the size is graded."""
-        a, b, c = self.size if len(self.size) == 3 else (self.size[0],) * 3
-        return a, b, c
+        """Edges of a cell along its three axes, mm; of a middle one if the size is graded."""
+        if len(self.size) == 3:
+            return self.size[0], self.size[1], self.size[2]
+        middle = self.size[0] if len(self.size) == 1 else (self.size[0] * self.size[1]) ** 0.5
+        return middle, middle, middle
 
     @property
     def size_words(self) -> str:
         """The size for people to read."""
         joined = " to " if len(self.size) == 2 else " x "
         return f"{joined.join(f'{s:g}' for s in self.size)} mm"
+
+    @property
+    def graded_size(self) -> bool:
+        """Whether the size of the cells follows the density."""
+        return self.grading in ("size", "ratio")
+
+    @model_validator(mode="after")
+    def _graded_size(self) -> CellsSpec:
+        if self.graded_size != (len(self.size) == 2):
+            wanted = (
+                'a range such as ["40 mm", "50 mm"]'
+                if self.graded_size
+                else 'one length such as "8 mm", or three edges'
+            )
+            raise key_error("size", f'grading = "{self.grading}" goes with {wanted}')
+        if (self.wall is None) == (self.grading == "size"):
+            raise key_error("wall", 'is needed with grading = "size", and has no meaning without')
+        for key in ("cell_map", "warp", "transition"):
+            if self.graded_size and getattr(self, key, None):
+                raise key_error(key, f'does not go with grading = "{self.grading}"')
+        return self
 
     @model_validator(mode="after")
     def _edges_of_map(self) -> CellsSpec:
@@ -198,10 +229,6 @@ class CellsSpec(Table):
 class LatticeSpec(CellsSpec):
     """The lattice that fills the part, its density to be found."""
 
-    grading: Annotated[
-        str, Choice(("uniform", "level"), planned=("thickness", "size", "ratio"))
-    ] = "level"
-    """uniform: one density everywhere; level: the density follows the stress."""
     density: _Density = (0.01, 0.99)
     """Lowest and highest relative density the user allows; the windows of the family and of its
     law narrow it further."""
@@ -217,16 +244,6 @@ class LatticeSpec(CellsSpec):
                     "density themselves, in cells of one family: leave it out",
                 )
         return value
-
-    @model_validator(mode="after")
-    def _one_size(self) -> LatticeSpec:
-        if len(self.size) == 2:
-            raise key_error(
-                "size",
-                "found a range, and graded cell size is not there yet; expected one length such "
-                'as "8 mm"',
-            )
-        return self
 
 
 class PrintSpec(Table):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import CaseError, DensityError
@@ -165,6 +166,44 @@ def size_by_ratio(
     _require_within(r, ratios, "wall over cell size")
     share = np.clip((most - r) / (most - least), 0.0, 1.0)
     return np.asarray(1 / (1 / small + (1 / large - 1 / small) * share))
+
+
+def densities_for_sizes(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    wall: float,
+    sizes: tuple[float, float],
+) -> tuple[float, float]:
+    """Densities at which walls of one thickness ask for a size within limits.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float or None
+    wall : float, mm
+    sizes : (float, float), mm
+        Least and largest.
+
+    Returns
+    -------
+    (float, float)
+
+    Raises
+    ------
+    DensityError
+        If no density of the cell does.
+    """
+    density = np.linspace(*calibrate(family, parameters).window, 4001)
+    ratio = wall_ratio(family, parameters, density)
+    fits = (ratio >= wall / sizes[1]) & (ratio <= wall / sizes[0])
+    if not fits.any():
+        possible = wall / ratio[ratio > 0]
+        raise DensityError(
+            f"walls of {wall:g} mm make cells of '{family.name}' between {possible.min():.4g} and "
+            f"{possible.max():.4g} mm large, but {sizes[0]:g} to {sizes[1]:g} mm are allowed; "
+            f"change the wall or the sizes"
+        )
+    return float(density[fits][0]), float(density[fits][-1])
 
 
 def size_field_for_wall(

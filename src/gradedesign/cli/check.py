@@ -59,7 +59,8 @@ def describe(setup: Setup) -> dict[str, Any]:
     """Plain data of a prepared case; the explicit size is predicted at a third of the window."""
     case = setup.case
     low, high = setup.bounds
-    wall = float(wall_mm(setup.family, setup.parameters, low, setup.layout.least))
+    stated = case.lattice.wall
+    wall = stated or float(wall_mm(setup.family, setup.parameters, low, setup.layout.least))
     cube = explicit_cube_for(setup, wall)
     guess = low + (high - low) / 3
     share = setup.model.solid_share

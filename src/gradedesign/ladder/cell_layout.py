@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import Field, FloatArray, locked
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.map_report import map_report, require_unfolded, spread
@@ -24,6 +24,8 @@ class CellLayout:
     Attributes
     ----------
     cell_map : CellMap
+    places : (3, n) array, mm
+        That fill the lattice evenly.
     typical : float, mm
         Edge of the cube of the median cell's volume.
     least : float, mm
@@ -33,9 +35,13 @@ class CellLayout:
     """
 
     cell_map: CellMap
+    places: FloatArray
     typical: float
     least: float
     report: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "places", locked(self.places, (3, None), name="places"))
 
 
 def cell_layout(
@@ -73,6 +79,7 @@ def cell_layout(
     uniform = cell_map.name == "uniform"
     return CellLayout(
         cell_map=cell_map,
+        places=places,
         typical=cell_map.size if uniform else float(np.median(here.size)),
         least=min(edges) if uniform else float(here.least.min()),
         report={**asdict(report), "stretch": asdict(stretch)},

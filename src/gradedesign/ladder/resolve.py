@@ -9,8 +9,10 @@ from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall
 from gradedesign.errors import CaseError, DensityError
+from gradedesign.ladder.locate import locating
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.registry import Registry, lookup
@@ -75,7 +77,16 @@ def density_bounds(
         f"cell family '{family.name}'": calibration.window,
         f"law '{law.name}'": law.window,
     }
-    if case.print is not None:
+    spec = case.lattice
+    if spec.wall is not None:
+        with locating(case, "lattice.wall"):
+            sizes = (spec.size[0], spec.size[-1])
+            fitting = densities_for_sizes(family, parameters, spec.wall, sizes)
+        windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
+    elif case.print is not None:
+        if spec.graded_size:
+            # Cells are largest where the density is least.
+            least_size = spec.size[-1]
         try:
             floor = density_for_wall(family, parameters, case.print.min_wall, least_size)
         except DensityError as error:

@@ -151,7 +151,7 @@ def size_round(
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
     """The density field from which the lattice is built."""
-    cell = setup.layout.typical
+    cell = setup.case.lattice.cell_size
     spacing = min(cell / NODES_PER_CELL, setup.case.part.mesh_size)
     return density_grid_from_elements(setup.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
 

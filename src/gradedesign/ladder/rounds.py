@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
+from gradedesign.ladder.cell_layout import CellLayout
+from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.result import Iteration
 from gradedesign.ladder.round import (
     FIRST_ITERATIONS,
@@ -95,10 +97,16 @@ class Analysed:
     judged: JudgedSolid
     mesh: ExplicitMesh
     result: ExplicitResult
+    layout: CellLayout
 
 
 def analyse_design(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> Analysed:
     """Build the lattice of element densities, mesh it and solve it."""
+    return analyse_cells(with_cells(setup, rho), rho, coarser=coarser)
+
+
+def analyse_cells(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> Analysed:
+    """Build the lattice of element densities in the cells of the setup, mesh it and solve it."""
     grid = density_grid(setup, rho)
     design = build_design(setup, grid)
     judged = judged_solid(setup, design)
@@ -110,7 +118,9 @@ def analyse_design(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> An
     result = analyse_printed_solid(
         mesh.mesh, judged, mesh_size=mesh.cube, surface_tolerance=0.5 * mesh.cube
     )
-    return Analysed(grid=grid, design=design, judged=judged, mesh=mesh, result=result)
+    return Analysed(
+        grid=grid, design=design, judged=judged, mesh=mesh, result=result, layout=setup.layout
+    )
 
 
 def play_round(
@@ -132,7 +142,7 @@ def play_round(
     )
     start = previous[-1].variables if previous else None
     sized = size_round(
-        setup,
+        with_cells(setup, previous[-1].rho) if previous else setup,
         correction,
         factors,
         start=start,
@@ -143,8 +153,9 @@ def play_round(
         ),
         on_step=on_step,
     )
+    setup = with_cells(setup, sized.rho)
     predicted = predict(setup, correction, sized.rho)
-    analysed = analyse_design(setup, sized.rho)
+    analysed = analyse_cells(setup, sized.rho)
     result = analysed.result
     displacements = explicit_displacements(setup, result)
     rows = limit_rows(setup, displacements, result.measures, "explicit analysis")

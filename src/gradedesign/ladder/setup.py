@@ -15,6 +15,7 @@ from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
+from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
@@ -109,6 +110,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
+    require_one_thickness(case, family)
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(case, registry, family, parameters, on_event)
     distance = surface_distance(part.surface)

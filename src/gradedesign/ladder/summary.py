@@ -141,7 +141,7 @@ def verdict_result(
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
-            "cell_map": dict(setup.layout.report),
+            "cell_map": dict((accepted.analysed if accepted else setup).layout.report),
         },
         warnings=tuple(warnings),
         **common,

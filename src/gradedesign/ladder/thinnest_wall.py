@@ -23,6 +23,7 @@ def thinnest_wall(setup: Setup, grid: DensityGrid) -> float:
     if not lattice.any():
         return float(wall_mm(setup.family, setup.parameters, setup.bounds[0], layout.typical))
     places = centroids(setup.space.mesh)[:, lattice]
+    density = evaluate(grid, places)
     sizes = local_cells(layout.cell_map, places).least
-    walls = wall_mm(setup.family, setup.parameters, evaluate(grid, places), sizes)
+    walls = wall_mm(setup.family, setup.parameters, density, sizes)
     return float(walls.min())
