@@ -19,6 +19,7 @@ from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import Shown, write_outputs, write_result
 from gradedesign.ladder.graded_cells import with_cells
+from gradedesign.ladder.oriented import oriented
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
@@ -121,6 +122,7 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     if case.run.stop_after == "solid":
         result = partial_result(setup, registry, rows, "solid")
         return write_outputs(out, setup, result, announce, solid=solutions)
+    setup = oriented(setup, solutions)
     if case.run.stop_after in ("sizing", "lattice"):
         return stop_early(setup, registry, out, announce)
     return loop(setup, registry, out, announce, deadline)

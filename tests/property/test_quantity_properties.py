@@ -114,7 +114,7 @@ def test_mutated_case_loads_or_raises_case_error(tmp_path, start, length, piece)
         case = load_case(path)
     except CaseError:
         return
-    assert case.lattice.size > 0
+    assert min(case.lattice.size) > 0
 
 
 def _values(depth):

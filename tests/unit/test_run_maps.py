@@ -13,8 +13,10 @@ from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.ladder import resolve_law as law_module
 from gradedesign.ladder.graded_cells import with_cells
+from gradedesign.ladder.oriented import oriented
 from gradedesign.ladder.round import build_design, density_grid, explicit_cube
 from gradedesign.ladder.setup import prepare
+from gradedesign.ladder.solid import solve_solid
 from gradedesign.lattice.lattice import density_at
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import centroids
@@ -296,3 +298,40 @@ def test_densities_of_a_wall():
     assert (low, high) == pytest.approx((1 - 0.9**3, 1 - 0.8**3), abs=2e-3)
     with pytest.raises(DensityError, match="walls of 1 mm make cells of 'walls' between"):
         densities_for_sizes(WALLS, None, 1.0, (0.5, 0.6))
+
+
+def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registry):
+    # A block that is sheared between its long faces: principal stresses at 45 degrees.
+    block = LONG.replace('fix = [{region = "root"}]', 'fix = [{region = "floor"}]').replace(
+        'load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]',
+        'load = [{region = "top", force = ["400 N", "0 N", "0 N"]}]',
+    )
+    text = 'size = "5 mm"\n[lattice.orientation]\nload_case = "shear"\n'
+    setup = prepared(tmp_path, text, registry, case=block)
+    made = oriented(setup, solve_solid(setup))
+    told = made.layout.report["orientation"]
+    assert told["straight_angle_degrees"]["p50"] > 35
+    assert told["angle_degrees"]["p50"] < 6
+    assert told["angle_degrees"]["p95"] < 0.6 * told["straight_angle_degrees"]["p95"]
+    assert made.layout.report["folds"] == 0
+    axes = local_cells(made.layout.cell_map, centroids(setup.space.mesh)).axes
+    np.testing.assert_allclose(made.model.rotation, bond_matrix(axes), atol=1e-12)
+    assert made.layout.typical == setup.layout.typical
+    assert with_cells(made, np.full(setup.model.volumes.size, 0.3)) is made
+
+
+def test_graded_sizes_keep_the_directions(tmp_path, registry):
+    text = (
+        'size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = [0.3, 0.5]\n'
+        '[lattice.orientation]\ndirection = ["1", "1", "0"]\n'
+    )
+    setup = prepared(tmp_path, text, registry, case=LONG)
+    made = with_cells(oriented(setup, ()), np.full(setup.model.volumes.size, 0.4))
+    axes = local_cells(made.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
+    assert np.abs(axes[:2, :2]) == pytest.approx(np.sqrt(0.5), abs=0.01)
+
+
+def test_an_unknown_load_case_to_follow_is_told(tmp_path, registry):
+    text = 'size = "8 mm"\n[lattice.orientation]\nload_case = "shaer"\n'
+    with pytest.raises(CaseError, match='"shaer" is not defined; did you mean "shear"'):
+        prepared(tmp_path, text, registry)

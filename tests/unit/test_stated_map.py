@@ -1,5 +1,6 @@
 """Cell maps of a case: each kind with its sizes, reported, and refused where it cannot be."""
 
+import meshio
 import numpy as np
 import pytest
 
@@ -10,7 +11,9 @@ from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.ladder.placed_map import lattice_points
 from gradedesign.ladder.stated_density import stated_density
 from gradedesign.ladder.stated_map import stated_map
+from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.part.part import read_part
+from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.part.signed_distance import surface_distance
 
 CASE = """\
@@ -174,6 +177,79 @@ def test_size_and_wall_change_by_the_ratio_rule(tmp_path):
     # Dense zones get the small cells.
     assert report["size"]["p5"] == pytest.approx(8, rel=0.05)
     assert report["size"]["p95"] == pytest.approx(10, rel=0.05)
+
+
+AROUND = """\
+size = "5 mm"
+density = 0.3
+[lattice.orientation]
+"""
+
+
+def about_an_axis(points):
+    """Unit directions around the axis x = 30, y = -40."""
+    x, y = points[0] - 30, points[1] + 40
+    return np.stack([y, -x, 0 * x]) / np.hypot(x, y)
+
+
+def require_followed(report):
+    # By hand: over the box directions turn by atan(30 / 40) = 37 degrees to both sides; cells in a
+    # ring of radii 40 to 60 mm around an axis cannot all be equally wide.
+    told = report["orientation"]
+    assert told["straight_angle_degrees"]["p95"] > 30
+    # Directions and equal sizes contradict each other, and least squares give to both.
+    assert told["angle_degrees"]["p95"] < 0.2 * told["straight_angle_degrees"]["p95"]
+    assert told["angle_degrees"]["p50"] < 3
+    assert report["folds"] == 0
+    assert report["shear"]["p95"] < 10
+    assert 0.05 < report["size_error"]["error"]["p95"] < 0.35
+
+
+def test_cells_follow_the_directions_of_a_formula(tmp_path):
+    text = 'direction = ["(y + 40) / sqrt((x - 30)^2 + (y + 40)^2)", '
+    text += '"(30 - x) / sqrt((x - 30)^2 + (y + 40)^2)", "0"]\n'
+    cell_map, report = mapped(tmp_path, AROUND + text)
+    assert cell_map.name == "graded size"
+    require_followed(report)
+
+
+@pytest.mark.parametrize("kind", ["tensor", "symmetric", "direction"])
+def test_cells_follow_a_field_from_outside(tmp_path, kind):
+    mesh = box_part_mesh((60.0, 20.0, 20.0), 4.0)
+    along = about_an_axis(centroids(mesh))
+    # Tension of 7 around and pressure of 2 along the axis, MPa.
+    stress = 7 * along[:, None] * along[None]
+    stress[2, 2] -= 2
+    values = {
+        "tensor": np.moveaxis(stress, -1, 0).reshape(-1, 9),
+        "symmetric": stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]].T,
+        "direction": along.T,
+    }[kind]
+    cells = [("tetra", mesh.tets.T)]
+    meshio.Mesh(mesh.points.T, cells, cell_data={"pull": [values]}).write(tmp_path / "pull.vtu")
+    _, report = mapped(tmp_path, AROUND + 'vtu = "pull.vtu"\n')
+    require_followed(report)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "expected exactly one of load_case, direction, vtu"),
+        ('direction = ["1", "0"]', "expected three entries"),
+        ('direction = ["1", "0", "w"]', "unknown name"),
+        ('direction = ["0", "0", "0"]', "zero nearly everywhere"),
+        ('load_case = "pull"', "belongs to `gradedesign run`"),
+        ('vtu = "nothing.vtu"', "does not exist"),
+        ('direction = ["1", "0", "0"]\nfield = "a"', "field: belongs to vtu"),
+        (
+            'direction = ["1", "0", "0"]\n[lattice.cell_map]\nkind = "conformal"\n',
+            r"cell_map: does not go with \[lattice.orientation\]",
+        ),
+    ],
+)
+def test_impossible_directions_are_refused(tmp_path, text, words):
+    with pytest.raises(CaseError, match=words):
+        mapped(tmp_path, AROUND + text)
 
 
 @pytest.mark.parametrize(

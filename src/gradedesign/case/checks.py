@@ -103,6 +103,16 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             message=f"found {wall:g} mm, thinner than the min_wall of {printer.min_wall:g} mm; "
             f"expected at least that",
         )
+    told = file.lattice.orientation
+    names = tuple(case.name for case in file.load_case)
+    if told is not None and told.load_case is not None and told.load_case not in names:
+        yield Problem(
+            key=("lattice", "orientation", "load_case"),
+            message=f"load case {shown(told.load_case)} is not defined",
+            word=told.load_case,
+            choices=names,
+            what="defined",
+        )
     yield from cell_map_problems(file.lattice, file.region)
     yield from _box_problems(file)
 

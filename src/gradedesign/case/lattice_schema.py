@@ -7,6 +7,7 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import Field, model_validator
 
 from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
+from gradedesign.case.orientation_schema import OrientationSpec
 from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
@@ -170,6 +171,8 @@ class CellsSpec(Table):
     """Cells about an axis, about a centre, or in layers, instead of a straight grid."""
     warp: tuple[WarpSpec, ...] = ()
     """Spheres in which cells are larger or smaller."""
+    orientation: OrientationSpec | None = None
+    """Directions that the axes of the cells follow."""
 
     @property
     def cell_size(self) -> float:
@@ -209,6 +212,17 @@ class CellsSpec(Table):
         for key in ("cell_map", "warp", "transition"):
             if self.graded_size and getattr(self, key, None):
                 raise key_error(key, f'does not go with grading = "{self.grading}"')
+        return self
+
+    @model_validator(mode="after")
+    def _orientation_alone(self) -> CellsSpec:
+        if self.orientation is None:
+            return self
+        for key in ("cell_map", "warp"):
+            if getattr(self, key):
+                raise key_error(key, "does not go with [lattice.orientation]; leave one out")
+        if len(self.size) == 3:
+            raise key_error("size", "three edges do not go with [lattice.orientation] yet")
         return self
 
     @model_validator(mode="after")

@@ -55,12 +55,13 @@ def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
     content, file, lines = read_layout(
         path, CaseFile, allow_outside=allow_outside, across=cross_problems
     )
+    told = content.lattice.orientation
     tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
     case = Case(
         name=content.case.name,
         path=file,
         folder=file.parent,
-        case_hash=case_hash(content, file, content.part.file),
+        case_hash=case_hash(content, file, content.part.file, told.vtu if told else None),
         warnings=tuple(case_warnings(content)),
         lines=lines,
         **tables,

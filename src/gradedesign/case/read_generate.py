@@ -52,17 +52,25 @@ def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> Gene
 
 
 def _map_files(content: GenerateFile) -> tuple[Path, ...]:
-    """Files of a density map, whose bytes belong to what is asked."""
-    spec = content.lattice.density_map
+    """Files of a density map or of directions, whose bytes belong to what is asked."""
+    spec, told = content.lattice.density_map, content.lattice.orientation
+    turned = () if told is None or told.vtu is None else (told.vtu,)
     if spec is None:
-        return ()
+        return turned
     if spec.images is not None:
-        return tuple(sorted(p for p in spec.images.iterdir() if p.is_file()))
-    return tuple(p for p in (spec.voxels, spec.points, spec.vtu) if p is not None)
+        return (*sorted(p for p in spec.images.iterdir() if p.is_file()), *turned)
+    return (*(p for p in (spec.voxels, spec.points, spec.vtu) if p is not None), *turned)
 
 
 def _problems(file: GenerateFile) -> Iterator[Problem]:
     """What of different tables contradicts each other."""
+    told = file.lattice.orientation
+    if told is not None and told.load_case is not None:
+        yield Problem(
+            key=("lattice", "orientation", "load_case"),
+            message="belongs to `gradedesign run`, which analyses the part; expected direction or "
+            "vtu",
+        )
     yield from cell_map_problems(file.lattice, file.region)
     skin, box = file.lattice.skin, file.part.box
     if skin is not None and box is not None and 2 * skin >= min(box):

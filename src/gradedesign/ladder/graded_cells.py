@@ -35,7 +35,7 @@ def with_cells(setup: Setup, rho: FloatArray) -> Setup:
         return setup
     with locating(case, "lattice.size"):
         wanted = wanted_size(case, setup.calibration, density_grid(setup, rho), setup.bounds)
-        cell_map = graded_map(case, setup.part, wanted)
+        cell_map = graded_map(case, setup.part, wanted, setup.frames)
         layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
     axes = cell_axes(layout, setup.space.mesh)
     return replace(

@@ -17,6 +17,9 @@ from gradedesign.ladder.locate import locating
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.part.part import Part
 
+#: Iterations in which cells may turn in order to keep size and shape.
+ROTATION_FREE = 3
+
 
 def require_one_thickness(case: Case | GenerateCase, family: CellFamily) -> None:
     """Refuse ``grading = "thickness"`` of cells whose walls have no one thickness.
@@ -61,7 +64,9 @@ def wanted_size(
     return size_field_by_ratio(rho, family, parameters, sizes, ends)
 
 
-def graded_map(case: Case | GenerateCase, part: Part, wanted: Field) -> CellMap:
+def graded_map(
+    case: Case | GenerateCase, part: Part, wanted: Field, frames: Field | None = None
+) -> CellMap:
     """Phase fields of cells of the wanted size, from the case's origin and along its axes.
 
     Parameters
@@ -70,6 +75,9 @@ def graded_map(case: Case | GenerateCase, part: Part, wanted: Field) -> CellMap:
     part : Part
     wanted : callable
         Points ``(3, ...)`` mm to sizes ``(...)``, mm.
+    frames : callable, optional
+        Points to rotations ``(3, 3, ...)`` whose rows the cells follow, instead of the axes of the
+        case; they are held, where free cells turn to keep their size.
 
     Raises
     ------
@@ -89,6 +97,7 @@ def graded_map(case: Case | GenerateCase, part: Part, wanted: Field) -> CellMap:
             lower,
             upper,
             spacing=default_spacing(lower, upper, spec.cell_size),
-            frame_of=frame if any(spec.rotation) else None,
+            frame_of=frames or (frame if any(spec.rotation) else None),
+            iterations=ROTATION_FREE if frames is None else 0,
             origin=spec.origin if "origin" in spec.model_fields_set else None,
         )

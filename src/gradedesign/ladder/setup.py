@@ -72,6 +72,8 @@ class Setup:
     exclusion_radius : float, mm
     kept : tuple of KeptRegion
     layout : CellLayout
+    frames : callable, optional
+        Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     warnings : tuple of str
     """
 
@@ -96,6 +98,7 @@ class Setup:
     kept: tuple[KeptRegion, ...]
     layout: CellLayout
     warnings: tuple[str, ...]
+    frames: Field | None = None
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:

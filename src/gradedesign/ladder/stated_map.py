@@ -12,6 +12,12 @@ from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.map_report import map_report, require_unfolded
 from gradedesign.ladder.graded_map import graded_map, require_one_thickness, wanted_size
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.oriented import (
+    alignment,
+    constant_size,
+    oriented_frames,
+    stated_directions,
+)
 from gradedesign.ladder.placed_map import placed_map
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.part.part import Part
@@ -54,14 +60,23 @@ def stated_map(
     """
     require_one_thickness(case, calibration.family)
     wanted: Field | None = None
+    tensor_of = stated_directions(case, distance)
+    frames = None if tensor_of is None else oriented_frames(case, part, tensor_of)
     if case.lattice.graded_size and isinstance(density, DensityGrid):
         with locating(case, "lattice.size"):
             ends = (float(density.values.min()), float(density.values.max()))
             wanted = wanted_size(case, calibration, density, ends)
-            cell_map = graded_map(case, part, wanted)
+            cell_map = graded_map(case, part, wanted, frames)
+    elif frames is not None:
+        wanted = constant_size(case)
+        cell_map = graded_map(case, part, wanted, frames)
     else:
         cell_map = placed_map(case, part, distance)
-    with locating(case, "lattice.size" if wanted is not None else "lattice.cell_map"):
+    key = "lattice.size" if case.lattice.graded_size else "lattice.cell_map"
+    with locating(case, "lattice.orientation" if frames is not None else key):
         report = map_report(cell_map, points, wanted=wanted)
         require_unfolded(report)
-    return cell_map, asdict(report)
+    told = asdict(report)
+    if tensor_of is not None:
+        told["orientation"] = alignment(case, cell_map, tensor_of, points)
+    return cell_map, told

@@ -36,6 +36,48 @@ def read_vtu_field(
     CaseError
         If the file cannot be read, has no tetrahedra, or no such scalar field.
     """
+    return _read(path, name, ())
+
+
+def read_vtu_tensor(
+    path: Path, name: str | None = None
+) -> tuple[TetMesh, FloatArray, Literal["points", "elements"]]:
+    """Read one field of symmetric tensors, or of directions, on tetrahedra.
+
+    Parameters
+    ----------
+    path : Path
+    name : str, optional
+        Of the field; not needed where there is only one.
+
+    Returns
+    -------
+    mesh : TetMesh
+    values : (n, 3, 3) array
+        From 9 components row by row, from 6 in VTK's order xx, yy, zz, xy, yz, xz, or from a
+        direction v of 3 components, ``v v^T / |v|``.
+    at : {"points", "elements"}
+        What the values belong to.
+
+    Raises
+    ------
+    CaseError
+        As `read_vtu_field`.
+    """
+    mesh, values, at = _read(path, name, (3, 6, 9))
+    if values.shape[1] == 9:
+        full = values.reshape(-1, 3, 3)
+        return mesh, 0.5 * (full + full.transpose(0, 2, 1)), at
+    if values.shape[1] == 6:
+        return mesh, values[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]], at
+    size = np.maximum(np.linalg.norm(values, axis=1), 1e-300)
+    return mesh, values[:, :, None] * values[:, None, :] / size[:, None, None], at
+
+
+def _read(
+    path: Path, name: str | None, widths: tuple[int, ...]
+) -> tuple[TetMesh, FloatArray, Literal["points", "elements"]]:
+    """Read one field of scalars, or of one of some numbers of components."""
     import meshio
 
     try:
@@ -48,17 +90,18 @@ def read_vtu_field(
         raise CaseError(f"{path.name} holds {kinds}; expected tetrahedra")
     fields: dict[tuple[str, Literal["points", "elements"]], FloatArray] = {}
     for key, data in grid.point_data.items():
-        if data.ndim == 1:
+        if _fits(data, widths):
             fields[key, "points"] = np.asarray(data, dtype=np.float64)
     for key, blocks in grid.cell_data.items():
-        if all(blocks[i].ndim == 1 for i, _ in found):
+        if all(_fits(blocks[i], widths) for i, _ in found):
             fields[key, "elements"] = np.concatenate(
                 [np.asarray(blocks[i], dtype=np.float64) for i, _ in found]
             )
     chosen = [key for key in fields if name is None or key[0] == name]
     if len(chosen) != 1:
         names = ", ".join(f"'{key}' at {at}" for key, at in fields) or "none"
-        wanted = "one scalar field" if name is None else f"the scalar field '{name}'"
+        kind = "scalar field" if not widths else "field of 3, 6 or 9 components"
+        wanted = f"one {kind}" if name is None else f"the {kind} '{name}'"
         raise CaseError(f"{path.name}: expected {wanted}; it has: {names}; name it with field")
     corners = np.concatenate([block.data[:, :4] for _, block in found]).astype(np.int64)
     values = fields[chosen[0]]
@@ -70,6 +113,13 @@ def read_vtu_field(
         raise CaseError(f"{path.name}: {error}") from error
     mesh = _turned(mesh, path.name)
     return mesh, values[used] if chosen[0][1] == "points" else values, chosen[0][1]
+
+
+def _fits(data: FloatArray, widths: tuple[int, ...]) -> bool:
+    """Whether values are scalars, or have one of some numbers of components."""
+    if not widths:
+        return data.ndim == 1
+    return data.ndim == 2 and data.shape[1] in widths
 
 
 def _turned(mesh: TetMesh, name: str) -> TetMesh:

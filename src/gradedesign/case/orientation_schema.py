@@ -1,0 +1,71 @@
+"""``[lattice.orientation]``: directions that the axes of the cells follow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+
+from gradedesign.case.density_map_schema import FormulaText
+from gradedesign.case.part_path import resolve_data_file
+from gradedesign.case.suggest import shown
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import JsonSchema, Name, Number, Reader, Refused, three
+
+_SOURCES = ("load_case", "direction", "vtu")
+
+
+class _Formulas(Reader):
+    """Three formulas."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> tuple[str, str, str]:
+        example = '["cos(x / 30)", "sin(x / 30)", "0"]'
+        x, y, z = (FormulaText().read(v) for v in three(value, example))
+        return x, y, z
+
+    def json_schema(self) -> JsonSchema:
+        item = FormulaText().json_schema()
+        return {"type": "array", "items": item, "minItems": 3, "maxItems": 3}
+
+
+class OrientationSpec(Table):
+    """Directions that cell axes follow: exactly one source."""
+
+    load_case: Name | None = None
+    """Principal stresses of the fully solid part in this load case; in a run only."""
+    direction: Annotated[tuple[str, str, str] | None, _Formulas()] = None
+    """Components of a direction, formulas in x, y, z and the depth d, in mm; its length is how
+    much it counts."""
+    vtu: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
+    """Tetrahedra with a field of stresses, 6 (xx, yy, zz, xy, yz, xz) or 9 components, or of
+    directions, 3 components."""
+    field: Name | None = None
+    """Name of the field of ``vtu``; without it there must be only one."""
+    smooth: Annotated[float, Number(above=0.0, at_most=100.0)] = Field(default=1.0)
+    """Length over which directions are smoothed, in cells."""
+
+    @field_validator("vtu", mode="before")
+    @classmethod
+    def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
+        if not isinstance(value, str):
+            raise Refused(f'found {shown(value)}; expected a file name such as "stress.vtu"')
+        context = info.context or {}
+        return resolve_data_file(
+            value,
+            folder=context.get("folder", Path.cwd()),
+            allow_outside=bool(context.get("allow_outside", False)),
+            suffixes=(".vtu",),
+        )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> OrientationSpec:
+        given = [key for key in _SOURCES if getattr(self, key) is not None]
+        if len(given) != 1:
+            found = " and ".join(given) or "none"
+            raise Refused(f"found {found}; expected exactly one of {', '.join(_SOURCES)}")
+        if self.field is not None and self.vtu is None:
+            raise key_error("field", "belongs to vtu")
+        return self
