@@ -247,6 +247,10 @@ class LatticeSpec(CellsSpec):
     """Lowest and highest relative density the user allows; the windows of the family and of its
     law narrow it further."""
 
+    faces: Annotated[str, Choice(("periodic", "measured"))] = "periodic"
+    """periodic: sizing takes cells at the part's faces for whole ones; measured: for what their
+    trimmed solid makes of them."""
+
     @model_validator(mode="before")
     @classmethod
     def _nothing_stated(cls, value: Any) -> Any:
@@ -258,6 +262,17 @@ class LatticeSpec(CellsSpec):
                     "density themselves, in cells of one family: leave it out",
                 )
         return value
+
+    @model_validator(mode="after")
+    def _straight_faces(self) -> LatticeSpec:
+        straight = self.cell_map is None and not self.warp and len(self.size) != 2
+        if self.faces == "measured" and not (straight and self.orientation is None):
+            raise key_error(
+                "faces",
+                "found measured, which counts the trimmed cells of a straight grid of one size; "
+                "leave it out with a cell_map, warp, orientation or graded size",
+            )
+        return self
 
 
 class PrintSpec(Table):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
@@ -15,6 +15,7 @@ from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
+from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.placed_map import lattice_points, placed_map
@@ -140,6 +141,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         held_loads(case, space, part, facets),
         rotation=cell_axes(layout, mesh),
     )
+    if case.lattice.faces == "measured":
+        with locating(case, "lattice.faces"):
+            fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
+        model = replace(model, fill=fill)
     return Setup(
         case=case,
         material=material,

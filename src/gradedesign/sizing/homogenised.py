@@ -23,6 +23,7 @@ from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.sizing.local_fill import LocalFill
 
 #: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
 RTOL = 1e-6
@@ -52,6 +53,8 @@ class HomogenisedModel:
     stiffness_exponent : float
         The factor holds at ``reference_density`` and grows with this power of density.
     reference_density : float
+    fill : LocalFill or None
+        Density that the trimmed cells really hold; None: the one asked for.
     """
 
     space: TetSpace
@@ -65,6 +68,7 @@ class HomogenisedModel:
     stiffness_factor: float = 1.0
     stiffness_exponent: float = 0.0
     reference_density: float = 1.0
+    fill: LocalFill | None = None
 
     def __post_init__(self) -> None:
         count = self.space.elements.shape[1]
@@ -131,16 +135,50 @@ def solid_stiffness(model: HomogenisedModel) -> FloatArray:
 def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Corrected stiffness of the lattice phase in global axes, ``(6, 6, M)``, MPa."""
     scale = model.material.youngs_modulus * correction_factor(model, rho)
-    return scale * _rotated(model, model.law.stiffness(rho))
+    return scale * _rotated(model, _law_stiffness(model, held_density(model, rho)))
 
 
 def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """d(lattice stiffness)/d(rho), ``(6, 6, M)``, MPa."""
     scale = model.material.youngs_modulus * correction_factor(model, rho)
-    slope = model.law.stiffness_derivative(rho)
+    held = held_density(model, rho)
+    slope = _law_slope(model, held) * held_slope(model, rho)
     if model.stiffness_exponent:
-        slope = slope + model.stiffness_exponent / rho * model.law.stiffness(rho)
+        slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, held)
     return scale * _rotated(model, slope)
+
+
+def held_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Density that the lattice really holds where ``rho`` is asked for, ``(M,)``."""
+    return rho if model.fill is None else model.fill.at(rho)
+
+
+def held_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(density held)/d(density asked for), ``(M,)``."""
+    return np.ones_like(rho) if model.fill is None else model.fill.slope(rho)
+
+
+def _law_stiffness(model: HomogenisedModel, held: FloatArray) -> FloatArray:
+    """Stiffness of the law, in proportion to the solid beyond the ends of its window.
+
+    Only densities held at the faces of a part leave the window; what is asked for never does.
+    """
+    if model.fill is None:
+        return model.law.stiffness(held)
+    inside = np.clip(held, *model.law.window)
+    return model.law.stiffness(inside) * (held / inside)
+
+
+def _law_slope(model: HomogenisedModel, held: FloatArray) -> FloatArray:
+    """Derivative of `_law_stiffness` by the density held."""
+    if model.fill is None:
+        return model.law.stiffness_derivative(held)
+    inside = np.clip(held, *model.law.window)
+    return np.where(
+        inside == held,
+        model.law.stiffness_derivative(inside),
+        model.law.stiffness(inside) / inside,
+    )
 
 
 def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
@@ -158,13 +196,13 @@ def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Mass per volume of every tetrahedron, ``(M,)``, t/mm^3."""
     share = model.solid_share
-    return model.material.density * (share + (1 - share) * rho)
+    return model.material.density * (share + (1 - share) * held_density(model, rho))
 
 
 def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     """Mass of the lattice phase alone, t."""
     weights = model.volumes * (1 - model.solid_share)
-    return float(model.material.density * (weights @ rho))
+    return float(model.material.density * (weights @ held_density(model, rho)))
 
 
 def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:

@@ -12,7 +12,11 @@ from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.fe.stress import element_stress, element_von_mises
 from gradedesign.material.density_from_stress import density_from_stress
-from gradedesign.sizing.homogenised import HomogenisedModel, lattice_stiffness
+from gradedesign.sizing.homogenised import (
+    HomogenisedModel,
+    held_density,
+    lattice_stiffness,
+)
 
 #: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
 _VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
@@ -82,9 +86,14 @@ def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:
     """Local von Mises stress in the solid at given densities, macroscopic stress held, ``(M,)``."""
+    held = held_density(model, rho)
+    inside = np.clip(held, *model.law.window) if model.fill is not None else held
     if model.law.local_stress is None:
-        return stress.demand[0] / model.law.strength(rho)
-    return model.law.local_stress.at(stress.demand, rho)
+        local = stress.demand[0] / model.law.strength(inside)
+    else:
+        local = model.law.local_stress.at(stress.demand, inside)
+    # Beyond the law's window, which only trimmed cells leave: in proportion to the solid.
+    return local * (inside / held)
 
 
 def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: float) -> FloatArray:
@@ -93,5 +102,8 @@ def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: flo
     ``(M,)``; the top of the law's window where that is not enough.
     """
     if model.law.local_stress is None:
-        return density_from_stress(model.law, stress.demand[0], permitted, above="limit")
-    return model.law.local_stress.least_density(stress.demand, permitted, model.law.window)
+        held = density_from_stress(model.law, stress.demand[0], permitted, above="limit")
+    else:
+        window = model.law.window
+        held = model.law.local_stress.least_density(stress.demand, permitted, window)
+    return held if model.fill is None else model.fill.asked_for(held)

@@ -17,6 +17,7 @@ from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.fe.supports import Supports
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
+    held_slope,
     lattice_stiffness_derivative,
 )
 
@@ -129,7 +130,7 @@ def displacement_gradient(
     )
     if np.any(case.acceleration):
         work = body_force_work(model.space, case.acceleration, adjoint.displacement)
-        gradient = gradient + work * model.material.density * share
+        gradient = gradient + work * model.material.density * share * held_slope(model, rho)
     if case.temperature_change:
         alpha = model.material.thermal_expansion * case.temperature_change
         strain = mean_strain(model.space, adjoint.displacement)

@@ -13,6 +13,7 @@ from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
+    held_slope,
     lattice_mass,
     lattice_stiffness,
     lattice_stiffness_derivative,
@@ -129,7 +130,9 @@ def size(
         raise DensityError(f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1")
     model = problem.model
     weights = model.volumes * (1 - model.solid_share)
-    cost = np.asarray(problem.filter.T @ weights).ravel()
+    # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
+    per_asked = held_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
+    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
     active = cost > 0
     # Variables that no lattice feels stay at the lower bound.
     x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start.copy()

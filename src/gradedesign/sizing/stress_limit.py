@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.sizing.homogenised import HomogenisedModel
+from gradedesign.sizing.homogenised import HomogenisedModel, held_density
 from gradedesign.sizing.lattice_stress import LatticeStress, least_density, local_stress_at
 
 
@@ -50,7 +50,8 @@ def stress_measure(
 
     The largest of the load cases, as explicit analyses are judged.
     """
-    weights = model.volumes * (1 - model.solid_share) * rho * limit.considered
+    held = held_density(model, rho)
+    weights = model.volumes * (1 - model.solid_share) * held * limit.considered
     if weights.sum() <= 0:
         return 0.0
     return limit.factor * max(
@@ -75,7 +76,8 @@ def _volume_percentile(
     law, used = model.law.local_stress, (weights > 0) & (local > 0)
     if law is None or not law.has_distribution or not used.any():
         return weighted_percentile(local, weights, percentile)
-    some, density, weight = local[used], rho[used], weights[used] / weights.sum()
+    density = np.clip(held_density(model, rho)[used], *model.law.window)
+    some, weight = local[used], weights[used] / weights.sum()
 
     def excess(log_stress: float) -> float:
         above = law.volume_above(np.exp(log_stress) / some, density)

@@ -1,0 +1,127 @@
+"""Count how much solid the trimmed cells at the faces of a part hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.ndimage import map_coordinates, uniform_filter
+from scipy.spatial.transform import Rotation
+
+from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.case.schema import Case
+from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import ResourceError
+from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.mesh.tet_mesh import TetMesh, centroids
+from gradedesign.sizing.local_fill import LocalFill
+
+#: Samples along a cell, and how many samples in all are worth the wait.
+PER_CELL = 12
+MOST_SAMPLES = 40_000_000
+#: Densities at which cells are counted.
+DENSITIES = 7
+#: A neighbourhood without any solid counts as holding this share of what is asked: stiffness must
+#: stay positive definite.
+LEAST_SHARE = 0.1
+_BATCH = 1_000_000
+
+
+def face_fill(
+    case: Case,
+    mesh: TetMesh,
+    family: CellFamily,
+    parameters: Mapping[str, float],
+    calibration: Calibration,
+    bounds: tuple[float, float],
+    distance: Field,
+    kept: tuple[KeptRegion, ...],
+) -> LocalFill:
+    """Density held within one period about every tetrahedron, over its share inside the lattice.
+
+    The neighbourhood is a block of exactly one period of the cell, so that inside the part the density held is
+    the one asked for, wherever the block lies in the cells.
+
+    Raises
+    ------
+    ResourceError
+        If the part has too many cells.
+    """
+    edges = np.asarray(case.lattice.edges)
+    turn = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
+    origin = np.asarray(case.lattice.origin)[:, None]
+
+    def to_cells(points: FloatArray) -> FloatArray:
+        return np.asarray((turn.T @ (points - origin)) / edges[:, None])
+
+    u = to_cells(mesh.points)
+    period = family.period
+    low = period * (np.floor(u.min(axis=1) / period) - 1)
+    high = period * (np.ceil(u.max(axis=1) / period) + 1)
+    cells = (high - low).astype(int)
+    if np.prod(cells) * PER_CELL**3 > MOST_SAMPLES:
+        raise ResourceError(
+            f"counting the solid of {np.prod(cells)} cells needs more than {MOST_SAMPLES:g} "
+            f'samples; leave out [lattice] faces = "measured", which matters for few cells'
+        )
+    axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
+    inside = _inside(axes, turn, edges, origin, case.lattice.skin, distance, kept)
+    one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
+    shape = family.shape(np.array(np.meshgrid(one, one, one, indexing="ij")), **dict(parameters))
+    index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL - 0.5
+
+    def near(values: BoolArray) -> FloatArray:
+        mean = uniform_filter(values.astype(np.float32), PER_CELL * period, mode="constant")
+        return np.asarray(map_coordinates(mean, index, order=1), dtype=np.float64)
+
+    share = near(inside)
+    asked = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
+    held = np.zeros((asked.size, share.size))
+    for row, rho in zip(held, asked, strict=True):
+        solid = shape <= calibration.level_of(np.asarray(rho))
+        there = near(np.tile(solid, cells // period) & inside)
+        # Against the same samples of the whole cell, which hold not quite the density.
+        found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())
+        row[:] = rho * np.maximum(found / solid.mean(), LEAST_SHARE)
+    return LocalFill(asked=asked, held=_increasing(held))
+
+
+#: Share of a neighbourhood below which it holds no lattice at all.
+_NO_LATTICE = 1e-3
+#: Densities about a single one.
+_AROUND = np.array([0.98, 1.02])
+
+
+def _inside(
+    axes: list[FloatArray],
+    turn: FloatArray,
+    edges: FloatArray,
+    origin: FloatArray,
+    skin: float | None,
+    distance: Field,
+    kept: tuple[KeptRegion, ...],
+) -> BoolArray:
+    """Whether samples lie in the lattice: inside the part, its skin and kept regions left out."""
+    count = [a.size for a in axes]
+    inside = np.zeros(int(np.prod(count)), dtype=bool)
+    for start in range(0, inside.size, _BATCH):
+        some = np.arange(start, min(start + _BATCH, inside.size))
+        u = np.array([a[i] for a, i in zip(axes, np.unravel_index(some, count), strict=True)])
+        points = turn @ (u * edges[:, None]) + origin
+        here = distance(points) <= -(skin or 0.0)
+        for region in kept:
+            here[here] = region.distance(points[:, here]) > region.margin
+        inside[some] = here
+    return inside.reshape(count)
+
+
+def _increasing(held: FloatArray) -> FloatArray:
+    """Held densities that grow at least a little where more is asked for.
+
+    Where a neighbourhood's few samples of solid stay the same, the next density asked for brings
+    no more of them.
+    """
+    growing = np.maximum.accumulate(held, axis=0)
+    steps = 1e-6 * np.arange(len(held))[:, None]
+    return np.asarray(growing * (1 + steps))
