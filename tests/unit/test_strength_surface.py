@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from gradedesign.errors import PluginError
 from gradedesign.homogenise.fit_surface import fit_surface
@@ -34,6 +35,24 @@ def test_von_mises_is_its_own_surface(exponent, symmetry) -> None:
     stress = spread_directions(20, np.random.default_rng(6))
     one = surface(MISES[None], np.ones(1), exponent, symmetry)
     np.testing.assert_allclose(one.local_stress(stress), von_mises_of(stress), atol=1e-7)
+
+
+@pytest.mark.parametrize("exponent", [2, 6, 12])
+def test_compiled_powers_equal_turned_stresses(exponent) -> None:
+    # Turning stresses by the 24 rotations of the cube, one after the other, with 4-index tensors.
+    rng = np.random.default_rng(61)
+    factor = rng.normal(size=(3, 2, 6))
+    forms = np.einsum("kai,kaj->kij", factor, factor)
+    stress = rng.normal(size=(6, 130))
+    rows, columns = (0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1)
+    tensor = np.zeros((3, 3, 130))
+    tensor[rows, columns] = tensor[columns, rows] = stress
+    expected = np.zeros((3, 130))
+    for turn in Rotation.create_group("O").as_matrix():
+        turned = np.einsum("ia,jb,abn->ijn", turn, turn, tensor)[rows, columns]
+        expected += np.einsum("in,kij,jn->kn", turned, forms, turned) ** (exponent // 2) / 24
+    found = symmetric_powers(forms, stress, exponent, "cubic")
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 # Orders of the proper rotation groups 432, 422, 222 and 1: textbook. A form that sees sigma_xx

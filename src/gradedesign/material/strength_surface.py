@@ -9,9 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import PluginError
-
-#: Points whose terms are held at once; small enough for the processor's cache.
-_BATCH = 512
+from gradedesign.material._strength_kernels import mean_powers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,27 +106,11 @@ def symmetric_powers(
     turns = np.stack(_stress_turns(symmetry))
     upper = np.triu_indices(6)
     factor = np.where(upper[0] == upper[1], 1.0, 2.0)
-    # Turned forms instead of turned stresses: one product of matrices for all.
+    # Turned forms instead of turned stresses: they are turned once for all points.
     turned = np.einsum("tca,kcd,tdb->tkab", turns, forms, turns, optimize=True)
-    entries = (turned[:, :, upper[0], upper[1]] * factor).reshape(-1, factor.size)
-    mean = np.zeros((forms.shape[0], flat.shape[1]))
-    for start in range(0, flat.shape[1], _BATCH):
-        some = flat[:, start : start + _BATCH]
-        square = np.maximum(entries @ (some[upper[0]] * some[upper[1]]), 0.0)
-        powers = _whole_power(square, exponent // 2)
-        mean[:, start : start + _BATCH] = powers.reshape(len(turns), len(forms), -1).mean(axis=0)
-    return mean.reshape(forms.shape[0], *s.shape[1:])
-
-
-def _whole_power(base: FloatArray, exponent: int) -> FloatArray:
-    """Power by multiplication: many times faster than that of floats."""
-    result, square = np.ones_like(base), base
-    while exponent:
-        if exponent % 2:
-            result = result * square
-        exponent //= 2
-        square = square * square
-    return result
+    entries = np.ascontiguousarray(turned[:, :, upper[0], upper[1]] * factor)
+    mean = mean_powers(entries, np.ascontiguousarray(flat), exponent // 2)
+    return np.asarray(mean.reshape(forms.shape[0], *s.shape[1:]))
 
 
 def _stress_turns(symmetry: str) -> list[FloatArray]:
