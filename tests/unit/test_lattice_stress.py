@@ -18,13 +18,14 @@ from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.filter import uniform_filter
-from gradedesign.sizing.homogenised import homogenised_model
+from gradedesign.sizing.homogenised import homogenised_model, lattice_mass, lattice_stiffness
 from gradedesign.sizing.lattice_stress import (
     LatticeStress,
     lattice_stress,
     least_density,
     local_stress_at,
 )
+from gradedesign.sizing.local_fill import LocalFill
 from gradedesign.sizing.size import SizingProblem, size
 from gradedesign.sizing.stress_limit import StressLimit, stress_measure
 
@@ -206,3 +207,35 @@ def test_a_percentile_over_cells_mixes_the_stress_inside_them():
     )
     # Where nothing is known of the inside of a cell, the most stressed cells stand for themselves.
     assert stress_measure(limit, model_of(plain), rho, uneven) == pytest.approx(2 * one, rel=1e-7)
+
+
+def test_the_model_is_that_of_the_density_held():
+    plain = model_of(with_surface(ALONG_X))
+    count = plain.space.element_count
+    held = np.array([0.1, 0.2, 0.4])[:, None] * np.full(count, 1.5)
+    model = replace(plain, fill=LocalFill(asked=np.array([0.1, 0.2, 0.4]), held=held))
+    asked, there = np.full(count, 0.2), np.full(count, 0.3)
+    np.testing.assert_allclose(lattice_stiffness(model, asked), lattice_stiffness(plain, there))
+    assert lattice_mass(model, asked) == pytest.approx(lattice_mass(plain, there))
+    assert lattice_mass(plain, there) == pytest.approx(MATERIAL.density * 128 * 0.3)
+    strain = np.diag([0.01, 0.0, 0.0])
+    assert local(model, strain, 0.2) == pytest.approx(local(plain, strain, 0.3))
+    # Beyond the window of the law stiffness and load are carried in proportion to the solid.
+    dense = lattice_stiffness(model, np.full(count, 0.8))
+    top = lattice_stiffness(plain, np.full(count, DENSITY[-1]))
+    np.testing.assert_allclose(dense, top * 1.2 / DENSITY[-1])
+    one = local(plain, strain, float(DENSITY[-1]))
+    assert local(model, strain, 0.8) == pytest.approx(one)
+
+
+def test_the_density_asked_for_is_less_where_more_is_held():
+    plain = model_of(with_surface(ALONG_X))
+    count = plain.space.element_count
+    held = np.array([0.05, 0.9])[:, None] * np.full(count, 1.25)
+    model = replace(plain, fill=LocalFill(asked=np.array([0.05, 0.9]), held=held))
+    stress = lattice_stress(plain, np.full(count, 0.3), strained(plain, np.diag([0.01, 0.0, 0.0])))[
+        0
+    ]
+    np.testing.assert_allclose(
+        least_density(model, stress, 12.0), least_density(plain, stress, 12.0) / 1.25
+    )

@@ -1,5 +1,7 @@
 """Adjoint sensitivities of limited displacements against central differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,13 @@ from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.homogenised import homogenised_model, solve_homogenised, solve_vectors
+from gradedesign.sizing.homogenised import (
+    held_density,
+    homogenised_model,
+    solve_homogenised,
+    solve_vectors,
+)
+from gradedesign.sizing.local_fill import LocalFill
 from gradedesign.sizing.responses import (
     DisplacementLimit,
     adjoint_loads,
@@ -47,8 +55,6 @@ def _problem(acceleration, temperature, component, exponent=0.0):
     share = np.where(rng.uniform(size=space.element_count) < 0.2, 0.4, 0.0)
     model = homogenised_model(space, share, MATERIAL, LAW, [case])
     if exponent:
-        from dataclasses import replace
-
         model = replace(
             model, stiffness_factor=0.8, stiffness_exponent=exponent, reference_density=0.3
         )
@@ -72,6 +78,27 @@ def _problem(acceleration, temperature, component, exponent=0.0):
 def test_gradient_matches_central_differences(acceleration, temperature, component, exponent):
     """In a random direction; the difference quotient itself is good to about 1e-6."""
     model, limit, rho, rng = _problem(acceleration, temperature, component, exponent)
+    solutions = solve_homogenised(model, rho)
+    adjoint = solve_vectors(model, rho, adjoint_loads(model, [limit], solutions))[0]
+    gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)
+    direction = rng.standard_normal(len(rho))
+    step = 1e-4
+    ahead, back = (
+        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
+        for s in (1, -1)
+    )
+    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+
+
+def test_gradient_follows_what_trimmed_cells_hold():
+    """As above, with densities held that differ from those asked for, also beyond the window."""
+    model, limit, rho, rng = _problem((0.0, 0.0, -2e4), 0.0, None, 0.4)
+    asked = np.array([0.1, 0.3, 0.6])
+    held = asked[:, None] ** rng.uniform(0.5, 1.1, len(rho)) * rng.uniform(0.6, 1.5, len(rho))
+    model = replace(model, fill=LocalFill(asked=asked, held=held))
+    assert held_density(model, rho).max() > LAW.window[1]
+    # Not where the density held has a kink.
+    rho = np.where(np.abs(rho - 0.3) < 0.01, 0.32, rho)
     solutions = solve_homogenised(model, rho)
     adjoint = solve_vectors(model, rho, adjoint_loads(model, [limit], solutions))[0]
     gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)

@@ -40,8 +40,8 @@ def face_fill(
 ) -> LocalFill:
     """Density held within one period about every tetrahedron, over its share inside the lattice.
 
-    The neighbourhood is a block of exactly one period of the cell, so that inside the part the density held is
-    the one asked for, wherever the block lies in the cells.
+    The neighbourhood is a block of exactly one period of the cell, so that inside the part the
+    density held is the one asked for, wherever the block lies in the cells.
 
     Raises
     ------
@@ -69,7 +69,8 @@ def face_fill(
     inside = _inside(axes, turn, edges, origin, case.lattice.skin, distance, kept)
     one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
     shape = family.shape(np.array(np.meshgrid(one, one, one, indexing="ij")), **dict(parameters))
-    index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL - 0.5
+    # A mean over an even number of samples stands for the face between its two middle ones.
+    index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL
 
     def near(values: BoolArray) -> FloatArray:
         mean = uniform_filter(values.astype(np.float32), PER_CELL * period, mode="constant")
