@@ -363,7 +363,8 @@ def test_json_schema_for_editors():
     json.dumps(schema)
     assert schema["required"] == ["case", "part", "material", "load_case", "limits", "lattice"]
     definitions = schema["$defs"]
-    assert definitions["LatticeSpec"]["properties"]["grading"]["enum"] == ["uniform", "level"]
+    gradings = definitions["LatticeSpec"]["properties"]["grading"]["enum"]
+    assert gradings == ["uniform", "level", "thickness", "size", "ratio"]
     assert "not" in definitions["RegionSpec"]["properties"]
     assert "displacement" in definitions["FixSpec"]["properties"]
     assert definitions["PartSpec"]["additionalProperties"] is False
