@@ -17,6 +17,7 @@ from gradedesign.case.lattice_schema import (
 from gradedesign.case.limits_schema import LimitsSpec
 from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.case.material_schema import MaterialSpec
+from gradedesign.case.parameter_map_schema import ParameterMapSpec
 from gradedesign.case.part_schema import GeneratePartSpec
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec
@@ -96,6 +97,27 @@ class StatedLatticeSpec(CellsSpec):
     """Density from outside."""
     transition: TransitionSpec | None = None
     """A second family."""
+    parameter_map: ParameterMapSpec | None = None
+    """A parameter of the family that changes from place to place."""
+
+    @model_validator(mode="after")
+    def _parameter_alone(self) -> StatedLatticeSpec:
+        told = self.parameter_map
+        if told is None:
+            return self
+        if self.transition is not None or self.graded_size:
+            other = "transition" if self.transition is not None else "grading"
+            raise key_error(other, "does not go with [lattice.parameter_map]")
+        if told.parameter in self.parameters:
+            raise key_error(
+                "parameters", f"found {told.parameter}, which [lattice.parameter_map] changes"
+            )
+        if told.formula is None and self.density_map is None:
+            raise key_error(
+                "parameter_map",
+                "follows the density without a formula; add formula, or [lattice.density_map]",
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_density(self) -> StatedLatticeSpec:

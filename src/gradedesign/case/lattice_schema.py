@@ -134,7 +134,7 @@ class Parameters(Reader):
 
 
 #: Keys of a lattice whose density is stated rather than found.
-STATED = ("density_map", "transition")
+STATED = ("density_map", "transition", "parameter_map")
 #: What may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 

@@ -23,13 +23,13 @@ from gradedesign.ladder.stated_cells import (
     BuiltCells,
     StatedCells,
     build_cells,
+    least_density,
     stated_cells,
     thinnest_wall,
 )
 from gradedesign.ladder.stated_density import stated_density
 from gradedesign.ladder.stated_map import stated_map
 from gradedesign.ladder.summary import library_versions
-from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands, remove_islands
 from gradedesign.lattice.lattice import KeptRegion, LatticeDesign, lattice_field
@@ -188,7 +188,7 @@ def _design(
         case,
         cells,
         cell_map,
-        density=least_density(density),
+        density=density,
         distance=distance,
         lower=lower,
         upper=upper,
@@ -207,11 +207,6 @@ def _design(
         kept=kept,
     )
     return design, built, report
-
-
-def least_density(density: DensityGrid | float) -> float:
-    """Smallest density of a lattice."""
-    return float(density.values.min()) if isinstance(density, DensityGrid) else density
 
 
 def build(
