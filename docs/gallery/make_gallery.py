@@ -22,6 +22,7 @@ from gradedesign.cell.cylindrical_map import cylindrical_map
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.phase_fields import graded_size_map
 from gradedesign.cell.shape import evaluate_shape, spread_points
+from gradedesign.cell.size_law import size_by_ratio, wall_ratio
 from gradedesign.cell.spherical_map import spherical_map
 from gradedesign.cell.transition import cell_transition
 from gradedesign.cell.warp_map import MorphingSphere, warp_map
@@ -89,6 +90,7 @@ def graded(
 def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[], Picture]]]:
     """Every grading and cell map by name, each as a function that makes it."""
     sheet, struts = families["gyroid-sheet"], families["bcc"]
+    walls = families["gyroid-wall"]
     plain = uniform_map(1.0)
 
     def even(points: np.ndarray) -> np.ndarray:
@@ -120,6 +122,16 @@ def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[]
         sizes = graded_size_map(size_of, (0, 0, 0), (6, 2, 2), spacing=0.2)
         return bar(graded(sheet, sizes, even))
 
+    def by_ratio() -> Picture:
+        ends = wall_ratio(walls, None, np.array([0.1, 0.5]))
+
+        def small_where_dense(points: np.ndarray) -> np.ndarray:
+            ratio = wall_ratio(walls, None, ramp(points))
+            return size_by_ratio(ratio, (0.7, 1.6), (float(ends[0]), float(ends[1])))
+
+        sizes = graded_size_map(small_where_dense, (0, 0, 0), (6, 2, 2), spacing=0.2)
+        return bar(graded(walls, sizes, ramp), 1 / 32)
+
     def depth(points: np.ndarray) -> np.ndarray:
         away = np.minimum.reduce([points, np.array([6.0, 2.0, 2.0]).reshape(
             3, *[1] * (points.ndim - 1)) - points]).min(axis=0)  # fmt: skip
@@ -127,6 +139,8 @@ def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[]
 
     yield "grading-level", lambda: bar(graded(sheet, plain, ramp))
     yield "grading-struts", lambda: bar(graded(struts, plain, ramp))
+    yield "grading-thickness", lambda: bar(graded(walls, plain, ramp))
+    yield "grading-ratio", by_ratio
     yield "grading-depth", lambda: bar(graded(sheet, plain, depth))
     yield "grading-size", graded_size
     yield "grading-family", transition

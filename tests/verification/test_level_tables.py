@@ -58,6 +58,11 @@ LEVELS = {
 def test_densities_at_the_listed_levels(name):
     found = [raw_density(name, t) for t in LEVELS[name]]
     np.testing.assert_allclose(found, DENSITIES, rtol=0, atol=0.004)
+    # Counts on 48 to 128 voxels along a cell scatter by 0.001 to 0.003 about the table; over five
+    # levels, weighed by their squares, that is less than 0.5 % of the levels.
+    listed = np.array(LEVELS[name])
+    ours = raw_level(name, DENSITIES)
+    assert listed @ ours / (listed @ listed) == pytest.approx(1, abs=0.005)
 
 
 @pytest.mark.parametrize("surface", ["iwp", "frd"])
@@ -93,8 +98,7 @@ def turn(cosine):
 
 
 # Where struts part, the function has a saddle, and the floor is the share of the cell below its
-# value: free of any grid. Saddles from the functions by hand; the floor of a window errs by its
-# grid of 64 steps.
+# value: free of any grid. Saddles from the functions by hand.
 SADDLES = {
     "gyroid-network": (-0.125, 0.0, -0.25),
     "diamond-network": (0.75, 0.0, 0.0),
@@ -107,13 +111,24 @@ SADDLES = {
 }
 
 
+#: Their saddle is no node, or its valleys run across the grid.
+ACROSS_THE_GRID = ("gyroid-network", "neovius-network", "frd-network")
+
+
 @pytest.mark.parametrize("name", SADDLES)
 def test_floors_are_saddles(name):
     saddle = np.array(SADDLES[name])
     slope = gradient(shape(name), saddle[:, None], 1e-5)
     np.testing.assert_allclose(slope, 0, atol=1e-4)
-    share = float(np.mean(shape(name)(spread_points(500_000)) < shape(name)(saddle)))
-    assert calibrate(FAMILIES[name]).window[0] == pytest.approx(share, abs=0.004)
+    calibration = calibrate(FAMILIES[name])
+    share = float(calibration.density_of(shape(name)(saddle)))
+    points = np.mod(spread_points(500_000) + 1 / np.pi, 1.0)
+    assert np.mean(shape(name)(points) < shape(name)(saddle)) == pytest.approx(share, abs=3e-4)
+    # A saddle at a node of the window's grid of 64 steps is found exactly, but for the counting of
+    # 2 million samples; 1 % of the least of these floors is 8e-4. Between nodes the way over it
+    # rises by up to what the function does over a voxel, 0.009 to 0.013 of density.
+    error = 0.004 if name in ACROSS_THE_GRID else 1e-5
+    assert calibration.window[0] == pytest.approx(share, abs=error)
 
 
 def voxel_floor(values, tiles=3):

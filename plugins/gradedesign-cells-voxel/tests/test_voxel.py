@@ -144,11 +144,14 @@ def test_mesh_of_bars(kind, tmp_path):
     }[kind]
     shape = cell_from_mesh(mesh, name="bars", resolution=32).shape
     w = 0.4
-    assert np.mean(shape(samples()) <= 0) == pytest.approx(3 * w**2 - 2 * w**3, abs=0.005)
+    # So many evenly spread points count to about 2e-4, a tenth of what random ones would miss; the
+    # spline rounds ridges over a step of 1/32 and is exact on planes. Bars 1 % too thick have
+    # 0.0056 more volume and surfaces 0.002 away.
+    assert np.mean(shape(samples()) <= 0) == pytest.approx(3 * w**2 - 2 * w**3, abs=5e-4)
     # No cap counts: on the axis of a bar at the cell's face the surface is half a width away.
     spots = np.array([[0.0, 0.5, 0.5], [0.5, 0.5, 0.0], [0.0, 0.0, 0.0], [0.1, 0.5, 0.85]]).T
     expected = [-0.2, -0.2, 0.3 * 2**0.5, 0.15]
-    np.testing.assert_allclose(shape(spots), expected, atol=0.008)
+    np.testing.assert_allclose(shape(spots), expected, atol=5e-4)
     np.testing.assert_allclose(shape(spots + 1.0), shape(spots), atol=1e-9)
 
 
@@ -260,7 +263,11 @@ def test_the_shape_is_a_distance():
     middle = (away > 0.1) & (np.abs(apart).max(axis=0) < 0.45)
     error = family.shape(apart + 0.5)[middle] - (away[middle] - 0.35)
     assert np.abs(error).max() < 0.5 / 30
-    assert np.mean(family.shape(samples()) <= 0) == pytest.approx(solid.mean(), abs=0.002)
+    # The voxels hold the volume of a ball of another radius. Over the 1400 voxels that the surface
+    # cuts the error of each, a deviation of 0.0023, averages out; 1 % of the radius is 0.0035.
+    radius = np.cbrt(3 * solid.mean() / (4 * np.pi))
+    assert np.mean(error) == pytest.approx(0.35 - radius, abs=5e-4)
+    assert np.mean(family.shape(samples()) <= 0) == pytest.approx(solid.mean(), abs=5e-4)
     assert (family.symmetry, family.distance, dict(family.parameters)) == ("none", False, {})
 
 
@@ -364,7 +371,8 @@ def test_density_selects_nested_increments():
     value = family.shape(points)
     for index, voxels in list(enumerate(increments()))[::5]:
         rho = float(voxels.mean())
-        assert np.mean(value <= rho) == pytest.approx(rho, abs=0.004)
+        # So many evenly spread points count to about 4e-4.
+        assert np.mean(value <= rho) == pytest.approx(rho, abs=1e-3)
         # The voxels of the increment, but for those at its surface.
         place = tuple((points * 30).astype(int))
         assert np.mean((value <= rho) != voxels[place]) < 0.05, index
