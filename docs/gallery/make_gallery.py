@@ -20,6 +20,8 @@ from gradedesign.cell.cell_map import CellMap, uniform_map
 from gradedesign.cell.conformal_map import conformal_map
 from gradedesign.cell.cylindrical_map import cylindrical_map
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.frame_field import frame_field
+from gradedesign.cell.increments import cell_increments
 from gradedesign.cell.phase_fields import graded_size_map
 from gradedesign.cell.shape import evaluate_shape, spread_points
 from gradedesign.cell.size_law import size_by_ratio, wall_ratio
@@ -132,6 +134,29 @@ def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[]
         sizes = graded_size_map(small_where_dense, (0, 0, 0), (6, 2, 2), spacing=0.2)
         return bar(graded(walls, sizes, ramp), 1 / 32)
 
+    def parameter() -> Picture:
+        helix = families["bcc-helix"]
+        cells = cell_increments(helix, None, "amplitude", (0.1, 0.0), 5)
+
+        def field(points: np.ndarray) -> np.ndarray:
+            s = np.clip((points[0] - 0.5) / 5.0, 0.0, 1.0)
+            return cells.shape(np.concatenate([points, (s**2 * (3 - 2 * s))[None]])) - 0.2
+
+        return bar(field)
+
+    def along(points: np.ndarray) -> np.ndarray:
+        x, y = points[0] - 2, points[1] + 3
+        v = np.stack([y, -x, 0 * x]) / np.hypot(x, y)
+        return v[:, None] * v[None]
+
+    def directions() -> Picture:
+        box = (0, 0, 0), (4, 4, 2)
+        cells = graded_size_map(
+            lambda p: np.ones(p.shape[1:]), *box, spacing=0.2, iterations=0,
+            frame_of=frame_field(along, *box, length=1.0),
+        )  # fmt: skip
+        return graded(families["sc"], cells, even), (4.0, 4.0, 2.0), 1 / 20
+
     def depth(points: np.ndarray) -> np.ndarray:
         away = np.minimum.reduce([points, np.array([6.0, 2.0, 2.0]).reshape(
             3, *[1] * (points.ndim - 1)) - points]).min(axis=0)  # fmt: skip
@@ -144,6 +169,8 @@ def gradings(families: dict[str, CellFamily]) -> Iterator[tuple[str, Callable[[]
     yield "grading-depth", lambda: bar(graded(sheet, plain, depth))
     yield "grading-size", graded_size
     yield "grading-family", transition
+    yield "grading-parameter", parameter
+    yield "map-directions", directions
     yield (
         "map-cylindrical",
         lambda: mapped(

@@ -178,6 +178,12 @@ def test_an_axis_in_the_lattice_is_refused_and_one_in_solid_is_not(tmp_path, reg
     assert setup.layout.report["folds"] == 0
 
 
+def test_a_map_that_folds_is_refused(tmp_path, registry):
+    text = 'size = "6 mm"\n[lattice.cell_map]\nkind = "conformal"\n'
+    with pytest.raises(LatticeError, match=r"lattice\.cell_map: the conformal cell map folds in"):
+        prepared(tmp_path, text, registry)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

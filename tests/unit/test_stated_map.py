@@ -213,6 +213,14 @@ def test_cells_follow_the_directions_of_a_formula(tmp_path):
     require_followed(report)
 
 
+def test_a_map_that_folds_is_refused(tmp_path):
+    # Layers count from all faces: in the upper half they come back, against the normal.
+    text = 'size = "5 mm"\ndensity = 0.3\n[lattice.cell_map]\nkind = "conformal"\n'
+    words = r"lattice\.cell_map: the conformal cell map folds in [5-9]\d.* %"
+    with pytest.raises(LatticeError, match=words):
+        mapped(tmp_path, text)
+
+
 @pytest.mark.parametrize("kind", ["tensor", "symmetric", "direction"])
 def test_cells_follow_a_field_from_outside(tmp_path, kind):
     mesh = box_part_mesh((60.0, 20.0, 20.0), 4.0)
