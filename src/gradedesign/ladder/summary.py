@@ -270,6 +270,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "test": law.test,
             "kind": law.kind,
             "local_stress": stress_basis(law),
+            "faces": setup.case.lattice.faces,
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
             "cell": setup.family.name,
