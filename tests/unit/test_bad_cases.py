@@ -46,6 +46,12 @@ formats = ["stl"]
 """
 
 
+def write(folder, text):
+    path = folder / "case.toml"
+    path.write_text(text)
+    return path
+
+
 def refusal(folder, text, **options):
     path = folder / "case.toml"
     path.write_text(text)
@@ -393,3 +399,18 @@ def test_part_file_must_exist_be_a_file_and_be_readable(tmp_path):
     assert "both of file and box" in refusal(
         tmp_path, text.replace("[part]", '[part]\nbox = ["6 mm", "6 mm", "6 mm"]')
     )
+
+
+def test_measured_faces_need_a_straight_grid(tmp_path):
+    assert load_case(write(tmp_path, CASE)).lattice.faces == "periodic"
+    stated = swapped('size = "8 mm"', 'size = "8 mm"\nfaces = "measured"')
+    assert load_case(write(tmp_path, stated)).lattice.faces == "measured"
+    warp = (
+        '[[lattice.warp]]\ncentre = ["30 mm", "10 mm", "10 mm"]\nstable_radius = "2 mm"\n'
+        'outer_radius = "5 mm"\nmagnification = 1.1\n[print]'
+    )
+    message = refusal(tmp_path, stated.replace("[print]", warp))
+    assert "faces" in message
+    assert "straight grid" in message
+    message = refusal(tmp_path, stated.replace("measured", "measurd"))
+    assert "measured" in message

@@ -39,14 +39,12 @@ def test_surfaces_hold_over_unseen_directions(registry, name, rho) -> None:
     assert np.abs(error).max() < 0.10
     spread = float(np.sqrt(np.mean(error**2)))
     assert spread < 0.03
-    # Weighted to fit on the mean: three deviations of a mean over fitted and unseen stresses.
+    # Scaled to be right on the mean of the fitted ones: three deviations of two means.
     assert abs(error.mean()) < 3 * spread * np.sqrt(1 / 200 + 1 / 364)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "rho"), [(name, rho) for name in CELLS for rho in (0.15, 0.3, 0.5)]
-)
+@pytest.mark.parametrize(("name", "rho"), [(name, rho) for name in CELLS for rho in (0.15, 0.3)])
 def test_surfaces_change_little_from_48_to_96_voxels(registry, name, rho) -> None:
     # Strength study, A: the level of the 99.5th percentile within 10 % for densities from 0.15.
     some = spread_directions(60, np.random.default_rng(2303))
