@@ -6,7 +6,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex1, LinearForm, MeshHex
 from skfem.helpers import dot, grad
 
-from gradedesign.cell import phase_fields
+from gradedesign.cell import phase_fields, size_tolerance
 from gradedesign.cell._phase_kernels import (
     apply_stiffness,
     centre_gradients,
@@ -156,7 +156,9 @@ def energy(cell_map):
     return float((((matrix - left @ right) ** 2).sum(axis=(1, 2)) / size_of(points) ** 2).mean())
 
 
-def test_rotations_lower_the_energy():
+def test_rotations_lower_the_energy(monkeypatch):
+    # Weighing size against angles afterwards has another aim.
+    monkeypatch.setattr(size_tolerance, "NEAR_SHARE", 2.0)
     found = [energy(graded_size_map(size_of, *BOX, spacing=3.0, iterations=n)) for n in (0, 1, 4)]
     assert found[1] < 0.9 * found[0]
     assert found[2] < 0.9 * found[1]

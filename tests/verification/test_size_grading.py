@@ -3,7 +3,7 @@
 The maps are in ``tests/data`` with the script that made them. ``bricks`` is a fixed target: a plain
 finite-element model of the cantilever of Ramirez Salazar 2022, chapter 4, on which the bars of size
 grading stand. ``own`` is what the project's own sizing makes of it; it is graded in more of its
-volume and across its depth, and no map keeps 95 % of that within 5 % of the size wanted.
+volume and across its depth, so that size has to be weighed against angles.
 """
 
 from functools import cache
@@ -121,10 +121,10 @@ def test_density_is_the_one_asked_for(law):
         assert slab.achieved == pytest.approx(slab.asked, rel=0.015)
 
 
-def test_own_design_is_graded_as_well_as_its_map_allows():
-    # Recorded: 92 % within 5 %, 99.5 % within 10 %, shear 1.8 degrees.
+def test_sizes_of_an_own_design_are_kept():
+    # The bars of size grading; without weighing size against angles, 92 % within 5 %.
     found = report(graded("own", "ratio"), "own", "ratio")
-    assert found.size_error.within_5 >= 0.91
+    assert found.size_error.within_5 >= 0.95
     assert found.size_error.within_10 >= 0.99
     assert found.shear.p95 <= 3.0
     assert found.folds == 0.0

@@ -15,6 +15,7 @@ from gradedesign.cell._phase_kernels import centre_gradients, divergence, neares
 from gradedesign.cell._spline_kernels import PAD, spline_gradients, spline_values
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.phase_poisson import box_solver, solve_weighted
+from gradedesign.cell.size_tolerance import within_tolerance
 from gradedesign.errors import CaseError, DensityError, ResourceError
 
 log = logging.getLogger(__name__)
@@ -44,7 +45,8 @@ def graded_size_map(
     Minimises the integral of ``|grad(u) - R(x) / L(x)|^2`` over the box, or over the part: with
     ``R`` given, three Poisson problems with natural boundaries. Then ``R`` is set to the rotation
     nearest to ``L grad(u)`` and the problems are solved again: cells may turn in order to shear
-    less and keep their size better.
+    less and keep their size better. Where sizes can nearly be followed, cells are then brought
+    within a tolerance of size and angles, see :mod:`gradedesign.cell.size_tolerance`.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def graded_size_map(
         coordinate i grows, such as principal directions of stress. By default the axes of the
         box. Rotation-free iterations leave these frames: use 0 to hold them.
     iterations : int
-        Rotation-free iterations.
+        Rotation-free iterations; with 0 nothing is brought within tolerances either.
     origin : (3,) sequence, mm, optional
         A corner of a cell lies here; by default at ``lower``.
 
@@ -118,6 +120,8 @@ def graded_size_map(
             )
         elif number:
             phases = np.stack([solve(b) for b in load])
+    if iterations and inside is None:
+        phases = within_tolerance(phases, rotation, size, steps, solve)
     log.info(
         "phase fields: %d nodes, %d rotation-free iterations, %.1f s",
         phases[0].size,
