@@ -30,8 +30,10 @@ from gradedesign.cell.transition import cell_transition
 from gradedesign.cell.warp_map import MorphingSphere, warp_map
 from gradedesign.errors import GradeDesignError
 from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.boolean import intersection
 from gradedesign.output._draw_opengl import draw_opengl
 from gradedesign.output.scene import Layer, Scene
+from gradedesign.part.box import box_surface
 from gradedesign.plugin.registry import build_registry
 
 HERE = Path(__file__).parent
@@ -48,7 +50,9 @@ Picture = tuple[Field, Box, float]
 
 def draw(path: Path, field: Field, upper: Box, h: float) -> None:
     """Surface of a field in the box from the origin to ``upper``, as a small picture."""
-    surface = extract_surface(field, (0.0, 0.0, 0.0), upper, h)
+    # Contoured beyond the box and cut by it, as what is printed, so that edges are sharp.
+    raw = extract_surface(field, (-2 * h,) * 3, [edge + 2 * h for edge in upper], h)
+    surface = intersection(raw, box_surface(upper), what="the picture")
     layer = Layer(vertices=surface.vertices, faces=surface.faces, colour="#7f9fbf")
     image = Image.open(io.BytesIO(draw_opengl(Scene(title="", layers=(layer,))))).convert("RGB")
     pixels = np.array(image)
@@ -65,7 +69,7 @@ def draw(path: Path, field: Field, upper: Box, h: float) -> None:
 
 
 def family_picture(family: CellFamily) -> Picture:
-    """Two cells along each axis of one family."""
+    """Two cells along each axis of one family, or all that a random one has."""
     parameters = dict(family.parameters)
     sample = evaluate_shape(family, parameters, family.period * spread_points(60_000))
     level = float(np.quantile(sample, DENSITY))
@@ -73,7 +77,9 @@ def family_picture(family: CellFamily) -> Picture:
     def field(points: np.ndarray) -> np.ndarray:
         return evaluate_shape(family, parameters, points) - level
 
-    return field, (2.0, 2.0, 2.0), 1 / STEPS
+    if family.period == 1:
+        return field, (2.0, 2.0, 2.0), 1 / STEPS
+    return field, (float(family.period),) * 3, 2 / STEPS
 
 
 def graded(
@@ -207,8 +213,9 @@ def write_index() -> None:
     lines = [
         "# Gallery",
         "",
-        f"Cell families at a relative density of {DENSITY:g}, two cells along each",
-        "axis, gradings and cell maps. `make_gallery.py` draws those that are missing.",
+        f"Cell families at a relative density of {DENSITY:g}, two cells along each axis and a",
+        "whole period of random ones, gradings and cell maps. `make_gallery.py` draws those that",
+        "are missing.",
     ]
     groups = {"Gradings": "grading-", "Cell maps": "map-", "Families": ""}
     left = list(names)
