@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.homogenise.fit_surface import fit_surface
+from gradedesign.homogenise.fit_surface import POINTS, fit_surface
 from gradedesign.homogenise.macro_directions import spread_directions
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import cell_fill
@@ -39,8 +39,12 @@ def test_surfaces_hold_over_unseen_directions(registry, name, rho) -> None:
     assert np.abs(error).max() < 0.10
     spread = float(np.sqrt(np.mean(error**2)))
     assert spread < 0.03
-    # Scaled to be right on the mean of the fitted ones: three deviations of two means.
-    assert abs(error.mean()) < 3 * spread * np.sqrt(1 / 200 + 1 / 364)
+    # Scaled to be right on the mean of the fitted ones: three deviations of two means. Of a sample
+    # of 40,000 points 200 lie above the percentile; their number is sure to 7 %, which is 1 % of
+    # stress in one direction (its slope over the logarithm of the share is 0.15) and half of that
+    # on the mean, as directions share their points.
+    sample = 0.005 if local.volume.size > POINTS else 0.0
+    assert abs(error.mean()) < 3 * spread * np.sqrt(1 / 200 + 1 / 364) + sample
 
 
 @pytest.mark.slow
