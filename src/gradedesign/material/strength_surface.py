@@ -9,7 +9,6 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import PluginError
-from gradedesign.material._strength_kernels import mean_powers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -101,6 +100,9 @@ def symmetric_powers(
     -------
     (k, ...) array
     """
+    # Here, so that importing the package does not load numba.
+    from gradedesign.material._strength_kernels import mean_powers
+
     s = np.asarray(stress, dtype=np.float64)
     flat = s.reshape(6, -1)
     turns = np.stack(_stress_turns(symmetry))
