@@ -39,7 +39,7 @@ from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
-#: A round is only begun if this many times the last one's duration is left.
+#: A round after the second is only begun if this many times the last one's duration is left.
 ROUND_RESERVE = 1.3
 #: Use that sizing aims at when no explicit analysis follows it.
 FULL_USE = 0.998
@@ -251,4 +251,8 @@ def _stuck(rounds: Sequence[Round]) -> bool:
 
 
 def _out_of_time(rounds: Sequence[Round], deadline: Deadline) -> bool:
-    return bool(rounds) and deadline.remaining() < ROUND_RESERVE * rounds[-1].iteration.seconds
+    if not rounds:
+        return False
+    # The first round of all also compiles, so it is reserve enough for the second.
+    reserve = ROUND_RESERVE if len(rounds) > 1 else 1.0
+    return deadline.remaining() < reserve * rounds[-1].iteration.seconds
