@@ -25,6 +25,10 @@ DENSITIES = 7
 #: A neighbourhood without any solid counts as holding this share of what is asked: stiffness must
 #: stay positive definite.
 LEAST_SHARE = 0.1
+#: Share of a neighbourhood below which it holds no lattice at all.
+_NO_LATTICE = 1e-3
+#: Densities about a single one.
+_AROUND = np.array([0.98, 1.02])
 _BATCH = 1_000_000
 
 
@@ -86,12 +90,6 @@ def face_fill(
         found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())
         row[:] = rho * np.maximum(found / solid.mean(), LEAST_SHARE)
     return LocalFill(asked=asked, held=_increasing(held))
-
-
-#: Share of a neighbourhood below which it holds no lattice at all.
-_NO_LATTICE = 1e-3
-#: Densities about a single one.
-_AROUND = np.array([0.98, 1.02])
 
 
 def _inside(
