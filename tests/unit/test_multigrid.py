@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.sparse import bsr_matrix, kron
@@ -63,13 +65,13 @@ def iterations(space: TetSpace, stiffness, axis: int = 0) -> int:
     matrix = assemble(assembly_pattern(space), stiffness)
     fixed = clamped(space, axis)
     keep = (~fixed.T).ravel().astype(float)
-    right = keep * np.random.default_rng(13).standard_normal(keep.size)
-    cycle = preconditioner(build_hierarchy(space, stiffness, matrix, fixed))
+    right = keep * np.random.default_rng(13).standard_normal((1, keep.size))
+    cycle = preconditioner(build_hierarchy(space, stiffness, matrix, fixed), 1)
     end = conjugate_gradients(matrix, keep, right, cycle, rtol=1e-8, max_iterations=200)
-    left = keep * (matrix @ end.x) - right
+    left = keep * (matrix @ end.x[0]) - right[0]
     assert np.linalg.norm(left) <= 1.001e-8 * np.linalg.norm(right)
-    assert not end.x[keep == 0].any()
-    return end.iterations
+    assert not end.x[:, keep == 0].any()
+    return int(end.iterations[0])
 
 
 @pytest.mark.parametrize(("r", "c"), [(1, 1), (3, 3), (3, 6), (6, 3), (6, 6)])
@@ -86,6 +88,11 @@ def test_products_with_every_kind_of_block(r, c, threaded, monkeypatch):
     out = y.astype(np.float32)
     product(single_precision(matrix), x.astype(np.float32), keep, 0.5, out)
     np.testing.assert_allclose(out, 0.5 * y + keep * (full @ x), rtol=0, atol=2e-5)
+    several = rng.standard_normal((3, full.shape[1]))
+    outs = np.stack([y, -y, 2 * y]).astype(np.float32)
+    expected = 0.5 * outs + keep * (several @ full.T)
+    product(single_precision(matrix), several.astype(np.float32), keep, 0.5, outs)
+    np.testing.assert_allclose(outs, expected, rtol=0, atol=2e-5)
 
 
 @pytest.mark.parametrize("threaded", [0, 10**9])
@@ -97,7 +104,11 @@ def test_relaxation_is_its_formula(threaded, monkeypatch):
     step = np.einsum("nij,nj->ni", inverse, (f - y).reshape(4, 6)).ravel()
     expected = 0.3 * d + 0.7 * step
     moved = x + expected
+    pairs = [np.stack([v, 2 * v]) for v in (f, y, d, x)]
     kernels.relax(inverse, f, y, 0.3, 0.7, d, x)
+    kernels.relax(inverse, pairs[0], pairs[1], 0.3, 0.7, pairs[2], pairs[3])
+    np.testing.assert_allclose(pairs[2], np.outer([1, 2], expected), rtol=0, atol=2e-5)
+    np.testing.assert_allclose(pairs[3], np.outer([1, 2], moved), rtol=0, atol=2e-5)
     np.testing.assert_allclose(d, expected, rtol=0, atol=1e-5)
     np.testing.assert_allclose(x, moved, rtol=0, atol=1e-5)
 
@@ -176,14 +187,15 @@ def test_the_cycle_is_symmetric_and_positive(order):
     matrix = assemble(assembly_pattern(space), stiffness)
     fixed = clamped(space, 2)
     keep = (~fixed.T).ravel().astype(float)
-    cycle = preconditioner(build_hierarchy(space, stiffness, matrix, fixed))
-    a, b = keep * np.random.default_rng(47).standard_normal((2, keep.size))
-    ab, ba, aa = a @ cycle(b), b @ cycle(a), a @ cycle(a)
-    assert aa > 0.0
-    assert abs(ab - ba) < 1e-4 * aa
-    assert not cycle(a)[keep == 0].any()
-    np.testing.assert_allclose(cycle(1e-30 * a), 1e-30 * cycle(a), rtol=1e-3, atol=1e-34)
-    assert not cycle(0.0 * a).any()
+    cycle = preconditioner(build_hierarchy(space, stiffness, matrix, fixed), 2)
+    a, b = both = keep * np.random.default_rng(47).standard_normal((2, keep.size))
+    ca, cb = cycle(both)
+    assert a @ ca > 0.0
+    assert abs(a @ cb - b @ ca) < 1e-4 * (a @ ca)
+    assert not ca[keep == 0].any()
+    small, nothing = cycle(np.stack([1e-30 * a, 0.0 * a]))
+    np.testing.assert_allclose(small, 1e-30 * ca, rtol=1e-3, atol=1e-34)
+    assert not nothing.any()
 
 
 @pytest.mark.parametrize(("order", "sizes"), [(1, (8, 14)), (2, (4, 8))])
@@ -218,6 +230,35 @@ def test_thin_walled_gyroid(order):
     assert (
         iterations(space, IsotropicStiffness(E=np.ones(space.element_count), nu=0.3), axis=2) <= 40
     )
+
+
+def test_columns_are_solved_each_for_itself():
+    """Two together, one of them zero or begun at its answer, end as each does alone."""
+    space = tet_space(beam(4), 2)
+    stiffness = IsotropicStiffness(E=np.ones(space.element_count), nu=0.3)
+    matrix = assemble(assembly_pattern(space), stiffness)
+    fixed = clamped(space)
+    keep = (~fixed.T).ravel().astype(float)
+    hierarchy = build_hierarchy(space, stiffness, matrix, fixed)
+    right = keep * np.random.default_rng(53).standard_normal((2, keep.size))
+    right[1] *= 1e-3 * space.nodes.T.ravel() ** 2
+    solve = partial(conjugate_gradients, matrix, keep, max_iterations=200)
+    both = solve(right, preconditioner(hierarchy, 2), rtol=1e-8)
+    for k in range(2):
+        alone = solve(right[k : k + 1], preconditioner(hierarchy, 1), rtol=1e-8)
+        assert both.iterations[k] == alone.iterations[0]
+        close = 1e-6 * np.abs(alone.x).max()
+        np.testing.assert_allclose(both.x[k], alone.x[0], rtol=0, atol=close)
+    again = solve(
+        np.stack([right[0], 0 * right[1]]), preconditioner(hierarchy, 2), rtol=1e-7, start=both.x
+    )
+    assert again.iterations.tolist() == [0, 0]
+    assert not again.x[1].any()
+    stopped = conjugate_gradients(
+        matrix, keep, right, preconditioner(hierarchy, 2), rtol=1e-8, max_iterations=3
+    )
+    assert stopped.iterations.tolist() == [3, 3]
+    assert (stopped.residual > 1e-8).all()
 
 
 def test_block_rows_are_single_precision():

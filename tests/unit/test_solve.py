@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,13 @@ from skfem import MeshTet
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.fe import direct, solve
 from gradedesign.fe.assembly import assemble, assembly_pattern, matvec
-from gradedesign.fe.solve import LoadVector, predict_memory_bytes, solve_elastic
+from gradedesign.fe.solve import (
+    LoadVector,
+    predict_memory_bytes,
+    prepare_elastic,
+    solve_cases,
+    solve_elastic,
+)
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
 from gradedesign.fe.supports import Supports
@@ -53,6 +60,35 @@ def cantilever(shape=(8, 3, 3), order=2) -> tuple[TetSpace, LoadVector]:
     end = space.nodes[0] > 40.0 - 1e-9
     force[2, end] = -300.0 / np.count_nonzero(end)
     return space, LoadVector(name="tip", supports=held(space, space.nodes[0] < 1e-9), force=force)
+
+
+def test_a_prepared_system_serves_later_load_cases(monkeypatch):
+    """Three load cases at once, then one more: as each alone, from one multigrid hierarchy."""
+    monkeypatch.setattr(solve, "SMALL", 0)
+    space, tip = cantilever()
+    forces = [tip.force, 2 * tip.force[[1, 2, 0]], tip.force[[2, 1, 0]], -tip.force]
+    cases = [replace(tip, name=str(k), force=force) for k, force in enumerate(forces)]
+    alone = [solve_elastic(space, steel(space), [case])[0] for case in cases]
+    built = []
+    build = solve.build_hierarchy
+    monkeypatch.setattr(solve, "build_hierarchy", lambda *a: built.append(1) or build(*a))
+    system = prepare_elastic(space, steel(space))
+    together = (*solve_cases(system, cases[:3]), *solve_cases(system, cases[3:]))
+    assert len(built) == 1
+    for one, other in zip(alone, together, strict=True):
+        assert other.name == one.name
+        assert other.residual <= 1e-8
+        close = 1e-6 * np.abs(one.displacement).max()
+        np.testing.assert_allclose(other.displacement, one.displacement, rtol=0, atol=close)
+
+
+def test_a_prepared_system_checks_new_supports():
+    space, tip = cantilever()
+    system = prepare_elastic(space, steel(space))
+    solve_cases(system, [tip])
+    loose = replace(tip, name="loose", supports=held(space, space.nodes[0] < 1e-9, components=(2,)))
+    with pytest.raises(SolverError, match="loose"):
+        solve_cases(system, [loose])
 
 
 @pytest.mark.parametrize("order", [1, 2])

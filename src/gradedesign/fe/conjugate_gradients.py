@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_matrix
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.fe._multigrid_kernels import multiply
 
 #: The recursive residual drifts from the true one; the iteration restarts this often to mend it.
@@ -17,19 +17,19 @@ RESTARTS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Iterate:
-    """Where an iteration ended.
+    """Where an iteration ended, for k right-hand sides.
 
     Attributes
     ----------
-    x : (n,) array
-    iterations : int
-    residual : float
+    x : (k, n) array
+    iterations : (k,) int array
+    residual : (k,) array
         True residual over the right-hand side.
     """
 
     x: FloatArray
-    iterations: int
-    residual: float
+    iterations: IntArray
+    residual: FloatArray
 
 
 def conjugate_gradients(
@@ -44,7 +44,8 @@ def conjugate_gradients(
 ) -> Iterate:
     """Solve ``A x = right`` over the unknowns to keep; the others stay zero.
 
-    The new direction uses the change of the residual (Polak and Ribière), which tolerates a
+    Every right-hand side is iterated for itself; they only share each pass over the matrix. The
+    new direction uses the change of the residual (Polak and Ribière), which tolerates a
     preconditioner that is symmetric to single precision only.
 
     Parameters
@@ -52,14 +53,15 @@ def conjugate_gradients(
     matrix : bsr_matrix
     keep : (n,) array
         1 for unknowns to solve for, 0 for fixed ones.
-    right : (n,) array
+    right : (k, n) array
         Zero where `keep` is.
     precondition : callable
-        Residual to correction.
+        Residuals ``(k, n)`` to corrections.
     rtol : float
         Residual at which to stop, over the right-hand side.
     max_iterations : int
-    start : (n,) array, optional
+        Of each right-hand side.
+    start : (k, n) array, optional
         First guess, zero where `keep` is.
 
     Returns
@@ -68,17 +70,22 @@ def conjugate_gradients(
         Converged or not: the caller judges the residual.
     """
     x = np.zeros_like(right) if start is None else start.copy()
-    size = norm(right)
-    if size == 0.0:
-        return Iterate(x=np.zeros_like(right), iterations=0, residual=0.0)
-    done = 0
+    size = norms(right)
+    x[size == 0.0] = 0.0
+    goal = rtol * size
+    done = np.zeros(len(right), dtype=np.int64)
     for _ in range(1 + RESTARTS):
         r = right - _product(matrix, keep, x)
-        if norm(r) <= rtol * size or done >= max_iterations:
+        active = (norms(r) > goal) & (done < max_iterations)
+        if not active.any():
             break
-        done += _iterate(matrix, keep, x, r, precondition, rtol * size, max_iterations - done)
-    residual = norm(right - _product(matrix, keep, x)) / size
-    return Iterate(x=x, iterations=done, residual=residual)
+        _iterate(matrix, keep, x, r, precondition, goal, active, done, max_iterations)
+    left = norms(right - _product(matrix, keep, x))
+    return Iterate(
+        x=x,
+        iterations=done,
+        residual=np.divide(left, size, out=np.zeros_like(size), where=size > 0),
+    )
 
 
 def _iterate(
@@ -87,40 +94,46 @@ def _iterate(
     x: FloatArray,
     r: FloatArray,
     precondition: Callable[[FloatArray], FloatArray],
-    goal: float,
+    goal: FloatArray,
+    active: BoolArray,
+    done: IntArray,
     limit: int,
-) -> int:
-    """Improve x in place until its recursive residual r reaches the goal; count the steps."""
+) -> None:
+    """Improve the active rows of x in place until the residuals r that recur reach the goal."""
     z = precondition(r)
     p = z.copy()
-    rz = dot(r, z)
+    rz = dots(r, z)
     q = np.zeros_like(x)
-    for k in range(limit):
+    active = active.copy()
+    while True:
         multiply(matrix.indptr, matrix.indices, matrix.data, p, keep, 0.0, q)
-        curvature = dot(p, q)
-        if not (curvature > 0.0 and rz > 0.0):  # no descent left, or not a number
-            return max(k, 1)
-        alpha = rz / curvature
-        x += alpha * p
-        r -= alpha * q
-        if norm(r) <= goal:
-            return k + 1
+        curvature = dots(p, q)
+        for k in np.flatnonzero(active):
+            done[k] += 1
+            if not (curvature[k] > 0.0 and rz[k] > 0.0):  # no descent left, or not a number
+                active[k] = False
+                continue
+            alpha = rz[k] / curvature[k]
+            x[k] += alpha * p[k]
+            r[k] -= alpha * q[k]
+            active[k] = norms(r[k : k + 1])[0] > goal[k] and done[k] < limit
+        if not active.any():
+            return
         z = precondition(r)
-        rz_new = dot(r, z)
-        p *= -alpha * dot(z, q) / rz
-        p += z
-        rz = rz_new
-    return limit
+        for k in np.flatnonzero(active):
+            p[k] *= -dots(z[k : k + 1], q[k : k + 1])[0] / curvature[k]
+            p[k] += z[k]
+        rz = dots(r, z)
 
 
-def dot(a: FloatArray, b: FloatArray) -> float:
-    """Inner product on one thread, whose order of summation never changes."""
-    return float(np.einsum("i,i->", a, b))
+def dots(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Inner products of rows on one thread, whose order of summation never changes."""
+    return np.array([np.einsum("i,i->", u, v) for u, v in zip(a, b, strict=True)])
 
 
-def norm(a: FloatArray) -> float:
-    """Euclidean length, summed as `dot` does."""
-    return float(np.sqrt(dot(a, a)))
+def norms(a: FloatArray) -> FloatArray:
+    """Euclidean lengths of rows, summed as `dots` does."""
+    return np.sqrt(dots(a, a))
 
 
 def _product(matrix: bsr_matrix, keep: FloatArray, x: FloatArray) -> FloatArray:

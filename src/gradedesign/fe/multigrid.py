@@ -103,7 +103,7 @@ class Hierarchy:
     ----------
     levels : tuple of Level
     coarsest : callable
-        Right-hand side to solution on the coarsest level.
+        Right-hand sides ``(k, n)`` to solutions on the coarsest level.
     sizes : tuple of int
         Unknowns per level, the coarsest included.
     """
@@ -157,18 +157,19 @@ def build_hierarchy(
     return Hierarchy(levels=tuple(levels), coarsest=_factorised(matrix, keep), sizes=sizes)
 
 
-def preconditioner(hierarchy: Hierarchy) -> Callable[[FloatArray], FloatArray]:
-    """One W-cycle from a zero start, as a function of the residual.
+def preconditioner(hierarchy: Hierarchy, columns: int) -> Callable[[FloatArray], FloatArray]:
+    """One W-cycle from a zero start, as a function of residuals ``(columns, n)``.
 
     The function owns its scratch vectors: it serves one solve at a time.
     """
-    scratch = [tuple(np.zeros(size, np.float32) for _ in range(4)) for size in hierarchy.sizes]
+    scratch = [
+        tuple(np.zeros((columns, size), np.float32) for _ in range(4)) for size in hierarchy.sizes
+    ]
 
     def apply(residual: FloatArray) -> FloatArray:
         # Single precision covers 1e-38 to 1e38; scaling keeps tiny residuals away from its ends.
-        scale = float(np.abs(residual).max())
-        if scale == 0.0:
-            return np.zeros_like(residual)
+        scale = np.maximum(residual.max(axis=1), -residual.min(axis=1))[:, None]
+        scale[scale == 0.0] = 1.0
         x, f, _, _ = scratch[0]
         np.divide(residual, scale, out=f, casting="same_kind")
         _cycle(hierarchy, scratch, 0, from_zero=True)
@@ -280,6 +281,6 @@ def _factorised(matrix: bsr_matrix, keep: FloatArray) -> Callable[[FloatArray], 
     )
 
     def solve(f: FloatArray) -> FloatArray:
-        return live * factor.solve(live * f)
+        return np.asarray(live * factor.solve((live * f).T).T)
 
     return solve

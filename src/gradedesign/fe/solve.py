@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.sparse import bsr_matrix
@@ -26,7 +26,7 @@ from gradedesign.fe.assembly import (
 from gradedesign.fe.conjugate_gradients import conjugate_gradients
 from gradedesign.fe.direct import solve_direct
 from gradedesign.fe.equilibrium import ACCEPTED, defects, evaluate, right_hand_side
-from gradedesign.fe.multigrid import build_hierarchy, preconditioner
+from gradedesign.fe.multigrid import Hierarchy, build_hierarchy, preconditioner
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.solution import Balance, LoadVector, Solution
 from gradedesign.fe.space import TetSpace
@@ -34,9 +34,12 @@ from gradedesign.fe.stiffness import Stiffness, require_positive
 
 __all__ = [
     "Balance",
+    "ElasticSystem",
     "LoadVector",
     "Solution",
     "predict_memory_bytes",
+    "prepare_elastic",
+    "solve_cases",
     "solve_elastic",
     "strain_energy_per_element",
 ]
@@ -47,6 +50,9 @@ log = logging.getLogger(__name__)
 SMALL = 3000
 #: Iterations after which multigrid is given up; thin lattices take 50 to 70.
 MAX_ITERATIONS = 300
+#: Load cases iterated together: they share each pass over the matrix, and the vectors of one take
+#: less than a tenth of its memory.
+TOGETHER = 2
 #: Rounding may leave the true residual this much above the tolerance; more is no convergence.
 STALLED = 10.0
 #: Tightening of the tolerance, and how often, where balance needs more than the residual asked.
@@ -57,11 +63,54 @@ BASE_BYTES = 250_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _System:
-    """A space and its assembled stiffness."""
+class ElasticSystem:
+    """A space and its assembled stiffness, ready for load cases.
+
+    Attributes
+    ----------
+    space : TetSpace
+    stiffness : IsotropicStiffness or AnisotropicStiffness
+    matrix : bsr_matrix
+        Without supports.
+    hierarchies : dict
+        Multigrid by fixed components, built when first needed: later load cases find it here.
+    """
 
     space: TetSpace
+    stiffness: Stiffness
     matrix: bsr_matrix
+    hierarchies: dict[bytes, Hierarchy] = field(default_factory=dict, repr=False)
+
+
+def prepare_elastic(
+    space: TetSpace, stiffness: Stiffness, *, pattern: AssemblyPattern | None = None
+) -> ElasticSystem:
+    """Assemble a stiffness once for all load cases to come.
+
+    Parameters
+    ----------
+    space : TetSpace
+    stiffness : IsotropicStiffness or AnisotropicStiffness
+    pattern : AssemblyPattern, optional
+        Of `space`, to save finding it again.
+
+    Returns
+    -------
+    ElasticSystem
+
+    Raises
+    ------
+    SolverError
+        If a stiffness is not positive.
+    """
+    start = time.perf_counter()
+    require_positive(stiffness)
+    matrix = assemble(pattern or assembly_pattern(space), stiffness)
+    log.info(
+        "assembled %d unknowns on %d tets in %.2f s",
+        space.dof_count, space.element_count, time.perf_counter() - start,
+    )  # fmt: skip
+    return ElasticSystem(space=space, stiffness=stiffness, matrix=matrix)
 
 
 def solve_elastic(
@@ -72,23 +121,7 @@ def solve_elastic(
     rtol: float = 1e-8,
     pattern: AssemblyPattern | None = None,
 ) -> tuple[Solution, ...]:
-    """Displacements, reactions and energy of every load case.
-
-    Parameters
-    ----------
-    space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
-    cases : sequence of LoadVector
-    rtol : float
-        Residual at which conjugate gradients stop, over the right-hand side; tightened by itself
-        where balance needs it.
-    pattern : AssemblyPattern, optional
-        Of `space`, to save finding it again.
-
-    Returns
-    -------
-    tuple of Solution
-        In the order of `cases`.
+    """Displacements, reactions and energy of every load case: `prepare_elastic`, `solve_cases`.
 
     Raises
     ------
@@ -98,31 +131,42 @@ def solve_elastic(
     ResourceError
         If memory does not suffice.
     """
-    start = time.perf_counter()
-    if not 0.0 < rtol <= ACCEPTED:
-        raise SolverError(f"rtol is {rtol:g}, expected more than 0 and at most {ACCEPTED:g}")
-    for case in cases:
-        if case.force.shape != space.nodes.shape:
-            raise SolverError(
-                f"load case '{case.name}' is given for {case.force.shape[1]} nodes, but the "
-                f"space has {space.node_count}"
-            )
-    require_positive(stiffness)
+    _require_matching(space, cases, rtol)
     groups = _equal_supports(cases)
-    for members in groups:
-        require_held(space, cases[members[0]].supports.fixed, cases[members[0]].name)
-    matrix = assemble(pattern or assembly_pattern(space), stiffness)
-    log.info(
-        "assembled %d unknowns on %d tets in %.2f s",
-        space.dof_count, space.element_count, time.perf_counter() - start,
-    )  # fmt: skip
-    system = _System(space=space, matrix=matrix)
-    solved: dict[int, Solution] = {}
-    for members in groups:
-        solutions = _solve_group(system, stiffness, [cases[k] for k in members], rtol)
-        solved.update(zip(members, solutions, strict=True))
-    log.info("solved %d load cases in %.2f s", len(cases), time.perf_counter() - start)
-    return tuple(solved[k] for k in range(len(cases)))
+    _require_all_held(space, groups, cases)
+    return _solve_groups(prepare_elastic(space, stiffness, pattern=pattern), cases, groups, rtol)
+
+
+def solve_cases(
+    system: ElasticSystem, cases: Sequence[LoadVector], *, rtol: float = 1e-8
+) -> tuple[Solution, ...]:
+    """Displacements, reactions and energy of every load case on a prepared system.
+
+    Parameters
+    ----------
+    system : ElasticSystem
+    cases : sequence of LoadVector
+    rtol : float
+        Residual at which conjugate gradients stop, over the right-hand side; tightened by itself
+        where balance needs it.
+
+    Returns
+    -------
+    tuple of Solution
+        In the order of `cases`.
+
+    Raises
+    ------
+    SolverError
+        If supports leave rigid motions free, or no solver reaches a residual and balance of 1e-6.
+    ResourceError
+        If memory does not suffice.
+    """
+    _require_matching(system.space, cases, rtol)
+    groups = _equal_supports(cases)
+    fresh = {key: members for key, members in groups.items() if key not in system.hierarchies}
+    _require_all_held(system.space, fresh, cases)
+    return _solve_groups(system, cases, groups, rtol)
 
 
 def predict_memory_bytes(unknowns: int, order: int = 2) -> int:
@@ -138,16 +182,52 @@ def predict_memory_bytes(unknowns: int, order: int = 2) -> int:
     return BASE_BYTES + BYTES_PER_UNKNOWN[order] * unknowns
 
 
-def _equal_supports(cases: Sequence[LoadVector]) -> list[list[int]]:
+def _require_matching(space: TetSpace, cases: Sequence[LoadVector], rtol: float) -> None:
+    """Refuse a tolerance out of range, and load cases of another space."""
+    if not 0.0 < rtol <= ACCEPTED:
+        raise SolverError(f"rtol is {rtol:g}, expected more than 0 and at most {ACCEPTED:g}")
+    for case in cases:
+        if case.force.shape != space.nodes.shape:
+            raise SolverError(
+                f"load case '{case.name}' is given for {case.force.shape[1]} nodes, but the "
+                f"space has {space.node_count}"
+            )
+
+
+def _require_all_held(
+    space: TetSpace, groups: Mapping[bytes, list[int]], cases: Sequence[LoadVector]
+) -> None:
+    """Refuse supports that leave rigid motions free."""
+    for members in groups.values():
+        require_held(space, cases[members[0]].supports.fixed, cases[members[0]].name)
+
+
+def _equal_supports(cases: Sequence[LoadVector]) -> dict[bytes, list[int]]:
     """Indices of load cases, grouped by equal fixed components."""
     groups: dict[bytes, list[int]] = {}
     for k, case in enumerate(cases):
         groups.setdefault(np.packbits(case.supports.fixed).tobytes(), []).append(k)
-    return list(groups.values())
+    return groups
+
+
+def _solve_groups(
+    system: ElasticSystem,
+    cases: Sequence[LoadVector],
+    groups: Mapping[bytes, list[int]],
+    rtol: float,
+) -> tuple[Solution, ...]:
+    """Solve checked load cases group by group."""
+    start = time.perf_counter()
+    solved: dict[int, Solution] = {}
+    for key, members in groups.items():
+        solutions = _solve_group(system, key, [cases[k] for k in members], rtol)
+        solved.update(zip(members, solutions, strict=True))
+    log.info("solved %d load cases in %.2f s", len(cases), time.perf_counter() - start)
+    return tuple(solved[k] for k in range(len(cases)))
 
 
 def _solve_group(
-    system: _System, stiffness: Stiffness, cases: Sequence[LoadVector], rtol: float
+    system: ElasticSystem, key: bytes, cases: Sequence[LoadVector], rtol: float
 ) -> list[Solution]:
     """Solve load cases that share their fixed components."""
     fixed = cases[0].supports.fixed
@@ -155,11 +235,17 @@ def _solve_group(
     right = np.stack([free * right_hand_side(system.matrix, case) for case in cases])
     if np.count_nonzero(free) < SMALL:
         return _directly(system, cases, free, right, note="")
-    hierarchy = build_hierarchy(system.space, stiffness, system.matrix, fixed)
-    precondition = preconditioner(hierarchy)
+    if key not in system.hierarchies:
+        system.hierarchies[key] = build_hierarchy(
+            system.space, system.stiffness, system.matrix, fixed
+        )
+    hierarchy = system.hierarchies[key]
     solutions = [
-        _by_multigrid(system, case, free, f, precondition, rtol)
-        for case, f in zip(cases, right, strict=True)
+        solution
+        for k in range(0, len(cases), TOGETHER)
+        for solution in _by_multigrid(
+            system, hierarchy, cases[k : k + TOGETHER], free, right[k : k + TOGETHER], rtol
+        )
     ]
     poor = [k for k, s in enumerate(solutions) if s.residual > STALLED * rtol or defects(s)]
     if poor:
@@ -172,36 +258,53 @@ def _solve_group(
 
 
 def _by_multigrid(
-    system: _System,
-    case: LoadVector,
+    system: ElasticSystem,
+    hierarchy: Hierarchy,
+    cases: Sequence[LoadVector],
     free: BoolArray,
     right: FloatArray,
-    precondition: Callable[[FloatArray], FloatArray],
     rtol: float,
-) -> Solution:
+) -> list[Solution]:
     """Iterate to the residual, and further while balance asks for it; the caller judges."""
-    x: FloatArray | None = None
-    done = 0
     keep = free.astype(np.float64)
+    x = np.zeros_like(right)
+    done = np.zeros(len(cases), dtype=np.int64)
+    found: dict[int, Solution] = {}
+    open_cases = list(range(len(cases)))
     for tightening in range(1 + TIGHTENINGS):
         goal = rtol * TIGHTER**tightening
         step = conjugate_gradients(
-            system.matrix, keep, right, precondition,
-            rtol=goal, max_iterations=MAX_ITERATIONS - done, start=x,
+            system.matrix, keep, right[open_cases], preconditioner(hierarchy, len(open_cases)),
+            rtol=goal, max_iterations=MAX_ITERATIONS - int(done[open_cases].max()),
+            start=x[open_cases],
         )  # fmt: skip
-        x = step.x
-        done += step.iterations
-        solution = evaluate(
-            system.space, system.matrix, case, x, right, iterations=done, method="multigrid"
-        )
-        if step.residual > STALLED * goal or not defects(solution):
+        x[open_cases] = step.x
+        done[open_cases] += step.iterations
+        for k in open_cases:
+            found[k] = evaluate(
+                system.space, system.matrix, cases[k], x[k], right[k],
+                iterations=int(done[k]), method="multigrid",
+            )  # fmt: skip
+        reached = step.residual <= STALLED * goal
+        open_cases = [
+            k for k, near in zip(open_cases, reached, strict=True) if near and defects(found[k])
+        ]
+        if not open_cases:
             break
-    log.info("'%s': multigrid, %d iterations, residual %.1e", case.name, done, solution.residual)
-    return solution
+    for k, case in enumerate(cases):
+        log.info(
+            "'%s': multigrid, %d iterations, residual %.1e",
+            case.name, done[k], found[k].residual,
+        )  # fmt: skip
+    return [found[k] for k in range(len(cases))]
 
 
 def _directly(
-    system: _System, cases: Sequence[LoadVector], free: BoolArray, right: FloatArray, note: str
+    system: ElasticSystem,
+    cases: Sequence[LoadVector],
+    free: BoolArray,
+    right: FloatArray,
+    note: str,
 ) -> list[Solution]:
     """Solve by factorisation; raise if an answer is not sound."""
     x, method = solve_direct(system.matrix, free, right)
@@ -219,7 +322,7 @@ def _directly(
 
 
 def _instead(
-    system: _System,
+    system: ElasticSystem,
     cases: Sequence[LoadVector],
     free: BoolArray,
     right: FloatArray,

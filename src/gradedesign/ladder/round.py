@@ -11,6 +11,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.solution import Solution
+from gradedesign.fe.solve import ElasticSystem
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.thinnest_wall import thinnest_wall
@@ -23,6 +24,7 @@ from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
+    homogenised_system,
     lattice_mass,
     lattice_stiffness,
     solve_homogenised,
@@ -224,10 +226,11 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
     """
     model = corrected_model(setup, correction)
     limits = corrected_limits(setup, correction)
-    solutions = solve_homogenised(model, rho)
+    system = homogenised_system(model, rho)
+    solutions = solve_homogenised(model, rho, system)
     values = displacement_values(limits, solutions)
     limit = corrected_stress_limit(setup, correction)
-    share, carrying = lattice_share(setup, model, rho, limits, solutions)
+    share, carrying = lattice_share(system, model, rho, limits, solutions)
     stress = None
     if limit is not None:
         stress = stress_measure(limit, model, rho, lattice_stress(model, rho, solutions))
@@ -242,7 +245,7 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
 
 
 def lattice_share(
-    setup: Setup,
+    system: ElasticSystem,
     model: HomogenisedModel,
     rho: FloatArray,
     limits: tuple[DisplacementLimit, ...],
@@ -254,10 +257,10 @@ def lattice_share(
         return 0.0, float(weights @ rho / weights.sum())
     uses = displacement_values(limits, solutions) / [limit.limit for limit in limits]
     worst = limits[int(np.argmax(uses))]
-    adjoint = solve_vectors(model, rho, adjoint_loads(model, [worst], solutions))[0]
+    adjoint = solve_vectors(system, adjoint_loads(model, [worst], solutions))[0]
     u = next(s for s in solutions if s.name == worst.load_case).displacement
     lattice = AnisotropicStiffness(C=(1 - model.solid_share) * lattice_stiffness(model, rho))
-    shared = strain_energy_per_element(setup.space, lattice, u, adjoint.displacement)
+    shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
     value = displacement_values([worst], solutions)[0]
     if value <= 0 or shared.sum() <= 0:
         return 0.0, float(weights @ rho / weights.sum())

@@ -17,7 +17,7 @@ from gradedesign.fe.assembly import AssemblyPattern, assembly_pattern
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import body_force, thermal_force
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.solve import solve_elastic
+from gradedesign.fe.solve import ElasticSystem, prepare_elastic, solve_cases
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.material.material import Material
@@ -225,8 +225,19 @@ def density_loads(model: HomogenisedModel, rho: FloatArray, case: PartLoadCase) 
     return force
 
 
-def solve_homogenised(model: HomogenisedModel, rho: FloatArray) -> tuple[Solution, ...]:
-    """Displacements of every load case for lattice densities ``(M,)``."""
+def homogenised_system(model: HomogenisedModel, rho: FloatArray) -> ElasticSystem:
+    """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike."""
+    stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
+    return prepare_elastic(model.space, stiffness, pattern=model.pattern)
+
+
+def solve_homogenised(
+    model: HomogenisedModel, rho: FloatArray, system: ElasticSystem | None = None
+) -> tuple[Solution, ...]:
+    """Displacements of every load case for lattice densities ``(M,)``.
+
+    ``system`` is theirs by `homogenised_system`, where it is at hand.
+    """
     vectors = [
         LoadVector(
             name=case.name,
@@ -235,15 +246,12 @@ def solve_homogenised(model: HomogenisedModel, rho: FloatArray) -> tuple[Solutio
         )
         for case in model.cases
     ]
-    return solve_vectors(model, rho, vectors)
+    return solve_vectors(system or homogenised_system(model, rho), vectors)
 
 
-def solve_vectors(
-    model: HomogenisedModel, rho: FloatArray, vectors: Sequence[LoadVector]
-) -> tuple[Solution, ...]:
+def solve_vectors(system: ElasticSystem, vectors: Sequence[LoadVector]) -> tuple[Solution, ...]:
     """Displacements of given load vectors, such as adjoint loads, on the same stiffness."""
-    stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
-    return solve_elastic(model.space, stiffness, vectors, rtol=RTOL, pattern=model.pattern)
+    return solve_cases(system, vectors, rtol=RTOL)
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from gradedesign.errors import DensityError
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
     held_slope,
+    homogenised_system,
     lattice_mass,
     lattice_stiffness,
     lattice_stiffness_derivative,
@@ -196,7 +197,8 @@ def _evaluate(
 ) -> tuple[FloatArray, FloatArray, tuple[LatticeStress, ...]]:
     """Use of every displacement limit, gradients of those in reach, stress per load case."""
     model, limits = problem.model, problem.displacement_limits
-    solutions = solve_homogenised(model, rho)
+    system = homogenised_system(model, rho)
+    solutions = solve_homogenised(model, rho, system)
     count = len(rho)
     stress = lattice_stress(model, rho, solutions) if problem.stress_limit is not None else ()
     if not limits:
@@ -204,7 +206,7 @@ def _evaluate(
     values = displacement_values(limits, solutions)
     use = values / np.array([limit.limit for limit in limits])
     near = [limit for limit, chosen in zip(limits, _in_reach(use), strict=True) if chosen]
-    adjoints = solve_vectors(model, rho, adjoint_loads(model, near, solutions))
+    adjoints = solve_vectors(system, adjoint_loads(model, near, solutions))
     cases = {case.name: case for case in model.cases}
     by_name = {s.name: s for s in solutions}
     gradients = np.array(
