@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from gradedesign.case.schema import Case
 from gradedesign.errors import GradeDesignError
@@ -21,7 +22,7 @@ from gradedesign.ladder.files import Shown, write_outputs, write_result
 from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.oriented import oriented
 from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.round import size_round
+from gradedesign.ladder.round import design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.ladder.setup import Setup, prepare
 from gradedesign.ladder.solid import solid_rows, solve_solid
@@ -136,6 +137,7 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
             setup,
             start,
             {},
+            design_filter(setup),
             start=None,
             target=FULL_USE,
             most_iterations=60,
@@ -157,6 +159,7 @@ def loop(
     accepted: Accepted | None = None
     analysed: Analysed | None = None
     tried: set[int] = set()
+    matrix: csr_matrix | None = None
     while True:
         if rounds and rounds[-1].iteration.round not in tried and _ready(rounds[-1], factors):
             tried.add(rounds[-1].iteration.round)
@@ -168,7 +171,10 @@ def loop(
         if len(rounds) >= setup.case.run.max_rounds or _out_of_time(rounds, deadline):
             break
         with announce.stage("round"):
-            done, analysed = play_round(setup, rounds, factors, on_step=announce.sizing_step)
+            matrix = design_filter(setup) if matrix is None else matrix
+            done, analysed = play_round(
+                setup, rounds, factors, matrix, on_step=announce.sizing_step
+            )
         rounds = (*rounds, done)
         save_round(out, setup, done)
         announce.round(done)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import LatticeError
@@ -111,28 +112,32 @@ def corrected_stress_limit(setup: Setup, correction: Correction) -> StressLimit 
     )
 
 
+def design_filter(setup: Setup) -> csr_matrix:
+    """Filter from design variables to element densities; every round of a run shares it."""
+    mesh = setup.space.mesh
+    if setup.case.lattice.grading == "uniform":
+        return uniform_filter(mesh.tets.shape[1])
+    radius = setup.case.lattice.filter_radius * setup.layout.typical
+    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
+    return cone_filter(centroids(mesh), weights, radius)
+
+
 def size_round(
     setup: Setup,
     correction: Correction,
     factors: Mapping[str, float],
+    matrix: csr_matrix,
     *,
     start: FloatArray | None,
     target: float = TARGET,
     most_iterations: int,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Size the corrected homogenised part.
+    """Size the corrected homogenised part, densities filtered by ``matrix``.
 
     ``factors`` are accepted over explicit values by limit name, where acceptance found more than
     the explicit analysis did: the limits are that much tighter here.
     """
-    mesh = setup.space.mesh
-    if setup.case.lattice.grading == "uniform":
-        matrix = uniform_filter(mesh.tets.shape[1])
-    else:
-        radius = setup.case.lattice.filter_radius * setup.layout.typical
-        weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
-        matrix = cone_filter(centroids(mesh), weights, radius)
     limits = tuple(
         replace(limit, limit=limit.limit / factors.get(f"displacement of {limit.name}", 1.0))
         for limit in corrected_limits(setup, correction)

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.ladder.cell_layout import CellLayout
@@ -127,12 +128,14 @@ def play_round(
     setup: Setup,
     previous: tuple[Round, ...],
     factors: Mapping[str, float],
+    matrix: csr_matrix,
     *,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> tuple[Round, Analysed]:
     """Size with what earlier rounds taught, analyse explicitly, and learn.
 
     ``factors`` are accepted over explicit values by limit name: sizing leaves that much room.
+    ``matrix`` is the design filter.
     """
     began = time.perf_counter()
     correction = (
@@ -145,6 +148,7 @@ def play_round(
         with_cells(setup, previous[-1].rho) if previous else setup,
         correction,
         factors,
+        matrix,
         start=start,
         most_iterations=(
             FIRST_ITERATIONS[len(previous)]

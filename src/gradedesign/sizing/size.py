@@ -135,6 +135,8 @@ def size(
     per_asked = held_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
     cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
     active = cost > 0
+    felt = problem.filter if active.all() else problem.filter[:, active]
+    sums = np.asarray(problem.filter.sum(axis=0)).ravel()
     # Variables that no lattice feels stay at the lower bound.
     x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start.copy()
     x = np.where(active, np.clip(x, lo, hi), lo)
@@ -150,7 +152,7 @@ def size(
             allowance = _next_allowance(allowance, problem.target, worst)
             wanted = density_for_stress(problem.stress_limit, model, stress, allowance=allowance)
             floor = np.clip(wanted, lo, hi)
-        step_lower = np.maximum(x * (1 - move), _variable_floor(problem.filter, floor, lo))
+        step_lower = np.maximum(x * (1 - move), _variable_floor(problem.filter, sums, floor, lo))
         step_lower = np.clip(step_lower, lo, hi)
         step_upper = np.maximum(np.clip(x * (1 + move), lo, hi), step_lower)
         new = x
@@ -161,7 +163,7 @@ def size(
                 x[active],
                 cost[active],
                 use[near] / problem.target,
-                (gradients / problem.target) @ problem.filter[:, active],
+                (gradients / problem.target) @ felt,
                 step_lower[active],
                 step_upper[active],
                 exponent=_stiffness_exponent(model, rho, weights),
@@ -247,16 +249,18 @@ def _next_allowance(allowance: float, target: float, use: float) -> float:
     return float(np.clip(allowance * np.sqrt(target / use), 0.5, 1.25))
 
 
-def _variable_floor(matrix: csr_matrix, floor: FloatArray, lo: float) -> FloatArray:
+def _variable_floor(
+    matrix: csr_matrix, sums: FloatArray, floor: FloatArray, lo: float
+) -> FloatArray:
     """Lower bound of each variable: the filter-weighted mean of what its elements need.
 
-    A uniform design has one variable; it must serve its neediest element.
+    ``sums`` are the filter's column sums. A uniform design has one variable; it must serve its
+    neediest element.
     """
     if matrix.shape[1] == 1:
         return np.array([floor.max()])
-    columns = np.asarray(matrix.sum(axis=0)).ravel()
-    mean = np.asarray(matrix.T @ floor).ravel() / np.where(columns > 0, columns, 1.0)
-    return np.maximum(np.where(columns > 0, mean, lo), floor)
+    mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
+    return np.maximum(np.where(sums > 0, mean, lo), floor)
 
 
 def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
