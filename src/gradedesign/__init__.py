@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import (
     CaseError,
     DensityError,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CaseError",
     "CellFamily",
+    "CellMaker",
     "DensityError",
     "Exporter",
     "GradeDesignError",

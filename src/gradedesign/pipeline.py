@@ -21,6 +21,7 @@ from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import Shown, write_outputs, write_result
 from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.oriented import oriented
+from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
@@ -110,6 +111,7 @@ def run(
 def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Climb the rungs in order and write what was found."""
     deadline = Deadline(case.run.time)
+    registry = with_own_cell(case, registry)
     with announce.stage("part"):
         setup = prepare(case, registry, announce.listener)
     announce.part(setup)

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
 from gradedesign.case.orientation_schema import OrientationSpec
+from gradedesign.case.own_cell_schema import OwnCellSpec
 from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
@@ -146,6 +147,8 @@ class CellsSpec(Table):
 
     cell: Name = Field(examples=["gyroid-sheet"])
     """Name of a cell family."""
+    own_cell: OwnCellSpec | None = None
+    """What the cell is made of, where it is none of the installed ones."""
     size: Annotated[tuple[float, ...], CellSize()] = Field(examples=["8 mm"])
     """Edge length of a cell; the smallest and the largest of graded size; or three edges, mm."""
     grading: Annotated[str, Choice(GRADINGS)] = "level"

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from gradedesign.case.checks import case_warnings, cross_problems, reference_problems
+from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
@@ -61,7 +62,13 @@ def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
         name=content.case.name,
         path=file,
         folder=file.parent,
-        case_hash=case_hash(content, file, content.part.file, told.vtu if told else None),
+        case_hash=case_hash(
+            content,
+            file,
+            content.part.file,
+            told.vtu if told else None,
+            own_cell_file(content.lattice),
+        ),
         warnings=tuple(case_warnings(content)),
         lines=lines,
         **tables,
@@ -240,7 +247,12 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         If a file cannot be read.
     """
     asked = content.model_dump(
-        mode="json", exclude={"part": {"file"}, "run": {"time", "memory", "max_rounds"}}
+        mode="json",
+        exclude={
+            "part": {"file"},
+            "run": {"time", "memory", "max_rounds"},
+            "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},
+        },
     )
     digest = hashlib.sha256()
     canonical = json.dumps(asked, sort_keys=True, separators=(",", ":"), allow_nan=False)

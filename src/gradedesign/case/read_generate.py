@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gradedesign.case.checks import cell_map_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
+from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
 from gradedesign.case.read_case import case_hash, read_layout
 
@@ -46,7 +47,13 @@ def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> Gene
         print=content.print,
         run=content.run,
         output=content.output,
-        case_hash=case_hash(content, file, content.part.file, *_map_files(content)),
+        case_hash=case_hash(
+            content,
+            file,
+            content.part.file,
+            *_map_files(content),
+            own_cell_file(content.lattice),
+        ),
         lines=lines,
     )
 

@@ -221,10 +221,16 @@ def tabulate(
 @app.command()
 def cells(
     name: Annotated[str | None, typer.Argument(help="One family in full.")] = None,
+    makers: Annotated[
+        bool, typer.Option("--makers", help="What makes the cells that a case describes.")
+    ] = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
     """List the installed cell families with their windows, laws and sources."""
+    if makers:
+        list_commands.cell_makers(strict_plugins=strict_plugins, as_json=as_json)
+        return
     list_commands.cells(name, strict_plugins=strict_plugins, as_json=as_json)
 
 

@@ -13,6 +13,7 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.round import explicit_cube_for
 from gradedesign.ladder.setup import Setup, part_volume, prepare
 from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
@@ -24,7 +25,7 @@ DOFS_PER_SECOND = 3e4
 def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: bool) -> None:
     """Read, repair, select, and predict; nothing is written."""
     case = load_case(path, allow_outside=allow_outside)
-    setup = prepare(case, registry_for(strict_plugins=strict_plugins))
+    setup = prepare(case, with_own_cell(case, registry_for(strict_plugins=strict_plugins)))
     data = describe(setup)
     if as_json:
         print_json(data)

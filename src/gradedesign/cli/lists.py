@@ -130,6 +130,30 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
         typer.echo("'-': not computed yet; 'gradedesign cells NAME' finds the densities of a cell")
 
 
+def cell_makers(*, strict_plugins: bool, as_json: bool) -> None:
+    """Print what makes a cell of ``[lattice.own_cell]``, with its options."""
+    registry = registry_for(strict_plugins=strict_plugins)
+    data = [
+        {
+            "name": maker.name,
+            "options": dict(maker.options),
+            "file": list(maker.suffixes),
+            "source": maker.source,
+            "supplied_by": registry.sources["cell_makers"][maker.name],
+        }
+        for maker in registry.cell_makers.values()
+    ]
+    if as_json:
+        print_json(data)
+        return
+    for maker in registry.cell_makers.values():
+        typer.echo(f"{maker.name}, supplied by {registry.sources['cell_makers'][maker.name]}")
+        if maker.suffixes:
+            typer.echo(f"  {'file':13s} {', '.join(maker.suffixes)}")
+        for key, meaning in maker.options.items():
+            typer.echo(f"  {key:13s} {meaning}")
+
+
 def _range(window: list[float] | None) -> str:
     return "-" if window is None else f"{window[0]:.3f} to {window[1]:.3f}"
 

@@ -15,6 +15,7 @@ from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import write_result
 from gradedesign.ladder.generate_files import write_generated
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.placed_map import lattice_points
 from gradedesign.ladder.resolve import resolve_material
 from gradedesign.ladder.result import RunResult
@@ -117,7 +118,7 @@ def generate(
     GradeDesignError
         Whatever was wrong, by name; ``result.json`` then says ``failed``.
     """
-    registry = build_registry() if registry is None else registry
+    registry = with_own_cell(case, build_registry() if registry is None else registry)
     target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=False, overwrite=overwrite) as out:
         announce = Announcer(on_event)

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import pluggy
 
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.maker import CellMaker
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
@@ -38,6 +39,28 @@ def gradedesign_cell_families() -> Iterable[CellFamily]:
     ...     yield CellFamily(name="simple-cubic", shape=simple_cubic, distance=True)
     >>> [family.name for family in gradedesign_cell_families()]
     ['simple-cubic']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_cell_makers() -> Iterable[CellMaker]:
+    """Register what makes a cell of the data or the file that a case names.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import CellFamily, CellMaker, hookimpl
+    >>> def waves(name, counts):
+    ...     k = 2 * np.pi * np.asarray(counts, float).reshape(3, 1)
+    ...     return CellFamily(
+    ...         name=name, shape=lambda u: np.cos(np.tensordot(k[:, 0], u, axes=1)), symmetry="none"
+    ...     )
+    >>> @hookimpl
+    ... def gradedesign_cell_makers():
+    ...     yield CellMaker(name="waves", make=waves, options={"counts": "waves along x, y, z"})
+    >>> [maker.name for maker in gradedesign_cell_makers()]
+    ['waves']
     """
     return ()
 

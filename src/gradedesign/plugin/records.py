@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.maker import CellMaker
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
@@ -44,7 +45,8 @@ class Registry:
 
     Attributes
     ----------
-    cell_families, scaling_laws, materials, readers, exporters : mapping of str to record
+    cell_families, cell_makers, scaling_laws, materials, readers, exporters : mapping
+        Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
     plugins : tuple of PluginSource
@@ -54,6 +56,7 @@ class Registry:
     """
 
     cell_families: Mapping[str, CellFamily]
+    cell_makers: Mapping[str, CellMaker]
     scaling_laws: Mapping[str, ScalingLaw]
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]

@@ -14,6 +14,7 @@ import pluggy
 
 from gradedesign.case.suggest import instead
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -32,7 +33,7 @@ DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
 
-Kind = Literal["cell_families", "scaling_laws", "materials", "readers", "exporters"]
+Kind = Literal["cell_families", "cell_makers", "scaling_laws", "materials", "readers", "exporters"]
 
 
 class _Shelf(NamedTuple):
@@ -45,6 +46,7 @@ class _Shelf(NamedTuple):
 
 _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
+    "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
@@ -121,7 +123,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``scaling_laws``, ``materials``, ``readers`` or ``exporters``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers`` or
+        ``exporters``.
     name : str
 
     Raises

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 
-from gradedesign import CellFamily, hookimpl
+from gradedesign import CellFamily, CellMaker, hookimpl
 from gradedesign_cells_convolution.convolution_family import convolution_family
 from gradedesign_cells_convolution.graphs import graphs
 
-__all__ = ["convolution_family", "gradedesign_cell_families"]
+__all__ = ["convolution_family", "gradedesign_cell_families", "gradedesign_cell_makers"]
 
 
 @cache
@@ -27,3 +27,19 @@ def _families() -> tuple[CellFamily, ...]:
 def gradedesign_cell_families() -> Iterator[CellFamily]:
     """Register the convolution of every graph."""
     yield from _families()
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterator[CellMaker]:
+    """Register what convolves the graph that a case describes."""
+    yield CellMaker(
+        name="convolution-graph",
+        make=convolution_family,
+        options={
+            "nodes": "[[x, y, z], ...] in cell units; a whole number of cells apart is the same",
+            "edges": "[[i, j], ...]: struts between nodes, counted from 0",
+            "sigma": "width of the kernel in cell units",
+            "source": "where the graph comes from",
+        },
+        source="convolution_family of gradedesign-cells-convolution",
+    )

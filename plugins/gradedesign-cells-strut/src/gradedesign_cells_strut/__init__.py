@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, ScalingLaw, hookimpl
+from gradedesign import CellFamily, CellMaker, ScalingLaw, hookimpl
 from gradedesign_cells_strut import (
     bcc,
     bccz,
@@ -22,7 +22,12 @@ from gradedesign_cells_strut import (
 from gradedesign_cells_strut.properties import computed_laws
 from gradedesign_cells_strut.strut_family import strut_family
 
-__all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws", "strut_family"]
+__all__ = [
+    "gradedesign_cell_families",
+    "gradedesign_cell_makers",
+    "gradedesign_scaling_laws",
+    "strut_family",
+]
 
 
 @hookimpl
@@ -33,6 +38,23 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
         rhombic_dodecahedron, sc, sc_bcc,
     ):  # fmt: skip
         yield from graph.FAMILIES
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterator[CellMaker]:
+    """Register what makes struts of the graph that a case describes."""
+    yield CellMaker(
+        name="strut-graph",
+        make=strut_family,
+        options={
+            "nodes": "[[x, y, z], ...] in cell units; a whole number of cells apart is the same",
+            "edges": "[[i, j], ...]: struts between nodes, counted from 0",
+            "section": "round, square or triangle",
+            "path": "straight, wave or helix",
+            "source": "where the graph comes from",
+        },
+        source="strut_family of gradedesign-cells-strut",
+    )
 
 
 @hookimpl
