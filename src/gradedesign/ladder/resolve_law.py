@@ -51,10 +51,10 @@ def resolve_law(
             )
         )
         law = computed_law(family, parameters, edges=edges)
-        return law, (
-            f"no law {why} is installed, so it was computed on {ON_DEMAND_RESOLUTION}^3 voxels; "
-            f"'gradedesign homogenise {family.name}' says more",
-        )
+        told = f"no law {why} is installed, so it was computed on {ON_DEMAND_RESOLUTION}^3 voxels"
+        if case.lattice.own_cell is None:
+            told += f"; 'gradedesign homogenise {family.name}' says more"
+        return law, (told,)
     law = choose_law(registry, family.name, asked, case.lattice.density)
     stretched = (
         (
