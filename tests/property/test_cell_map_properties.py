@@ -80,7 +80,7 @@ def test_warped_space_never_folds_and_ends_at_the_sphere(magnification, stable, 
     np.testing.assert_array_equal(warped(beyond), base(beyond))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(factor=st.floats(0.5, 3.0), shift=st.tuples(*[st.floats(-50, 50)] * 3))
 def test_graded_map_scales_and_moves_with_its_part(factor, shift):
     move = np.array(shift)
