@@ -37,8 +37,10 @@ def build_registry_with(laws):
     )
 
 
-def case(name="auto", edges=(8.0, 8.0, 8.0)):
-    return SimpleNamespace(lattice=SimpleNamespace(law=name, density=(0.2, 0.5), edges=edges))
+def case(name="auto", edges=(8.0, 8.0, 8.0), own_cell=None):
+    return SimpleNamespace(
+        lattice=SimpleNamespace(law=name, density=(0.2, 0.5), edges=edges, own_cell=own_cell)
+    )
 
 
 @pytest.fixture
@@ -76,6 +78,10 @@ def test_a_cell_without_a_law_gets_one(computed):
     assert "one to two minutes" in heard[0].message
     assert found.name == "cube-computed"
     assert "of this cell" in warnings[0]
+    assert "homogenise cube" in warnings[0]
+    own = case(own_cell="from the case")
+    _, warnings = resolve_law(own, build_registry_with([]), FAMILY, {"bend": 0.5})
+    assert "homogenise" not in warnings[0]
 
 
 def test_experiments_are_not_taken_by_themselves(computed):
