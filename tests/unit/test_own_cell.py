@@ -114,6 +114,7 @@ def test_the_makers_are_listed(cli):
         (CUBES.replace("[0, 0, 1]]", "[0, 0, 1], [0.5, 0.5, 0.5]]"), ["node 4"]),
         (CUBES.replace("[0, 3]", "[0, 9]"), ["9"]),
         (CUBES.replace("[0, 3]", "[0]"), ["strut-graph"]),
+        (f'maker = "strut-graph"\n{NODES}', ["needs edges", "[[i, j], ...]"]),
         (CUBES + 'file = "case.toml"', ["reads no file"]),
         ('maker = "mesh"', ["own_cell.file", "no file", ".stl"]),
         ('maker = "mesh"\nfile = "case.toml"', ["own_cell.file", "case.toml", ".stl"]),

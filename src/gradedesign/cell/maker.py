@@ -27,6 +27,8 @@ class CellMaker:
         wrong with them is raised as a `PluginError` or `CaseError` that names the option.
     options : mapping of str to str
         Every option and what it means.
+    required : tuple of str
+        The options that a case must state.
     suffixes : tuple of str
         Of the file that it reads, lower case with dots; none if it reads no file.
     source : str
@@ -36,6 +38,7 @@ class CellMaker:
     name: str
     make: Callable[..., CellFamily]
     options: Mapping[str, str] = field(default_factory=dict)
+    required: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
     source: str = ""
 
@@ -62,7 +65,7 @@ def make_cell(
     Raises
     ------
     CaseError
-        For options that the maker does not have, or a file where it takes none or another kind.
+        For options that the maker does not have or lacks, or a file where it takes none or another kind.
     PluginError
         If the maker refuses its options, or breaks.
     """
@@ -71,6 +74,11 @@ def make_cell(
             raise CaseError(
                 f"lattice.own_cell.{key}: the maker '{maker.name}' has no such option; "
                 f"{instead(key, maker.options, what='its options')}"
+            )
+    for key in maker.required:
+        if key not in options:
+            raise CaseError(
+                f"lattice.own_cell: the maker '{maker.name}' needs {key}, {maker.options[key]}"
             )
     if file is not None and not maker.suffixes:
         raise CaseError(f"lattice.own_cell.file: the maker '{maker.name}' reads no file")

@@ -41,5 +41,6 @@ def gradedesign_cell_makers() -> Iterator[CellMaker]:
             "sigma": "width of the kernel in cell units",
             "source": "where the graph comes from",
         },
+        required=("nodes", "edges"),
         source="convolution_family of gradedesign-cells-convolution",
     )

@@ -53,6 +53,7 @@ def gradedesign_cell_makers() -> Iterator[CellMaker]:
             "path": "straight, wave or helix",
             "source": "where the graph comes from",
         },
+        required=("nodes", "edges"),
         source="strut_family of gradedesign-cells-strut",
     )
 
