@@ -65,7 +65,8 @@ def make_cell(
     Raises
     ------
     CaseError
-        For options that the maker does not have or lacks, or a file where it takes none or another kind.
+        For an option that the maker does not have or that is missing, or a file where it takes
+        none or another kind.
     PluginError
         If the maker refuses its options, or breaks.
     """
