@@ -18,6 +18,7 @@ from gradedesign.errors import (
     SolverError,
 )
 from gradedesign.material.cubic_law import cubic_law, cubic_table_law
+from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.material.property_table import PropertyTable, read_property_table
@@ -39,6 +40,7 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Exporter",
+    "FiniteSizeTable",
     "GradeDesignError",
     "LatticeError",
     "Material",
@@ -57,6 +59,7 @@ __all__ = [
     "hookimpl",
     "load_case",
     "power_law",
+    "read_finite_size_table",
     "read_property_table",
     "run",
     "tabulated_law",

@@ -414,3 +414,17 @@ def test_measured_faces_need_a_straight_grid(tmp_path):
     assert "straight grid" in message
     message = refusal(tmp_path, stated.replace("measured", "measurd"))
     assert "measured" in message
+
+
+def test_finite_size_is_not_counted_twice_nor_elsewhere(tmp_path):
+    plain = CASE.replace('skin = {thickness = "1 mm"}\n', "")
+    assert load_case(write(tmp_path, plain)).lattice.finite_size == "periodic"
+    stated = plain.replace('size = "8 mm"', 'size = "8 mm"\nfinite_size = "corrected"')
+    assert load_case(write(tmp_path, stated)).lattice.finite_size == "corrected"
+    twice = stated.replace('"corrected"', '"corrected"\nfaces = "measured"')
+    assert "both count what faces do" in refusal(tmp_path, twice)
+    skinned = stated.replace("[print]", 'skin = {thickness = "1 mm"}\n[print]')
+    assert "free faces only" in refusal(tmp_path, skinned)
+    edges = stated.replace('size = "8 mm"', 'size = ["8 mm", "8 mm", "9 mm"]')
+    assert "straight grid of one size" in refusal(tmp_path, edges)
+    assert "corrected" in refusal(tmp_path, stated.replace("corrected", "correct"))

@@ -5,13 +5,21 @@ import inspect
 
 import pytest
 
-from gradedesign import CellFamily, Exporter, Material, PartReader, ScalingLaw
+from gradedesign import (
+    CellFamily,
+    Exporter,
+    FiniteSizeTable,
+    Material,
+    PartReader,
+    ScalingLaw,
+)
 from gradedesign.plugin import hookspecs
 from gradedesign.plugin.registry import build_registry
 
 HOOKS = {
     "gradedesign_cell_families": CellFamily,
     "gradedesign_scaling_laws": ScalingLaw,
+    "gradedesign_finite_size_tables": FiniteSizeTable,
     "gradedesign_materials": Material,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,

@@ -184,5 +184,5 @@ def test_finite_pieces_of_a_mirrored_cell() -> None:
     fill = primitive(14, 0.4)
     found = finite_size(fill, (1, 2))
     assert 0.7 < found.block[0] < found.block[1] < 1.0
-    assert 0.5 < found.wall_youngs <= 1.0
+    assert 0.5 < found.wall_youngs[0] <= 1.0
     assert solve_block(fill, "mixed", rtol=1e-3).stiffness[0, 0] > 0

@@ -254,6 +254,10 @@ class LatticeSpec(CellsSpec):
     """periodic: sizing takes cells at the part's faces for whole ones; measured: for what their
     trimmed solid makes of them."""
 
+    finite_size: Annotated[str, Choice(("periodic", "corrected"))] = "periodic"
+    """periodic: sizing takes every cell for one of an endless lattice; corrected: scales its
+    stiffness by what a wall or block of as few cells as the part has there keeps of that."""
+
     @model_validator(mode="before")
     @classmethod
     def _nothing_stated(cls, value: Any) -> Any:
@@ -265,6 +269,28 @@ class LatticeSpec(CellsSpec):
                     "density themselves, in cells of one family: leave it out",
                 )
         return value
+
+    @model_validator(mode="after")
+    def _free_straight_walls(self) -> LatticeSpec:
+        if self.finite_size == "periodic":
+            return self
+        if self.faces == "measured":
+            raise key_error(
+                "finite_size",
+                'found corrected beside faces = "measured"; both count what faces do to the cells '
+                "they cut, so expected one of the two",
+            )
+        if self.skin is not None:
+            raise key_error(
+                "finite_size", "found corrected beside a skin; it holds for free faces only"
+            )
+        if self.cell_map is not None or self.warp or self.orientation or len(self.size) > 1:
+            raise key_error(
+                "finite_size",
+                "found corrected, which counts the cells of a straight grid of one size; leave it "
+                "out with a cell_map, warp, orientation, three edges or graded size",
+            )
+        return self
 
     @model_validator(mode="after")
     def _straight_faces(self) -> LatticeSpec:

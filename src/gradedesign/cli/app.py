@@ -23,6 +23,7 @@ from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_command
 from gradedesign.cli import tabulate as tabulate_command
 from gradedesign.cli import validate as validate_command
+from gradedesign.cli.tabulate_finite_size import tabulate_finite_size
 from gradedesign.errors import GradeDesignError, ResourceError
 
 app = typer.Typer(
@@ -202,9 +203,16 @@ def tabulate(
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
     ] = None,
+    finite_size: Annotated[
+        bool,
+        typer.Option("--finite-size", help="How stiff few cells are, one cell after the other."),
+    ] = False,
     strict_plugins: Strict = False,
 ) -> None:
     """Compute property tables of cells over their densities: what laws are made from."""
+    if finite_size:
+        others = (resolution, workers, scheduler)
+        raise typer.Exit(tabulate_finite_size(cells or [], output, nu, others, strict_plugins))
     raise typer.Exit(
         tabulate_command.tabulate(
             cells or [],

@@ -28,20 +28,24 @@ class FiniteSize:
         Cells along each edge of the blocks.
     block : (k,) array
         Young's modulus along x of cubes of cells between smooth plates, their sides free.
-    wall_youngs, wall_shear : float
-        In the plane of a wall one cell thick, its faces free.
+    walls : tuple of int
+        Cells across the walls.
+    wall_youngs, wall_shear : (m,) array
+        In the plane of the walls, their faces free.
     """
 
     counts: tuple[int, ...]
     block: FloatArray
-    wall_youngs: float
-    wall_shear: float
+    walls: tuple[int, ...]
+    wall_youngs: FloatArray
+    wall_shear: FloatArray
 
 
 def finite_size(
     fill: FloatArray,
     counts: Sequence[int] = (1, 2, 3),
     *,
+    walls: Sequence[int] = (1,),
     poissons_ratio: float = 0.3,
     rtol: float = 1e-3,
 ) -> FiniteSize:
@@ -52,6 +56,9 @@ def finite_size(
     fill : (nx, ny, nz) array
         One cell, cut where the block's faces are to lie.
     counts : sequence of int
+        Cells along each edge of the blocks.
+    walls : sequence of int
+        Cells across the walls.
     poissons_ratio : float
     rtol : float
         Of the solves; ratios are right to its square.
@@ -68,7 +75,11 @@ def finite_size(
     endless = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=rtol).stiffness
     youngs = engineering_constants(endless).youngs[0]
     plane = np.linalg.inv(np.linalg.inv(endless)[np.ix_(_PLANE, _PLANE)])
-    wall = wall_stiffness(fill, poissons_ratio=poissons_ratio, rtol=rtol)
+    wall = [
+        wall_stiffness(np.tile(fill, (1, 1, n)), poissons_ratio=poissons_ratio, rtol=rtol)
+        for n in walls
+    ]
+    compliance = np.linalg.inv(plane)[0, 0]
     return FiniteSize(
         counts=tuple(counts),
         block=np.array(
@@ -78,8 +89,9 @@ def finite_size(
             ]
         )
         / youngs,
-        wall_youngs=float(np.linalg.inv(plane)[0, 0] / np.linalg.inv(wall)[0, 0]),
-        wall_shear=float(wall[2, 2] / plane[2, 2]),
+        walls=tuple(walls),
+        wall_youngs=np.array([compliance / np.linalg.inv(w)[0, 0] for w in wall]),
+        wall_shear=np.array([w[2, 2] / plane[2, 2] for w in wall]),
     )
 
 

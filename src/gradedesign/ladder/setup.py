@@ -16,6 +16,7 @@ from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
 from gradedesign.ladder.face_fill import face_fill
+from gradedesign.ladder.finite_cells import finite_size_of, local_factor
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.placed_map import lattice_points, placed_map
@@ -126,6 +127,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
+    with locating(case, "lattice.finite_size"):
+        corrected = case.lattice.finite_size == "corrected"
+        table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)
     space = tet_space(mesh, 2)
@@ -145,6 +149,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         with locating(case, "lattice.faces"):
             fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
         model = replace(model, fill=fill)
+    if table is not None:
+        with locating(case, "lattice.finite_size"):
+            few = local_factor(case, part, mesh, model.solid_share, kept, distance, table)
+        model = replace(model, few_cells=few)
     return Setup(
         case=case,
         material=material,

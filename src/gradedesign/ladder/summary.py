@@ -271,6 +271,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "kind": law.kind,
             "local_stress": stress_basis(law),
             "faces": setup.case.lattice.faces,
+            "finite_size": finite_size_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
             "cell": setup.family.name,
@@ -280,6 +281,23 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "material": setup.material.name,
             "material_source": setup.material.source,
         },
+    }
+
+
+def finite_size_data(setup: Setup) -> dict[str, Any]:
+    """Whether few cells across the part were corrected for, and by what."""
+    few = setup.model.few_cells
+    if few is None:
+        return {"mode": "periodic"}
+    lattice = setup.model.solid_share < 1
+    ends = [few.at(np.full(lattice.size, rho))[lattice] for rho in setup.bounds]
+    # Linear between the densities of the table, so its extremes are at these or at the bounds.
+    inner = (few.density > setup.bounds[0]) & (few.density < setup.bounds[1])
+    found = np.stack([*ends, *few.factor[inner][:, lattice]])
+    return {
+        "mode": "corrected",
+        "factor": [float(found.min()), float(found.max())],
+        "densities": [float(few.density[0]), float(few.density[-1])],
     }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
@@ -45,7 +46,9 @@ class Registry:
 
     Attributes
     ----------
-    cell_families, cell_makers, scaling_laws, materials, readers, exporters : mapping
+    cell_families, cell_makers, scaling_laws, finite_size_tables, materials, readers : mapping
+        Name to record.
+    exporters : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -58,6 +61,7 @@ class Registry:
     cell_families: Mapping[str, CellFamily]
     cell_makers: Mapping[str, CellMaker]
     scaling_laws: Mapping[str, ScalingLaw]
+    finite_size_tables: Mapping[str, FiniteSizeTable]
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
     exporters: Mapping[str, Exporter]

@@ -16,6 +16,7 @@ from gradedesign.case.suggest import instead
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, PluginError
+from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
@@ -33,7 +34,15 @@ DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
 
-Kind = Literal["cell_families", "cell_makers", "scaling_laws", "materials", "readers", "exporters"]
+Kind = Literal[
+    "cell_families",
+    "cell_makers",
+    "scaling_laws",
+    "finite_size_tables",
+    "materials",
+    "readers",
+    "exporters",
+]
 
 
 class _Shelf(NamedTuple):
@@ -48,6 +57,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
     "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
+    "finite_size_tables": _Shelf(FiniteSizeTable, _DASHED, "finite size table"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
@@ -123,8 +133,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers`` or
-        ``exporters``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``finite_size_tables``,
+        ``materials``, ``readers`` or ``exporters``.
     name : str
 
     Raises

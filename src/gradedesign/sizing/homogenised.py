@@ -23,6 +23,7 @@ from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.sizing.local_factor import LocalFactor
 from gradedesign.sizing.local_fill import LocalFill
 
 #: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
@@ -55,6 +56,8 @@ class HomogenisedModel:
     reference_density : float
     fill : LocalFill or None
         Density that the trimmed cells really hold; None: the one asked for.
+    few_cells : LocalFactor or None
+        What few cells across the part keep of the law's stiffness; None: all of it.
     """
 
     space: TetSpace
@@ -69,6 +72,7 @@ class HomogenisedModel:
     stiffness_exponent: float = 0.0
     reference_density: float = 1.0
     fill: LocalFill | None = None
+    few_cells: LocalFactor | None = None
 
     def __post_init__(self) -> None:
         count = self.space.elements.shape[1]
@@ -145,6 +149,10 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
     slope = _law_slope(model, held) * held_slope(model, rho)
     if model.stiffness_exponent:
         slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, held)
+    if model.few_cells is not None:
+        # The factor itself is part of the scale.
+        relative = model.few_cells.slope(rho) / model.few_cells.at(rho)
+        slope = slope + relative * _law_stiffness(model, held)
     return scale * _rotated(model, slope)
 
 
@@ -182,9 +190,10 @@ def _law_slope(model: HomogenisedModel, held: FloatArray) -> FloatArray:
 
 
 def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """What explicit analyses taught about the lattice's stiffness, ``(M,)``."""
+    """What few cells keep of the lattice's stiffness, and explicit analyses taught, ``(M,)``."""
     grown = (rho / model.reference_density) ** model.stiffness_exponent
-    return np.asarray(model.stiffness_factor * grown)
+    few = 1.0 if model.few_cells is None else model.few_cells.at(rho)
+    return np.asarray(model.stiffness_factor * grown * few)
 
 
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

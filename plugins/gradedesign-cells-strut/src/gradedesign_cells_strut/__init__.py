@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, CellMaker, ScalingLaw, hookimpl
+from gradedesign import CellFamily, CellMaker, FiniteSizeTable, ScalingLaw, hookimpl
 from gradedesign_cells_strut import (
     bcc,
     bccz,
@@ -19,12 +19,13 @@ from gradedesign_cells_strut import (
     sc,
     sc_bcc,
 )
-from gradedesign_cells_strut.properties import computed_laws
+from gradedesign_cells_strut.properties import computed_laws, finite_size_tables
 from gradedesign_cells_strut.strut_family import strut_family
 
 __all__ = [
     "gradedesign_cell_families",
     "gradedesign_cell_makers",
+    "gradedesign_finite_size_tables",
     "gradedesign_scaling_laws",
     "strut_family",
 ]
@@ -62,3 +63,9 @@ def gradedesign_cell_makers() -> Iterator[CellMaker]:
 def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register the laws computed for these cells."""
     yield from computed_laws()
+
+
+@hookimpl
+def gradedesign_finite_size_tables() -> Iterator[FiniteSizeTable]:
+    """Register how stiff few of these cells are."""
+    yield from finite_size_tables()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, ScalingLaw, hookimpl
+from gradedesign import CellFamily, FiniteSizeTable, ScalingLaw, hookimpl
 from gradedesign_cells_tpms import (
     c_pm_y,
     diamond,
@@ -22,7 +22,7 @@ from gradedesign_cells_tpms import (
     split_p,
 )
 from gradedesign_cells_tpms.laws import scaling_laws
-from gradedesign_cells_tpms.properties import computed_laws
+from gradedesign_cells_tpms.properties import computed_laws, finite_size_tables
 
 
 @hookimpl
@@ -40,3 +40,9 @@ def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register laws from the literature and from homogenisation."""
     yield from scaling_laws()
     yield from computed_laws()
+
+
+@hookimpl
+def gradedesign_finite_size_tables() -> Iterator[FiniteSizeTable]:
+    """Register how stiff few of these cells are."""
+    yield from finite_size_tables()
