@@ -12,7 +12,12 @@ from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
-from gradedesign.ladder.finite_cells import cells_across, finite_size_of, local_factor
+from gradedesign.ladder.finite_cells import (
+    cells_across,
+    finite_size_of,
+    local_factor,
+    spread_warnings,
+)
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.finite_size_table import FiniteRatio, FiniteSizeRow, FiniteSizeTable
 from gradedesign.material.material import Material
@@ -178,6 +183,13 @@ def test_what_no_table_covers_is_refused(asked, match):
     assert resolved() is TABLE
     with pytest.raises(CaseError, match=match):
         resolved(**asked)
+
+
+def test_places_of_the_faces_that_matter_are_told():
+    assert spread_warnings(TABLE) == ()
+    far = replace(ROWS[1], wall=(FiniteRatio(cells=1, value=0.7, error=0.0, spread=0.21),))
+    (told,) = spread_warnings(replace(TABLE, rows=(ROWS[0], far)))
+    assert "0.21 on either side" in told
 
 
 def test_factors_run_linearly_and_end_at_their_densities():

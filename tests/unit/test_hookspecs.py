@@ -7,6 +7,7 @@ import pytest
 
 from gradedesign import (
     CellFamily,
+    CellMaker,
     Exporter,
     FiniteSizeTable,
     Material,
@@ -18,6 +19,7 @@ from gradedesign.plugin.registry import build_registry
 
 HOOKS = {
     "gradedesign_cell_families": CellFamily,
+    "gradedesign_cell_makers": CellMaker,
     "gradedesign_scaling_laws": ScalingLaw,
     "gradedesign_finite_size_tables": FiniteSizeTable,
     "gradedesign_materials": Material,

@@ -24,6 +24,8 @@ from gradedesign.sizing.local_factor import LocalFactor
 #: What is counted at a tetrahedron is the median over those within this many cells: corners and
 #: roundings thinner than a cell do not make the part thinner there.
 _NEIGHBOURHOOD = 0.5
+#: Half a difference between places of the faces in the cell that a run warns of.
+_SPREAD = 0.05
 #: A part of exactly one cell may come out a rounding error thinner.
 _ROUNDING = 1e-6
 
@@ -66,6 +68,18 @@ def finite_size_of(
             f"density within [{low:g}, {high:g}], or leave finite_size out"
         )
     return table
+
+
+def spread_warnings(table: FiniteSizeTable) -> tuple[str, ...]:
+    """What a mean over two beginnings of the cell leaves open, where that is much."""
+    spread = max(r.spread for row in table.rows for r in (*row.block, *row.wall))
+    if spread <= _SPREAD:
+        return ()
+    return (
+        f"how stiff few cells of '{table.family}' are depends on where faces cut them: the factors "
+        f"of [lattice] finite_size are means of two places that differ by up to {spread:.2f} on "
+        f"either side",
+    )
 
 
 def local_factor(

@@ -16,7 +16,7 @@ from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
 from gradedesign.ladder.face_fill import face_fill
-from gradedesign.ladder.finite_cells import finite_size_of, local_factor
+from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.placed_map import lattice_points, placed_map
@@ -177,6 +177,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         warnings=(
             *(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
             *layout_warnings(layout, law.name),
+            *(() if table is None else spread_warnings(table)),
         ),
     )
 
