@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.ladder.generate import MOST_STEPS_PER_CELL, STEPS_PER_WALL
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import slab_density, total
@@ -86,5 +88,9 @@ def test_a_level_linear_in_place_would_fail(families):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(REGISTRY.cell_families))
 def test_every_installed_family(families, name):
-    # Thin walls and small voids need a finer grid.
-    require_ramp(calibrate(families[name]), steps=48)
+    # Thin walls and small voids need a finer grid: as `gradedesign generate` chooses it for walls.
+    calibration = calibrate(families[name])
+    low = max(0.1, calibration.window[0])
+    wall = float(wall_mm(families[name], calibration.parameters, low, SIZE))
+    steps = np.clip(STEPS_PER_WALL * SIZE / wall, 48, MOST_STEPS_PER_CELL)
+    require_ramp(calibration, steps=int(np.ceil(steps)))

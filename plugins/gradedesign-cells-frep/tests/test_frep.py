@@ -209,7 +209,7 @@ def test_blends_round_edges_and_fill_corners():
     assert density("rods-blended", 0.0, edge=0.0, fillet=0.2) > sharp + 0.01
     # On an edge of a rod half-way between nodes, where two slabs end: 0 sharp, above 0 chamfered.
     limit = np.arcsin(0.5) / (2 * PI)
-    edge = np.array([0.75, limit, limit])
+    edge = np.array([0.0, limit + 0.25, limit + 0.25])
     assert float(family.shape(edge, **plain)) == pytest.approx(0.0, abs=1e-12)
     assert float(family.shape(edge, edge=-0.2, fillet=0.0)) > 0.1
 

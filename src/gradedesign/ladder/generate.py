@@ -46,7 +46,7 @@ from gradedesign.workspace.run_folder import RunFolder
 #: Grid steps of the surface along a cell, and across its thinnest wall, at least.
 STEPS_PER_CELL, STEPS_PER_WALL = 24.0, 1.5
 #: Grid steps along a cell at most.
-MOST_STEPS_PER_CELL = 48.0
+MOST_STEPS_PER_CELL = 96.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,8 +1,9 @@
 """Pasko's lattice of square rods, with sharp edges.
 
-``g = (s_y and s_z) or (s_x and s_z) or (s_x and s_y)`` with ``s_i = sin(2 pi (q u_i + p)) - l``;
-with min and max that is the median of the three waves, so that one function holds the lattices of
-all thresholds: level ``t = -l``. Rods of width w = 1/2 - asin(l) / pi fill ``3 w^2 - 2 w^3``.
+``g = (s_y and s_z) or (s_x and s_z) or (s_x and s_y)`` with
+``s_i = sin(2 pi (q u_i + p - 1/4)) - l``, see `waves.slab_waves`. With min and max that is the
+median of the three waves, so that one function holds the lattices of all thresholds: the level is
+``t = -l``. Rods of width w = 1/2 - asin(l) / pi fill ``3 w^2 - 2 w^3``.
 
 ``rods-orthotropic`` has a frequency, a phase and an addition to the threshold for each axis.
 """
@@ -46,7 +47,7 @@ def rods(u: FloatArray, *, frequency: float = 1.0, phase: float = 0.0) -> FloatA
 
     Examples
     --------
-    >>> float(rods(np.array([0.25, 0.25, 0.75])))
+    >>> float(rods(np.array([0.5, 0.5, 0.0])))
     -1.0
     """
     return median(waves.slab_waves(u, frequency=[frequency] * 3, phase=[phase] * 3))

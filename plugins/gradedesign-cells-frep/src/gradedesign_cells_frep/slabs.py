@@ -1,8 +1,9 @@
 """Slabs across all three axes, opened by tunnels.
 
-Pasko's slabs ``sin(2 pi (q u_i + p)) >= l`` are ``d_i <= t`` with d_i the distance to their middle
-planes and ``l = cos(2 pi q t)``. Their union alone is a block of closed boxes; less the square
-tunnels ``d_j, d_k >= t + web`` through the boxes along each axis it is open:
+Pasko's slabs ``sin(2 pi (q u_i + p - 1/4)) >= l``, placed as in `waves.slab_waves`, are
+``d_i <= t`` with d_i the distance to their middle planes and ``l = cos(2 pi q t)``. Their union
+alone is a block of closed boxes; less the square tunnels ``d_j, d_k >= t + web`` through the boxes
+along each axis it is open:
 
     g = max(min_i d_i, median_i d_i - web).
 
@@ -50,13 +51,13 @@ def slabs(
 
     Examples
     --------
-    >>> round(float(slabs(np.array([0.25, 0.35, 0.35]))), 6)
+    >>> round(float(slabs(np.array([0.5, 0.6, 0.6]))), 6)
     0.0
     """
     count = repeats("frequency", frequency)
     shift = within("phase", phase, -1.0, 1.0, "periods of the slabs")
     frame = within("web", web, 0.0, 0.45 / count, "the frame around the tunnels in cells")
-    place = count * np.asarray(u) + (shift - 0.25)
+    place = count * np.asarray(u) + (shift - 0.5)
     d = np.abs(place - np.round(place)) / count
     return np.asarray(np.maximum(d.min(axis=0), median(d) - frame))
 

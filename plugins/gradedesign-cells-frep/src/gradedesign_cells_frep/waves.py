@@ -21,9 +21,11 @@ def slab_waves(
 ) -> FloatArray:
     """Three sets of endless parallel slabs, one orthogonal to each axis.
 
-    The paper's ``s = sin(q x + p) - l``, turned: ``l - sin(2 pi (q u + p))`` is at most 0 in the
-    slabs, whose middle planes lie at ``q u + p = 1/4`` and which fill the share
-    ``1/2 - asin(l) / pi`` of the cell.
+    The paper's ``s = sin(q x + p) - l``, turned and a quarter of a period on:
+    ``l - sin(2 pi (q u + p - 1/4))`` is at most 0 in the slabs, whose middle planes lie at
+    ``q u + p = 1/2`` and which fill the share ``1/2 - asin(l) / pi`` of the cell. They lie evenly
+    about the middle of the cell, as the paper's do not: where the density grows through a cell,
+    what grows before its middle and behind it has the mean that was asked for.
 
     Parameters
     ----------
@@ -50,5 +52,5 @@ def slab_waves(
         count = repeats("frequency", q)
         shift = within("phase", p, -1.0, 1.0, "periods of the slabs")
         level = within("threshold", limit, -0.99, 0.99, "the sine at the faces of the slabs")
-        waves.append(level - np.sin(2 * np.pi * (count * points[axis] + shift)))
+        waves.append(level + np.cos(2 * np.pi * (count * points[axis] + shift)))
     return np.stack(waves)
