@@ -11,20 +11,29 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.errors import SolverError
-from gradedesign.homogenise.operator import homogeneous_inverse, threads_for, voxel_operator
+from gradedesign.homogenise.alternating import (
+    REPEATED,
+    Signs,
+    alternating_inverse,
+    alternating_operator,
+    alternating_phase,
+    extended,
+    folded,
+    padded_by,
+)
+from gradedesign.homogenise.extreme_values import ExtremeValue, extreme_values
+from gradedesign.homogenise.operator import threads_for
 from gradedesign.homogenise.periodic import PeriodicSolution, conjugate_gradients
 from gradedesign.homogenise.strength import local_stress
 
 log = logging.getLogger(__name__)
 
-#: Residual of the solves inside the eigenvalue iteration, and the tolerance of that.
-_SOLVE_RTOL = 1e-7
-_EIGEN_RTOL = 1e-4
-_MOST_SOLVES = 600
+#: Residual of the solves inside the eigenvalue iteration.
+_SOLVE_RTOL = 1e-5
+#: A stress that buckles a grid only at its reverse's load over this does not buckle it.
+NEGLIGIBLE = 0.15
 #: A load under which the voxels' stress would be a thousand moduli is none.
 _NO_BUCKLING = 1e-3
 
@@ -82,19 +91,25 @@ def periodic_buckling(
     Full integration of trilinear voxels makes walls of few voxels too stiff in bending, so the
     load comes out too high: by about 1 over the square of their number across the wall.
     """
+    stress = macro_prestress(solution, macro_stress)
+    repeat = (cells,) * 3
+    return prestress_buckling(
+        np.tile(solution.fill, repeat),
+        np.tile(stress, (1, *repeat)),
+        poissons_ratio=solution.poissons_ratio,
+        cells=cells,
+        rng=rng,
+    )
+
+
+def macro_prestress(solution: PeriodicSolution, macro_stress: FloatArray) -> FloatArray:
+    """Stress ``(6, nx, ny, nz)`` of every voxel under a macroscopic Voigt stress ``(6,)``."""
     field = local_stress(solution)
     stress = np.zeros((6, solution.fill.size))
     solid = np.flatnonzero(solution.fill)
     # The base material's stress times the fill is the voxel's.
     stress[:, solid] = np.tensordot(field.stress, macro_stress, axes=(1, 0)) * field.volume
-    repeat = (cells,) * 3
-    return prestress_buckling(
-        np.tile(solution.fill, repeat),
-        np.tile(stress.reshape(6, *solution.fill.shape), (1, *repeat)),
-        poissons_ratio=solution.poissons_ratio,
-        cells=cells,
-        rng=rng,
-    )
+    return stress.reshape(6, *solution.fill.shape)
 
 
 def prestress_buckling(
@@ -126,53 +141,82 @@ def prestress_buckling(
     SolverError
         If the iteration does not converge.
     """
-    operator = voxel_operator(fill, poissons_ratio)
-    shape = (3, *operator.fill.shape)
-    size = int(np.prod(shape))
-    active = np.zeros(shape[1:], dtype=bool)
-    for corner in np.ndindex(2, 2, 2):
-        active |= np.roll(operator.fill > 0, corner, (0, 1, 2))
+    shape = (3, *fill.shape)
+    start = rng.standard_normal(shape)
+    found, _ = weakest_modes(fill, stress, poissons_ratio=poissons_ratio, start=start, both=False)
+    log.info("buckling of %s voxels: 1 / %g", fill.shape, found.value)
+    if found.value <= _NO_BUCKLING * float(np.abs(stress).max()):
+        return Buckling(factor=np.inf, mode=np.zeros(shape), cells=cells)
+    mode = found.vector.reshape(shape)
+    return Buckling(factor=1 / found.value, mode=mode / np.abs(mode).max(), cells=cells)
 
-    def stiffness(x: FloatArray) -> FloatArray:
-        y = np.zeros(shape)
-        operator.product(np.ascontiguousarray(x.reshape(shape)), y)
-        return y.ravel()
+
+def weakest_modes(
+    fill: FloatArray,
+    stress: FloatArray,
+    *,
+    poissons_ratio: float,
+    start: FloatArray,
+    signs: Signs = REPEATED,
+    both: bool,
+) -> tuple[ExtremeValue, ExtremeValue | None]:
+    """Modes in which a field of stress, and that field reversed, buckle a grid first.
+
+    Parameters
+    ----------
+    fill : (nx, ny, nz) array
+    stress : (6, nx, ny, nz) array
+    poissons_ratio : float
+    start : (3, nx, ny, nz) array
+        Of the iteration.
+    signs : (int, int, int)
+        Of the modes from each cell to the next.
+    both : bool
+        Look at the reversed stress too.
+
+    Returns
+    -------
+    tuple of ExtremeValue
+        One over the load factor for the stress, and minus that for the stress reversed or None.
+        A field that buckles the grid only at seven times the load of its reverse is taken to
+        buckle it never, with that load as its bound.
+
+    Raises
+    ------
+    SolverError
+        If the iteration does not converge.
+    """
+    shape = (3, *fill.shape)
+    operator = alternating_operator(fill, poissons_ratio, signs)
+    active = np.zeros(fill.shape, dtype=bool)
+    for corner in np.ndindex(2, 2, 2):
+        active |= np.roll(fill > 0, corner, (0, 1, 2))
+    padded = padded_by(stress, signs)
+
+    def without_mean(x: FloatArray) -> FloatArray:
+        # A grid that repeats can drift as a whole.
+        return x - _mean(x, active) if signs == REPEATED else x
 
     def solve(force: FloatArray) -> FloatArray:
         x = np.zeros(shape)
-        load = -np.where(active, force.reshape(shape), 0.0)
-        load -= np.where(active, _mean(load, active), 0.0)
-        conjugate_gradients(operator, inverse, load, x, _SOLVE_RTOL, 1000, 0)
-        return (x - np.where(active, _mean(x, active), 0.0)).ravel()
+        load = -np.where(active, without_mean(force.reshape(shape)), 0.0)
+        conjugate_gradients(operator, inverse, load, x, _SOLVE_RTOL, 1000, 0, phase)
+        return np.where(active, without_mean(x), 0.0).ravel()
 
     def weakening(x: FloatArray) -> FloatArray:
-        return -geometric_product(stress, x.reshape(shape)).ravel()
+        product = geometric_product(padded, extended(x.reshape(shape), signs))
+        return -folded(product, signs).ravel()
 
     with threads_for(fill.size):
-        inverse = homogeneous_inverse(shape[1:], poissons_ratio)
-        start = solve(weakening(rng.standard_normal(size)))
-        try:
-            value, vector = eigsh(
-                LinearOperator((size, size), matvec=weakening, dtype=np.float64),
-                k=1,
-                M=LinearOperator((size, size), matvec=stiffness, dtype=np.float64),
-                Minv=LinearOperator((size, size), matvec=solve, dtype=np.float64),
-                which="LA",
-                v0=start,
-                tol=_EIGEN_RTOL,
-                maxiter=_MOST_SOLVES,
-            )
-        except ArpackNoConvergence as error:
-            raise SolverError(
-                f"no buckling mode of {fill.shape} voxels was found in {_MOST_SOLVES} solves; take "
-                f"fewer voxels or another macroscopic stress"
-            ) from error
-    largest = float(value[0])
-    log.info("buckling of %s voxels: 1 / %g", fill.shape, largest)
-    if largest <= _NO_BUCKLING * float(np.abs(stress).max()):
-        return Buckling(factor=np.inf, mode=np.zeros(shape), cells=cells)
-    mode = vector[:, 0].reshape(shape)
-    return Buckling(factor=1 / largest, mode=mode / np.abs(mode).max(), cells=cells)
+        inverse = alternating_inverse(fill.shape, poissons_ratio, signs)
+        phase = alternating_phase(fill.shape, signs)
+        return extreme_values(
+            weakening,
+            solve,
+            np.where(active, start, 0.0).ravel(),
+            both=both,
+            negligible=NEGLIGIBLE,
+        )
 
 
 def geometric_product(stress: FloatArray, u: FloatArray) -> FloatArray:

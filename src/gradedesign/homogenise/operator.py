@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.fft
@@ -47,6 +47,19 @@ class VoxelOperator:
         """Set ``y = K u`` for nodal values ``(3, nx, ny, nz)``."""
         lam, mu = lame(self.poissons_ratio)
         stiffness_product(u, self.fill, self.first, self.runs, lam, mu, y, self.seam)
+
+
+class GridOperator(Protocol):
+    """Stiffness of a grid, whatever holds between a cell and the next."""
+
+    @property
+    def fill(self) -> FloatArray:
+        """Young's modulus of each voxel, ``(nx, ny, nz)``."""
+        ...
+
+    def product(self, u: FloatArray, y: FloatArray) -> None:
+        """Set ``y = K u`` for nodal values ``(3, nx, ny, nz)``."""
+        ...
 
 
 @contextmanager
@@ -131,6 +144,24 @@ def homogeneous_inverse(shape: tuple[int, int, int], poissons_ratio: float) -> N
         solid.product(unit, response)
         # The stencil is even under inversion, so its transform is real.
         block.append(scipy.fft.rfftn(response, axes=(1, 2, 3), workers=get_num_threads()).real)
+    return block_inverse(block, free_mean=True)
+
+
+def block_inverse(block: Sequence[FloatArray], *, free_mean: bool) -> NDArray[np.float32]:
+    """Inverse of the symmetric 3 by 3 blocks of a stiffness.
+
+    Parameters
+    ----------
+    block : three (3, ...) arrays
+        Columns of the block of every frequency.
+    free_mean : bool
+        The first frequency is the mean, which meets no resistance: its inverse is set to zero.
+
+    Returns
+    -------
+    (6, n) float32 array
+        Entries xx, yy, zz, yz, xz, xy.
+    """
     xx, xy, xz = block[0].reshape(3, -1)
     _, yy, yz = block[1].reshape(3, -1)
     zz = block[2][2].ravel()
@@ -145,7 +176,8 @@ def homogeneous_inverse(shape: tuple[int, int, int], poissons_ratio: float) -> N
         ]
     )
     determinant = xx * adjugate[0] + xy * adjugate[5] + xz * adjugate[4]
-    determinant[0] = np.inf
+    if free_mean:
+        determinant[0] = np.inf
     return (adjugate / determinant).astype(np.float32)
 
 
@@ -167,9 +199,22 @@ def node_scale(fill: FloatArray) -> NDArray[np.float32]:
 
 
 def precondition(
-    rough: NDArray[np.float32], inverse: NDArray[np.float32]
+    rough: NDArray[np.float32],
+    inverse: NDArray[np.float32],
+    phase: NDArray[np.complex64] | None = None,
 ) -> NDArray[np.floating[Any]]:
-    """Apply `homogeneous_inverse` to nodal forces ``(3, nx, ny, nz)`` in single precision."""
+    """Apply `homogeneous_inverse` to nodal forces ``(3, nx, ny, nz)`` in single precision.
+
+    With a phase, `alternating_inverse` is applied to forces that the phase makes periodic.
+    """
+    if phase is not None:
+        turned = scipy.fft.fftn(rough * phase, axes=(1, 2, 3), workers=get_num_threads())
+        invert_blocks(turned.reshape(3, -1), inverse)
+        back = scipy.fft.ifftn(
+            turned, axes=(1, 2, 3), workers=get_num_threads(), overwrite_x=True
+        )
+        real: NDArray[np.floating[Any]] = (back * phase.conj()).real
+        return np.ascontiguousarray(real)
     spectrum = scipy.fft.rfftn(rough, axes=(1, 2, 3), workers=get_num_threads())
     invert_blocks(spectrum.reshape(3, -1), inverse)
     result: NDArray[np.floating[Any]] = scipy.fft.irfftn(

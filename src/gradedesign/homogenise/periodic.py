@@ -14,6 +14,7 @@ from gradedesign.homogenise._gradient_kernels import advance, dot, scaled_dot, t
 from gradedesign.homogenise.constants import solid_stiffness
 from gradedesign.homogenise.islands import connected_fill
 from gradedesign.homogenise.operator import (
+    GridOperator,
     VoxelOperator,
     homogeneous_inverse,
     node_scale,
@@ -201,15 +202,19 @@ def _cycled(u: FloatArray) -> FloatArray:
 
 
 def conjugate_gradients(
-    operator: VoxelOperator,
+    operator: GridOperator,
     inverse: NDArray[np.float32],
     load: FloatArray,
     x: FloatArray,
     rtol: float,
     max_iterations: int,
     case: int,
+    phase: NDArray[np.complex64] | None = None,
 ) -> tuple[int, float]:
-    """Solve ``K x = -load`` from ``x = 0``, in place; returns iterations and relative residual."""
+    """Solve ``K x = -load`` from ``x = 0``, in place; returns iterations and relative residual.
+
+    ``phase`` goes with the inverse, see `precondition`.
+    """
     scale = node_scale(operator.fill).ravel()
     r = (-load).reshape(3, -1)
     size = np.sqrt(dot(r.ravel(), r.ravel()))
@@ -219,7 +224,7 @@ def conjugate_gradients(
     p, y = np.zeros(load.shape), np.zeros(load.shape)
     before = np.inf
     for iteration in range(1, max_iterations + 1):
-        z = precondition(rough.reshape(load.shape), inverse).reshape(3, -1)
+        z = precondition(rough.reshape(load.shape), inverse, phase).reshape(3, -1)
         now = scaled_dot(r, z, scale)
         turn(p.reshape(3, -1), z, scale, now / before)
         before = now

@@ -1,0 +1,226 @@
+"""Macroscopic stresses at which a periodic cell buckles, at one density, from two grids."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import SolverError
+from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, Signs
+from gradedesign.homogenise.buckling import NEGLIGIBLE, macro_prestress, weakest_modes
+from gradedesign.homogenise.cell_properties import RTOL, stretched_symmetry
+from gradedesign.homogenise.extreme_values import ExtremeValue
+from gradedesign.homogenise.periodic import PeriodicSolution, solve_periodic
+from gradedesign.homogenise.sampling import (
+    CUBE,
+    LEAST_VOXELS,
+    cell_fill,
+    require_resolved,
+    voxels_in_wall,
+)
+
+log = logging.getLogger(__name__)
+
+#: Voxels along the cell that are tried in turn until the wall has enough of them.
+BUCKLING_RESOLUTIONS = (24, 32, 40, 48, 56, 64)
+_SEED = 20261122
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CriticalStress:
+    """Stresses that buckle a cell at one density, each acting alone.
+
+    Attributes
+    ----------
+    density : float
+    resolution : int
+        Voxels along the cell on the finer grid; the other has half of them.
+    wall_voxels : float
+        Across the thinnest wall of the finer grid.
+    critical : (6, 2) array
+        Of each Voigt component, negative and positive, over the base material's Young's modulus.
+    cells : (6, 2) int array
+        After how many cells the mode repeats; 0 where `critical` is only what the cell bears at
+        least.
+    error : float
+        Largest share that the extrapolation changed.
+    """
+
+    density: float
+    resolution: int
+    wall_voxels: float
+    critical: FloatArray
+    cells: IntArray
+    error: float
+
+
+def critical_stress(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: float,
+    *,
+    poissons_ratio: float = 0.3,
+    resolution: int | None = None,
+    edges: Sequence[float] = CUBE,
+) -> CriticalStress:
+    """Stresses that buckle a cell in modes that repeat after one or two cells.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float or None
+    rho : float
+    poissons_ratio : float
+        Of the base material.
+    resolution : int, optional
+        Multiple of 4; by default the first of `BUCKLING_RESOLUTIONS` with three voxels across the
+        thinnest wall.
+    edges : (3,) sequence
+        Of the cell, up to a factor.
+
+    Returns
+    -------
+    CriticalStress
+
+    Raises
+    ------
+    DensityError
+        If the cell does not exist at this density or its wall has fewer than three voxels.
+    LatticeError, SolverError
+        As `solve_periodic` and `weakest_modes`.
+
+    Notes
+    -----
+    The coarse grid is searched for the weakest of the eight combinations of signs (see
+    `alternating`), the fine one analysed in that alone, starting from the coarse mode. Voxels make
+    walls too stiff in bending in proportion to the square of their size, so a third of the last
+    change is added. Under cubic symmetry compression and tension along x and shear in xy stand for
+    all; half turns about the axes make the two senses of shear equal.
+    """
+    fine = resolution or _resolution(family, parameters, rho, edges)
+    if fine % 4 or fine < 8:
+        raise SolverError(f"resolution {fine} is impossible; expected a multiple of 4, from 8")
+    require_resolved(family, parameters, rho, fine, edges)
+    symmetry = stretched_symmetry(family.symmetry, edges)
+    coarse_solution, fine_solution = (
+        solve_periodic(
+            cell_fill(family, parameters, rho, n, edges=edges, share_ties=True),
+            poissons_ratio=poissons_ratio,
+            rtol=RTOL,
+        )
+        for n in (fine // 2, fine)
+    )
+    critical, cells, error = np.zeros((6, 2)), np.zeros((6, 2), dtype=np.int64), 0.0
+    for load in (0, 5) if symmetry == "cubic" else range(6):
+        equal_senses = load > 2 and symmetry in ("cubic", "orthotropic")
+        senses = _both_senses(coarse_solution, fine_solution, load, equal_senses=equal_senses)
+        for sense, (value, repeat, change) in enumerate(senses):
+            critical[load, sense], cells[load, sense] = value, repeat
+            error = max(error, change)
+    if symmetry == "cubic":
+        critical[1:3], cells[1:3] = critical[0], cells[0]
+        critical[3:5], cells[3:5] = critical[5], cells[5]
+    return CriticalStress(
+        density=rho,
+        resolution=fine,
+        wall_voxels=voxels_in_wall(family, parameters, rho, fine, edges),
+        critical=critical,
+        cells=cells,
+        error=error,
+    )
+
+
+def _both_senses(
+    coarse: PeriodicSolution, fine: PeriodicSolution, load: int, *, equal_senses: bool
+) -> tuple[tuple[float, int, float], tuple[float, int, float]]:
+    """Critical size, cells of the mode and relative extrapolation, stress negative and positive."""
+    rng = np.random.default_rng(_SEED)
+    stress = macro_prestress(coarse, -np.eye(6)[load])
+    start = rng.standard_normal((3, *coarse.fill.shape))
+    scan = {
+        signs: weakest_modes(
+            coarse.fill,
+            stress,
+            poissons_ratio=coarse.poissons_ratio,
+            start=start,
+            signs=signs,
+            both=not equal_senses,
+        )
+        for signs in ALL_SIGNS
+    }
+    found: list[tuple[float, int, float] | None] = []
+    for sense in range(1 if equal_senses else 2):
+        ends = {signs: pair[sense] for signs, pair in scan.items()}
+        found.append(_refined(fine, load, sense, {s: e for s, e in ends.items() if e is not None}))
+    if equal_senses:
+        found.append(found[0])
+    sizes = [f[0] for f in found if f is not None]
+    if not sizes:
+        raise SolverError(
+            f"no stress of component {load} buckles this cell in any of eight modes; is it solid?"
+        )
+    # Not seen to buckle: not before its reverse's load over this share.
+    least = (min(sizes) / NEGLIGIBLE, 0, 0.0)
+    negative, positive = (least if f is None else f for f in found)
+    return negative, positive
+
+
+def _refined(
+    fine: PeriodicSolution, load: int, sense: int, ends: Mapping[Signs, ExtremeValue]
+) -> tuple[float, int, float] | None:
+    """Extrapolated critical size in the weakest combination of signs; None if nothing buckles."""
+    signs = max(ends, key=lambda s: abs(ends[s].value))
+    weakest = ends[signs]
+    if weakest.value == 0:
+        return None
+    half = tuple(n // 2 for n in fine.fill.shape)
+    sign = -1.0 if sense == 0 else 1.0
+    found, _ = weakest_modes(
+        fine.fill,
+        macro_prestress(fine, sign * np.eye(6)[load]),
+        poissons_ratio=fine.poissons_ratio,
+        start=refined_mode(weakest.vector.reshape(3, *half), signs),
+        signs=signs,
+        both=False,
+    )
+    before, after = 1 / abs(weakest.value), 1 / found.value
+    value = after + (after - before) / 3
+    log.info("component %d sense %d, signs %s: %g, %g", load, sense, signs, before, after)
+    if value <= 0:
+        raise SolverError(
+            f"the critical stress falls from {before:.4g} to {after:.4g} E from one grid to the "
+            f"next, too much to extrapolate; take a higher resolution"
+        )
+    return value, 1 if signs == REPEATED else 2, abs(after - before) / 3 / value
+
+
+def refined_mode(mode: FloatArray, signs: Signs) -> FloatArray:
+    """Nodal values ``(3, nx, ny, nz)`` of given signs, interpolated to twice the nodes."""
+    for axis, sign in enumerate(signs, start=1):
+        ahead = np.roll(mode, -1, axis)
+        last = [slice(None)] * 4
+        last[axis] = slice(-1, None)
+        ahead[tuple(last)] *= sign
+        both = np.stack([mode, 0.5 * (mode + ahead)], axis=axis + 1)
+        shape = list(mode.shape)
+        shape[axis] *= 2
+        mode = both.reshape(shape)
+    return mode
+
+
+def _resolution(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: float,
+    edges: Sequence[float],
+) -> int:
+    """Pick the first resolution whose voxels resolve the wall; the last where none does."""
+    for n in BUCKLING_RESOLUTIONS:
+        if voxels_in_wall(family, parameters, rho, n, edges) >= LEAST_VOXELS:
+            return n
+    return BUCKLING_RESOLUTIONS[-1]
