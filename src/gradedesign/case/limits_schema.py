@@ -12,6 +12,7 @@ from gradedesign.case.regions_schema import AxisIndex
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
+    Choice,
     JsonSchema,
     Name,
     Number,
@@ -91,6 +92,10 @@ class LimitsSpec(Table):
     """Allowed von Mises stress, MPa."""
     safety_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = None
     """Allowed stress is the yield strength over this."""
+    buckling: Annotated[str, Choice(("on", "off"))] = "on"
+    """Whether buckling of the cells is judged beside a stress limit."""
+    buckling_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = None
+    """Critical stress over the acting one, at least; by default the safety factor, or 1."""
     percentile: Annotated[float, Number(above=50.0, at_most=100.0)] = 99.5
     """Share of the volume, in per cent, that must stay below the stress limit."""
     exclusion: _ExclusionField = Field(default=Exclusion(mesh_sizes=2.0), alias="exclusion_radius")
@@ -113,6 +118,10 @@ class LimitsSpec(Table):
         if self.stress is not None and self.safety_factor is not None:
             raise key_error(
                 "safety_factor", "found beside stress; expected one of them, they may disagree"
+            )
+        if self.buckling == "off" and self.buckling_factor is not None:
+            raise key_error(
+                "buckling_factor", 'found beside buckling = "off"; leave one of them out'
             )
         if self.stress is None and self.safety_factor is None and not self.displacement:
             raise Refused(

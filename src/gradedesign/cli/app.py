@@ -207,6 +207,9 @@ def tabulate(
         bool,
         typer.Option("--finite-size", help="How stiff few cells are, one cell after the other."),
     ] = False,
+    buckling: Annotated[
+        bool, typer.Option("--buckling", help="Critical stresses too: minutes per density.")
+    ] = False,
     strict_plugins: Strict = False,
 ) -> None:
     """Compute property tables of cells over their densities: what laws are made from."""
@@ -222,6 +225,7 @@ def tabulate(
             workers=workers,
             scheduler=scheduler,
             strict_plugins=strict_plugins,
+            buckling=buckling,
         )
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,8 +13,12 @@ import typer
 from gradedesign.cli.doctor import usable_cores
 from gradedesign.cli.plugins import registry_for
 from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.homogenise.table import compute_table
-from gradedesign.material.property_table import read_property_table, write_property_table
+from gradedesign.homogenise.table import compute_buckling, compute_table
+from gradedesign.material.property_table import (
+    PropertyTable,
+    read_property_table,
+    write_property_table,
+)
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.workspace.atomic import write_text
 
@@ -30,6 +35,7 @@ def tabulate(
     workers: int | None,
     scheduler: str | None,
     strict_plugins: bool,
+    buckling: bool = False,
 ) -> int:
     """Compute the property tables of cells and write each to ``<cell>.json``.
 
@@ -47,6 +53,8 @@ def tabulate(
     scheduler : str or None
         Address of a running dask cluster, used instead.
     strict_plugins : bool
+    buckling : bool
+        Compute critical stresses too, which takes minutes for each density.
 
     Returns
     -------
@@ -70,7 +78,7 @@ def tabulate(
         ) from error
     code = 0
     for name, (text, message, failed) in _outcomes(
-        names, resolution, poissons_ratio, workers, scheduler
+        names, resolution, poissons_ratio, workers, scheduler, buckling=buckling
     ):
         if text is None:
             typer.echo(f"{name}: {message}", err=True)
@@ -82,16 +90,32 @@ def tabulate(
         typer.echo(
             f"{name}: {table.density.size} densities from {table.density[0]:g} to "
             f"{table.density[-1]:g}, stiffness to {table.stiffness_error.max():.1%}, strength to "
-            f"{table.strength_error.max():.1%}; wrote {path}"
+            f"{table.strength_error.max():.1%}{_buckling_text(table)}; wrote {path}"
         )
     return code
 
 
-def table_outcome(name: str, resolution: int | None, poissons_ratio: float) -> _Outcome:
+def _buckling_text(table: PropertyTable) -> str:
+    """What the critical stresses of a table cover."""
+    found = table.buckling
+    if found is None:
+        return ""
+    return (
+        f", buckling from {found.density[0]:g} to {found.density[-1]:g} to {found.error.max():.0%}"
+    )
+
+
+def table_outcome(
+    name: str, resolution: int | None, poissons_ratio: float, buckling: bool = False
+) -> _Outcome:
     """Compute one table in whatever process this is; its plugins must be installed there."""
     try:
         family = lookup(build_registry(), "cell_families", name)
         table = compute_table(family, poissons_ratio=poissons_ratio, resolution=resolution)
+        if buckling:
+            # Each density's own resolution: that of stiffness would take hours.
+            critical = compute_buckling(family, poissons_ratio=poissons_ratio)
+            table = replace(table, buckling=critical)
     except GradeDesignError as error:
         return None, str(error), error.exit_code
     return write_property_table(table), "", 0
@@ -103,25 +127,27 @@ def _outcomes(
     poissons_ratio: float,
     workers: int | None,
     scheduler: str | None,
+    *,
+    buckling: bool,
 ) -> Iterator[tuple[str, _Outcome]]:
     """Outcome of each cell, as they come."""
     has_dask = find_spec("distributed") is not None
     count = workers or (usable_cores() if has_dask else 1)
     if scheduler is None and (count == 1 or len(names) == 1):
         for name in names:
-            yield name, table_outcome(name, resolution, poissons_ratio)
+            yield name, table_outcome(name, resolution, poissons_ratio, buckling)
         return
     if not has_dask:
         raise CaseError(
             "computing tables in several processes needs dask: pip install distributed; or take "
             "--workers 1"
         )
-    tasks = [(name, resolution, poissons_ratio) for name in names]
+    tasks = [(name, resolution, poissons_ratio, buckling) for name in names]
     yield from _on_dask(tasks, min(count, len(names)), scheduler)
 
 
 def _on_dask(
-    tasks: Sequence[tuple[str, int | None, float]],
+    tasks: Sequence[tuple[str, int | None, float, bool]],
     workers: int,
     scheduler: str | None,
 ) -> Iterator[tuple[str, _Outcome]]:

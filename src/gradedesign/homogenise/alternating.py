@@ -28,9 +28,7 @@ Signs = tuple[int, int, int]
 
 REPEATED: Signs = (1, 1, 1)
 #: All that repeat after two cells.
-ALL_SIGNS: tuple[Signs, ...] = tuple(
-    (x, y, z) for x, y, z in itertools.product((1, -1), repeat=3)
-)
+ALL_SIGNS: tuple[Signs, ...] = tuple((x, y, z) for x, y, z in itertools.product((1, -1), repeat=3))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

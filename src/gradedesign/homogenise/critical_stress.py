@@ -27,7 +27,7 @@ from gradedesign.homogenise.sampling import (
 log = logging.getLogger(__name__)
 
 #: Voxels along the cell that are tried in turn until the wall has enough of them.
-BUCKLING_RESOLUTIONS = (24, 32, 40, 48, 56, 64)
+BUCKLING_RESOLUTIONS = (32, 40, 48, 56, 64)
 _SEED = 20261122
 
 

@@ -15,6 +15,8 @@ _Product = Callable[[FloatArray], FloatArray]
 #: Residual of a value relative to it. The value's own error is its square over the relative
 #: distance to the next value, 2e-4 where that is 5 %.
 _RTOL = 3e-3
+#: A rest smaller than this share of the largest value is rounding error: nothing is left to find.
+_EXHAUSTED = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,8 +59,7 @@ def extreme_values(
     both : bool
         Find the smallest too.
     negligible : float
-        An end smaller than this share of the other is not iterated further. Beside it the other
-        end's value is taken at ``start``'s size if there is no other end.
+        An end smaller than this share of the other is not iterated further.
     most_steps : int
         Solves.
 
@@ -74,7 +75,7 @@ def extreme_values(
     """
     force = form(start)
     x = solve(force)
-    size = float(np.sqrt(max(x @ force, 0.0)))
+    size = max(float(x @ force), 0.0) ** 0.5
     if size == 0:
         none = ExtremeValue(value=0.0, vector=np.zeros_like(start), bound=0.0)
         return none, none if both else None
@@ -91,7 +92,7 @@ def extreme_values(
             for c, b, f in zip(share, basis, forces, strict=True):
                 x = x - c * b
                 force = force - c * f
-        rest = float(np.sqrt(max(x @ force, 0.0)))
+        rest = max(float(x @ force), 0.0) ** 0.5
         values, vectors = np.linalg.eigh(
             np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
         )
@@ -111,6 +112,8 @@ def extreme_values(
                 done.append(ExtremeValue(value=float(values[end]), vector=shape, bound=value))
         if len(done) == 1 + both:
             return done[0], done[1] if both else None
+        if rest <= _EXHAUSTED * largest:
+            break
         beside.append(rest)
         basis.append(x / rest)
         forces.append(force / rest)

@@ -210,9 +210,7 @@ def precondition(
     if phase is not None:
         turned = scipy.fft.fftn(rough * phase, axes=(1, 2, 3), workers=get_num_threads())
         invert_blocks(turned.reshape(3, -1), inverse)
-        back = scipy.fft.ifftn(
-            turned, axes=(1, 2, 3), workers=get_num_threads(), overwrite_x=True
-        )
+        back = scipy.fft.ifftn(turned, axes=(1, 2, 3), workers=get_num_threads(), overwrite_x=True)
         real: NDArray[np.floating[Any]] = (back * phase.conj()).real
         return np.ascontiguousarray(real)
     spectrum = scipy.fft.rfftn(rough, axes=(1, 2, 3), workers=get_num_threads())

@@ -8,6 +8,7 @@ import numpy as np
 
 from gradedesign.errors import LatticeError
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.buckling import BUCKLING
 from gradedesign.ladder.round import explicit_displacements
 from gradedesign.ladder.rounds import Analysed, Round
 from gradedesign.ladder.second_size import SecondSize, analyse_second_size, with_resolution
@@ -166,4 +167,5 @@ def _whole_rows(
         for name, value in accepted.items()
         if explicit.get(name, 0.0) > 0
     }
-    return rows, factors
+    # No analysis of the printed solid says anything about buckling.
+    return (*rows, *(row for row in done.rows if row.name == BUCKLING)), factors

@@ -98,6 +98,17 @@ def stress_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
     )
 
 
+def buckling_warnings(law: ScalingLaw) -> tuple[str, ...]:
+    """Say that buckling of the cells is not judged where the law does not know it."""
+    if law.buckling is not None:
+        return ()
+    return (
+        f"buckling of the cells is not judged: law '{law.name}' has no critical stresses "
+        f"('gradedesign tabulate --buckling' computes them); [limits] buckling = \"off\" says "
+        f"that this is meant",
+    )
+
+
 def _proportion(edges: Sequence[float]) -> str:
     return " : ".join(f"{edge / min(edges):.4g}" for edge in edges)
 

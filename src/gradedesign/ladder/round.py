@@ -14,6 +14,7 @@ from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import ElasticSystem
 from gradedesign.fe.stiffness import AnisotropicStiffness
+from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.thinnest_wall import thinnest_wall
 from gradedesign.lattice.density_grid import (
@@ -22,6 +23,7 @@ from gradedesign.lattice.density_grid import (
 )
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.mesh.tet_mesh import centroids
+from gradedesign.sizing.buckling_limit import BucklingUse, buckling_use
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
@@ -71,6 +73,8 @@ class Prediction:
     mean_density : float
         Of the lattice phase, weighted by its strain energy in the governing displacement, so
         that it stands for the lattice that carries.
+    buckling : BucklingUse or None
+        Largest use of the limit on buckling, where there is one.
     """
 
     displacement: tuple[float, ...]
@@ -79,6 +83,7 @@ class Prediction:
     total_mass: float
     lattice_share: float
     mean_density: float
+    buckling: BucklingUse | None = None
 
 
 def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
@@ -152,6 +157,7 @@ def size_round(
         bounds=setup.bounds,
         filter=matrix,
         target=target,
+        buckling_limit=buckling_limit(setup),
     )
     return size(problem, start=start, max_iterations=most_iterations, on_step=on_step)
 
@@ -236,9 +242,13 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
     values = displacement_values(limits, solutions)
     limit = corrected_stress_limit(setup, correction)
     share, carrying = lattice_share(system, model, rho, limits, solutions)
-    stress = None
+    stress, buckling = None, None
+    resists = buckling_limit(setup)
+    carried = lattice_stress(model, rho, solutions) if limit or resists else ()
     if limit is not None:
-        stress = stress_measure(limit, model, rho, lattice_stress(model, rho, solutions))
+        stress = stress_measure(limit, model, rho, carried)
+    if resists is not None:
+        buckling = buckling_use(resists, model, rho, carried)
     return Prediction(
         displacement=tuple(float(v) for v in values),
         stress=stress,
@@ -246,6 +256,7 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
         total_mass=total_mass(model, rho) * 1e6,
         lattice_share=share,
         mean_density=carrying,
+        buckling=buckling,
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray, locked
+from gradedesign.ladder.buckling import buckling_rows
 from gradedesign.ladder.cell_layout import CellLayout
 from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.result import Iteration
@@ -162,7 +163,10 @@ def play_round(
     analysed = analyse_cells(setup, sized.rho)
     result = analysed.result
     displacements = explicit_displacements(setup, result)
-    rows = limit_rows(setup, displacements, result.measures, "explicit analysis")
+    rows = (
+        *limit_rows(setup, displacements, result.measures, "explicit analysis"),
+        *buckling_rows(setup, predicted.buckling),
+    )
     lattice = governing_measure(result.measures, "lattice")
     stress = None if lattice is None else lattice[1].value
     gap = gap_between(predicted.displacement, displacements, predicted.stress, stress)

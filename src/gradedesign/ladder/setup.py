@@ -21,7 +21,7 @@ from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
-from gradedesign.ladder.resolve_law import resolve_law, stress_warnings
+from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.solid_share import solid_share
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
@@ -68,6 +68,8 @@ class Setup:
         Without corrections.
     displacement_limits : tuple of DisplacementLimit
     stress_limit : float or None, MPa
+    buckling_factor : float or None
+        Critical stress over the acting one, at least; None where buckling is not judged.
     considered : (M,) bool array
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
@@ -101,6 +103,7 @@ class Setup:
     layout: CellLayout
     warnings: tuple[str, ...]
     frames: Field | None = None
+    buckling_factor: float | None = None
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
@@ -130,6 +133,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "lattice.finite_size"):
         corrected = case.lattice.finite_size == "corrected"
         table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
+    if buckling_factor(case) is not None:
+        warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)
     space = tet_space(mesh, 2)
@@ -169,6 +174,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         model=model,
         displacement_limits=displacement_limits(case, space, facets),
         stress_limit=stress_limit(case, material),
+        buckling_factor=buckling_factor(case),
         considered=considered_at(centroids(mesh), clamped, radius),
         clamped=clamped,
         exclusion_radius=radius,
@@ -268,6 +274,18 @@ def stress_limit(case: Case, material: Material) -> float | None:
     if case.limits.safety_factor is not None:
         return material.yield_strength / case.limits.safety_factor
     return case.limits.stress
+
+
+def buckling_factor(case: Case) -> float | None:
+    """Factor to keep from buckling: beside a stress limit, or where it is asked for."""
+    limits = case.limits
+    if limits.buckling == "off":
+        return None
+    if limits.buckling_factor is not None:
+        return limits.buckling_factor
+    if limits.safety_factor is not None:
+        return limits.safety_factor
+    return None if limits.stress is None else 1.0
 
 
 def displacement_limits(

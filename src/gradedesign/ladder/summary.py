@@ -11,14 +11,23 @@ from typing import Any
 import numpy as np
 
 from gradedesign.ladder.accepted import Accepted
+from gradedesign.ladder.buckling import (
+    BUCKLING,
+    buckling_data,
+    buckling_limit,
+    buckling_rows,
+    thin_warning,
+)
 from gradedesign.ladder.resolve_law import stress_basis
 from gradedesign.ladder.result import RunResult
+from gradedesign.ladder.round import predict
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup, part_volume
 from gradedesign.ladder.verdict import LimitRow, all_hold, is_tight
 from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
+from gradedesign.verify.correction import Correction
 from gradedesign.workspace.limits import Deadline
 
 #: Libraries whose versions the report names.
@@ -70,6 +79,7 @@ def partial_result(
                 "converged": sized.converged,
                 "displacement_use": list(last.displacement_use),
                 "stress_use": last.stress_use,
+                **({} if buckling_limit(setup) is None else {"buckling_use": last.buckling_use}),
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             }
         }
@@ -84,6 +94,9 @@ def partial_result(
             )
             for limit, use in zip(setup.displacement_limits, last.displacement_use, strict=True)
         )
+        if buckling_limit(setup) is not None:
+            use = predict(setup, Correction(displacement=(1.0,) * len(rows)), sized.rho).buckling
+            rows += buckling_rows(setup, use)
     return RunResult(
         status="partial",
         lightest=False,
@@ -127,6 +140,7 @@ def verdict_result(
         else:
             status, reason = "not_met", _why_not(rows, rounds, deadline)
         warnings += _acceptance_warnings(accepted)
+    warnings += thin_warning(setup, design.rho)
     it = design.iteration
     return RunResult(
         status=status,
@@ -161,6 +175,8 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         sizes.append(accepted.second.mesh_size)
     entries = []
     for row in accepted.rows:
+        if row.name == BUCKLING:
+            continue
         remeshed = a.scope == "whole" or row.name in accepted.factors
         entries.append(
             {
@@ -270,6 +286,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "test": law.test,
             "kind": law.kind,
             "local_stress": stress_basis(law),
+            **buckling_data(setup),
             "faces": setup.case.lattice.faces,
             "finite_size": finite_size_data(setup),
             "window": list(law.window),

@@ -12,6 +12,11 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import PluginError
+from gradedesign.material.buckling_table import (
+    BucklingTable,
+    buckling_entry,
+    buckling_from_entry,
+)
 from gradedesign.material.strength_surface import StrengthSurface
 
 #: Changes whenever a table written by an older version could not be read as it was meant.
@@ -56,6 +61,8 @@ class PropertyTable:
         Voxels along each edge of the cell; the second grid has half of them.
     percentile : float
         By volume, of the local von Mises stress.
+    buckling : BucklingTable or None
+        Critical stresses, at densities of their own; None where they were not computed.
     method, version, date : str
         Provenance: how, with which version of gradedesign and when it was computed.
     """
@@ -77,6 +84,7 @@ class PropertyTable:
     date: str
     factors: Mapping[str, FloatArray] = field(default_factory=dict)
     surfaces: tuple[StrengthSurface, ...] = ()
+    buckling: BucklingTable | None = None
 
     def __post_init__(self) -> None:
         k = np.asarray(self.density).size
@@ -135,6 +143,8 @@ def write_property_table(table: PropertyTable) -> str:
     for row, surface in zip(rows, table.surfaces, strict=False):
         row["surface"] = _surface_entry(surface)
     lines = [f"  {json.dumps(k)}: {json.dumps(v)}," for k, v in head.items()]
+    if table.buckling is not None:
+        lines.append(f'  "buckling": {json.dumps(buckling_entry(table.buckling))},')
     body = ",\n".join("    " + json.dumps(row) for row in rows)
     return "{\n" + "\n".join(lines) + '\n  "rows": [\n' + body + "\n  ]\n}\n"
 
@@ -202,6 +212,7 @@ def _table(data: Mapping[str, Any]) -> PropertyTable:
         date=str(data["date"]),
         factors={n: np.array([row["factors"][n] for row in rows]) for n in rows[0]["factors"]},
         surfaces=tuple(_surface(row["surface"], data) for row in rows if "surface" in row),
+        buckling=buckling_from_entry(data["buckling"]) if "buckling" in data else None,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import DensityError
+from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.local_stress_law import LocalStressLaw
 
 
@@ -49,6 +50,8 @@ class ScalingLaw:
     local_stress : LocalStressLaw or None
         Local von Mises stress under any macroscopic stress, where that is known. Sizing then uses
         it in place of ``strength``.
+    buckling : BucklingLaw or None
+        Macroscopic stress that buckles the cell, where that is known; with a window of its own.
     """
 
     name: str
@@ -64,6 +67,7 @@ class ScalingLaw:
     coefficients: tuple[tuple[str, float], ...] = ()
     poissons_ratio: float = 0.3
     local_stress: LocalStressLaw | None = None
+    buckling: BucklingLaw | None = None
 
 
 def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from gradedesign.arrays import FloatArray
+from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.property_table import PropertyTable
 from gradedesign.material.scaling_law import ScalingLaw, within_window
@@ -42,7 +43,8 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
     ``C44`` of the stiffness: its eigenvectors do not depend on density, so it stays positive
     definite and grows in the sense of energies. Otherwise the entries of the matrix logarithm are
     interpolated, which keeps it positive definite; growth is checked at 201 densities. Strength
-    surfaces, if the table has them, become the law's ``local_stress``.
+    surfaces, if the table has them, become the law's ``local_stress``, critical stresses its
+    ``buckling``.
     """
     lower, upper = float(table.density[0]), float(table.density[-1])
     name, window = table.name, (lower, upper)
@@ -84,6 +86,7 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
         local_stress=LocalStressLaw(density=table.density, surfaces=table.surfaces)
         if table.surfaces
         else None,
+        buckling=None if table.buckling is None else BucklingLaw(table=table.buckling),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,11 +32,16 @@ class LatticeStress:
         Means over the tetrahedron's quadrature points. Where the law knows the local stress under
         any macroscopic one, its profile over the k densities of the law; else one row, the
         macroscopic von Mises stress.
+    buckling : (b, M) array
+        Use of the resistance against buckling at the b densities of the law of buckling, mean over
+        the quadrature points; no rows without such a law.
     """
 
     demand: FloatArray
+    buckling: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "buckling", locked(self.buckling, (None, None), name="buckling"))
         object.__setattr__(self, "demand", locked(self.demand, (None, None), name="demand"))
 
 
@@ -64,13 +69,19 @@ def lattice_stress(
     for case in model.cases:
         displacement = by_name[case.name].displacement
         strain = thermal * case.temperature_change
+        buckling = np.zeros((0, len(rho)))
+        if model.law.local_stress is not None or model.law.buckling is not None:
+            tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
+            turned = in_cell_axes(model, tensor[_VOIGT])
+        if model.law.buckling is not None:
+            relative = turned / model.material.youngs_modulus
+            buckling = model.law.buckling.profile(relative).mean(axis=-1)
         if model.law.local_stress is None:
             macro = element_von_mises(model.space, stiffness, displacement, thermal_strain=strain)
-            stresses.append(LatticeStress(demand=macro.mean(axis=1)[None]))
+            demand = macro.mean(axis=1)[None]
         else:
-            tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
-            profile = model.law.local_stress.profile(in_cell_axes(model, tensor[_VOIGT]))
-            stresses.append(LatticeStress(demand=profile.mean(axis=-1)))
+            demand = model.law.local_stress.profile(turned).mean(axis=-1)
+        stresses.append(LatticeStress(demand=demand, buckling=buckling))
     return tuple(stresses)
 
 

@@ -11,6 +11,11 @@ from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.errors import DensityError
+from gradedesign.sizing.buckling_limit import (
+    BucklingLimit,
+    buckling_use,
+    density_for_buckling,
+)
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
     held_slope,
@@ -45,6 +50,7 @@ class SizingStep:
     stress_use: float
     change: float
     move: float
+    buckling_use: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,6 +68,7 @@ class SizingProblem:
         From design variables to element densities, rows summing to 1.
     target : float
         Use of the governing limit that sizing aims at, just below 1.
+    buckling_limit : BucklingLimit or None
     """
 
     model: HomogenisedModel
@@ -70,6 +77,7 @@ class SizingProblem:
     bounds: tuple[float, float]
     filter: csr_matrix
     target: float = 1.0
+    buckling_limit: BucklingLimit | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +104,7 @@ def size(
     move: float = 0.3,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Minimise the mass of the lattice under displacement and stress limits.
+    """Minimise the mass of the lattice under displacement, stress and buckling limits.
 
     Parameters
     ----------
@@ -123,7 +131,8 @@ def size(
     Notes
     -----
     Displacements enter by adjoints through an optimality criterion; the stress limit enters
-    as a lower bound of each density, the stress ratio (Ramirez 2022, A.2.3). Iterates that
+    as a lower bound of each density, the stress ratio (Ramirez 2022, A.2.3), and so does buckling;
+    the higher of the two governs. Iterates that
     jump to and fro are recognised and damped by halving the move limit.
     """
     lo, hi = problem.bounds
@@ -143,7 +152,7 @@ def size(
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
     floor = np.full(model.volumes.shape, lo)
-    allowance = 1.0
+    allowance, room = 1.0, 1.0
     for iteration in range(max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
         use, gradients, stress = _evaluate(problem, rho)
@@ -152,6 +161,14 @@ def size(
             allowance = _next_allowance(allowance, problem.target, worst)
             wanted = density_for_stress(problem.stress_limit, model, stress, allowance=allowance)
             floor = np.clip(wanted, lo, hi)
+        buckled = 0.0
+        if problem.buckling_limit is not None:
+            buckled = buckling_use(problem.buckling_limit, model, rho, stress).value
+            # The most used cell must hold: none may exceed the limit as a percentile allows.
+            room = min(_next_allowance(room, problem.target, buckled), 1.0)
+            thin = density_for_buckling(problem.buckling_limit, model, stress, allowance=room)
+            least = floor if problem.stress_limit is not None else lo
+            floor = np.maximum(least, np.clip(thin, lo, hi))
         step_lower = np.maximum(x * (1 - move), _variable_floor(problem.filter, sums, floor, lo))
         step_lower = np.clip(step_lower, lo, hi)
         step_upper = np.maximum(np.clip(x * (1 + move), lo, hi), step_lower)
@@ -179,11 +196,12 @@ def size(
             stress_use=worst,
             change=change,
             move=move,
+            buckling_use=buckled,
         )
         history.append(step)
         if on_step is not None:
             on_step(step)
-        met = all(v <= problem.target * (1 + tolerance) for v in (*use, worst))
+        met = all(v <= problem.target * (1 + tolerance) for v in (*use, worst, buckled))
         settled = change < tolerance or _mass_settled(history, tolerance)
         if settled and iteration > 2:
             return _result(problem, x, history, converged=True, feasible=met)
@@ -202,7 +220,8 @@ def _evaluate(
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
     count = len(rho)
-    stress = lattice_stress(model, rho, solutions) if problem.stress_limit is not None else ()
+    judged = problem.stress_limit is not None or problem.buckling_limit is not None
+    stress = lattice_stress(model, rho, solutions) if judged else ()
     if not limits:
         return np.zeros(0), np.zeros((0, count)), stress
     values = displacement_values(limits, solutions)
@@ -268,7 +287,7 @@ def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
     if len(history) < 8:
         return False
     mass = np.array([h.mass_g for h in history[-5:]])
-    uses = np.array([(*h.displacement_use, h.stress_use) for h in history[-5:]])
+    uses = np.array([(*h.displacement_use, h.stress_use, h.buckling_use) for h in history[-5:]])
     return bool(
         np.ptp(mass) <= 0.75 * tolerance * mass[-1] and np.ptp(uses, axis=0).max() <= tolerance
     )
