@@ -32,8 +32,10 @@ log = logging.getLogger(__name__)
 
 #: Residual of the solves inside the eigenvalue iteration.
 _SOLVE_RTOL = 1e-5
-#: A stress that buckles a grid only at its reverse's load over this does not buckle it.
+#: A stress that buckles a grid only at its reverse's load over this is not followed further where
+#: both are looked at, and does not buckle it at all where it is the only one.
 NEGLIGIBLE = 0.15
+_NEVER = 0.01
 #: A load under which the voxels' stress would be a thousand moduli is none.
 _NO_BUCKLING = 1e-3
 
@@ -178,8 +180,8 @@ def weakest_modes(
     -------
     tuple of ExtremeValue
         One over the load factor for the stress, and minus that for the stress reversed or None.
-        A field that buckles the grid only at seven times the load of its reverse is taken to
-        buckle it never, with that load as its bound.
+        With both, a field that buckles the grid only at seven times the load of its reverse has
+        the value zero, with one over that load as its bound.
 
     Raises
     ------
@@ -215,7 +217,7 @@ def weakest_modes(
             solve,
             np.where(active, start, 0.0).ravel(),
             both=both,
-            negligible=NEGLIGIBLE,
+            negligible=NEGLIGIBLE if both else _NEVER,
         )
 
 

@@ -1,0 +1,201 @@
+"""Buckling in the property table, as a law, in sizing, and where a law does not know it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.errors import PluginError
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.ladder.resolve_law import buckling_warnings
+from gradedesign.material.buckling_law import BucklingLaw
+from gradedesign.material.buckling_table import BucklingTable
+from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
+from gradedesign.material.property_table import (
+    PropertyTable,
+    read_property_table,
+    write_property_table,
+)
+from gradedesign.material.scaling_law import isotropic_stiffness
+from gradedesign.material.tabulated_law import tabulated_law
+from gradedesign.mesh.tet_mesh import boundary_facets
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.buckling_limit import BucklingLimit
+from gradedesign.sizing.filter import uniform_filter
+from gradedesign.sizing.homogenised import homogenised_model
+from gradedesign.sizing.size import SizingProblem, size
+from gradedesign.sizing.stress_limit import StressLimit
+
+DENSITY = np.array([0.05, 0.1, 0.2])
+
+
+def buckling_table(c=0.1, n=2.0, tension=10.0):
+    """Critical stresses ``c rho^n``, ten times that in tension."""
+    critical = np.ones((3, 6, 2)) * (c * DENSITY**n)[:, None, None]
+    critical[:, :3, 1] *= tension
+    return BucklingTable(
+        density=DENSITY,
+        critical=critical,
+        cells=np.full((3, 6, 2), 2),
+        error=np.array([0.05, 0.04, 0.03]),
+        resolution=np.full(3, 32),
+        wall_voxels=np.full(3, 4.0),
+        poissons_ratio=0.3,
+        method="test",
+        version="test",
+        date="2026-11-21",
+    )
+
+
+def property_table(buckling=None):
+    rho = np.array([0.1, 0.4])
+    return PropertyTable(
+        name="test-computed",
+        family="test",
+        parameters={},
+        symmetry="cubic",
+        poissons_ratio=0.3,
+        density=rho,
+        stiffness=np.moveaxis(isotropic_stiffness(rho**2, 0.3), -1, 0),
+        stiffness_error=np.zeros(2),
+        strength=0.4 * rho,
+        strength_error=np.zeros(2),
+        resolution=np.full(2, 64),
+        percentile=99.5,
+        method="test",
+        version="test",
+        date="2026-11-21",
+        buckling=buckling,
+    )
+
+
+def test_a_table_comes_back_with_and_without_buckling() -> None:
+    plain = write_property_table(property_table())
+    assert "buckling" not in plain
+    assert read_property_table(plain).buckling is None
+    text = write_property_table(property_table(buckling_table()))
+    found = read_property_table(text).buckling
+    assert found is not None
+    np.testing.assert_allclose(found.critical, buckling_table().critical, rtol=1e-3)
+    np.testing.assert_array_equal(found.cells, 2)
+    # The section is all that is added.
+    data, bare = json.loads(text), json.loads(plain)
+    del data["buckling"]
+    assert data == bare
+    assert write_property_table(read_property_table(text)) == text
+
+
+def test_a_damaged_section_is_named() -> None:
+    data = json.loads(write_property_table(property_table(buckling_table())))
+    data["buckling"]["rows"][0]["critical"][3] = -1.0
+    with pytest.raises(PluginError, match="damaged"):
+        read_property_table(json.dumps(data))
+
+
+def test_a_law_of_a_table_knows_its_buckling() -> None:
+    law = tabulated_law(property_table(buckling_table()))
+    assert law.buckling is not None
+    assert law.buckling.window == (0.05, 0.2)
+    assert buckling_warnings(law) == ()
+    (warning,) = buckling_warnings(tabulated_law(property_table()))
+    assert "buckling of the cells is not judged" in warning
+
+
+def test_uses_add_up() -> None:
+    # c rho^n = 0.001 at 0.1: compression, tension over ten, shear of either sign.
+    law = BucklingLaw(table=buckling_table())
+    stress = 1e-4 * np.array([-1.0, 2.0, 0.0, 3.0, 0.0, -4.0])
+    profile = law.profile(stress[:, None])
+    assert profile[1, 0] == pytest.approx(0.1 * (1 + 0.2 + 3 + 4))
+    np.testing.assert_allclose(law.profile(3 * stress[:, None]), 3 * profile)
+    # A power law between its densities and below; its last value above.
+    rho = np.array([0.03, 0.07, 0.15, 0.2, 0.5])
+    use = law.at(np.repeat(profile, 5, axis=1), rho)
+    np.testing.assert_allclose(use, profile[1, 0] * (np.minimum(rho, 0.2) / 0.1) ** -2, rtol=1e-9)
+    c, n, residual = law.power_fit(0, 0)
+    assert (c, n) == (pytest.approx(0.1), pytest.approx(2.0))
+    assert residual < 1e-9
+
+
+def test_the_least_density_uses_just_what_is_permitted() -> None:
+    law = BucklingLaw(table=buckling_table())
+    profile = law.profile(np.array([[-1e-3], [0], [0], [0], [0], [0]]) * [1.0, 1e-3, 1e3])
+    found = law.least_density(profile, 0.5, (0.05, 0.9))
+    # 1e-3 / (0.1 rho^2) = 0.5; one is strong enough at once, one nowhere.
+    np.testing.assert_allclose(found, [np.sqrt(0.02), 0.05, 0.9], rtol=1e-9)
+
+
+def test_a_table_that_falls_with_density_is_refused() -> None:
+    table = buckling_table()
+    with pytest.raises(ValueError, match="do not grow"):
+        BucklingLaw(table=replace(table, critical=table.critical[::-1]))
+
+
+def bar(traction, law):
+    """A bar of E 1000 MPa, pulled (or pushed) along x over its tip."""
+    mesh = box_part_mesh((8.0, 4.0, 4.0), 4.0)
+    space = tet_space(mesh, 2)
+    facets, _ = boundary_facets(mesh)
+    x = mesh.points[0][facets]
+    root, tip = facets[(x < 1e-9).all(axis=1)], facets[(x > 8 - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="load",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tip, np.array([traction, 0.0, 0.0])),
+        acceleration=np.zeros(3),
+    )
+    material = Material(
+        name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0
+    )
+    return homogenised_model(space, np.zeros(space.element_count), material, law, [case])
+
+
+@pytest.mark.parametrize(("traction", "factor"), [(-0.5, 1.0), (-0.5, 2.0), (0.5, 1.0)])
+def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
+    # nu 0: uniaxial stress. Buckling asks for factor 0.5 / 1000 = c rho^n, strength for
+    # 0.5 = 12 * 0.4 rho; the higher density governs. In tension that is strength.
+    law = power_law(
+        "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.0, window=(0.05, 0.9),
+        kind="fe", source="this test", test="none", poissons_ratio=0.0,
+    )  # fmt: skip
+    buckling = BucklingLaw(table=buckling_table(c=0.02))
+    model = bar(traction, replace(law, buckling=buckling))
+    count = model.space.element_count
+    problem = SizingProblem(
+        model=model,
+        displacement_limits=(),
+        stress_limit=StressLimit(
+            limit=12.0, percentile=99.5, considered=np.ones(count, dtype=bool)
+        ),
+        bounds=(0.06, 0.85),
+        filter=uniform_filter(count),
+        buckling_limit=BucklingLimit(law=buckling, factor=factor),
+    )
+    result = size(problem, tolerance=2e-4)
+    strong = 0.5 / (12.0 * 0.4)
+    critical = 10.0 if traction > 0 else 1.0
+    thin = np.sqrt(factor * 0.5e-3 / (0.02 * critical))
+    expected = max(strong, thin)
+    if thin > 0.2:
+        # Beyond its window the law keeps its last critical stress: no density is enough.
+        assert not result.feasible
+        expected = 0.85
+    else:
+        assert result.history[-1].buckling_use < 1.005
+        assert (result.history[-1].buckling_use > 0.99) == (thin > strong)
+    np.testing.assert_allclose(result.rho, expected, rtol=0.005)
+    without = size(replace(problem, buckling_limit=None), tolerance=2e-4)
+    np.testing.assert_allclose(without.rho, strong, rtol=0.005)
+
+
+def test_a_factor_beside_off_is_refused() -> None:
+    with pytest.raises(ValueError, match="found beside buckling"):
+        LimitsSpec.model_validate({"stress": "50 MPa", "buckling": "off", "buckling_factor": 2.0})
