@@ -159,10 +159,13 @@ def _both_senses(
         )
         for signs in ALL_SIGNS
     }
+    strongest = max(abs(end.value) for pair in scan.values() for end in pair if end is not None)
     found: list[tuple[float, int, float] | None] = []
     for sense in range(1 if equal_senses else 2):
-        ends = {signs: pair[sense] for signs, pair in scan.items()}
-        found.append(_refined(fine, load, sense, {s: e for s, e in ends.items() if e is not None}))
+        ends = {signs: end for signs, pair in scan.items() if (end := pair[sense]) is not None}
+        seen = max(abs(end.value) for end in ends.values())
+        follow = seen > NEGLIGIBLE * strongest
+        found.append(_refined(fine, load, sense, ends) if follow else None)
     if equal_senses:
         found.append(found[0])
     sizes = [f[0] for f in found if f is not None]
