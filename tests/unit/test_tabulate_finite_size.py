@@ -32,6 +32,7 @@ def test_what_it_cannot_do_is_refused(cli, tmp_path):
         ((), "name the cells"),
         (("sk",), "'sk'"),
         (("sc", "--resolution", "24"), "leave out --resolution"),
+        (("sc", "--buckling"), "--scheduler and --buckling"),
     ):
         ended = cli("tabulate", *words, "--finite-size", "-o", tmp_path / "out")
         assert ended.code == 2

@@ -214,7 +214,7 @@ def tabulate(
 ) -> None:
     """Compute property tables of cells over their densities: what laws are made from."""
     if finite_size:
-        others = (resolution, workers, scheduler)
+        others = (resolution, workers, scheduler, buckling or None)
         raise typer.Exit(tabulate_finite_size(cells or [], output, nu, others, strict_plugins))
     raise typer.Exit(
         tabulate_command.tabulate(

@@ -47,8 +47,8 @@ def tabulate_finite_size(
     """
     if any(other is not None for other in others):
         raise CaseError(
-            "--finite-size has its own grids and one process; leave out --resolution, --workers "
-            "and --scheduler"
+            "--finite-size has its own grids and one process; leave out --resolution, --workers, "
+            "--scheduler and --buckling"
         )
     registry = registry_for(strict_plugins=strict_plugins)
     names = list(dict.fromkeys(cells))

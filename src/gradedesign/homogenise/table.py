@@ -43,7 +43,7 @@ METHOD_VERSION = 2
 
 #: As METHOD_VERSION, of the critical stresses.
 BUCKLING_VERSION = 1
-#: Denser cells yield first: metals everywhere, polymers above about 0.2.
+#: Thin cells, where buckling can come before yield; what is known of the densest serves above.
 BUCKLING_DENSITIES = (0.05, 0.1, 0.2, 0.3)
 
 #: With these the law is within 0.5 % in stiffness and 2 % in strength of rows left out between.
