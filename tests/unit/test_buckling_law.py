@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from gradedesign.case.limits_schema import LimitsSpec
-from gradedesign.errors import PluginError
+from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
+from gradedesign.homogenise import table as module
+from gradedesign.homogenise.critical_stress import CriticalStress
 from gradedesign.ladder.resolve_law import buckling_warnings
 from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.buckling_table import BucklingTable
@@ -28,6 +30,7 @@ from gradedesign.material.scaling_law import isotropic_stiffness
 from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.plugin.registry import build_registry
 from gradedesign.sizing.buckling_limit import BucklingLimit
 from gradedesign.sizing.filter import uniform_filter
 from gradedesign.sizing.homogenised import homogenised_model
@@ -200,3 +203,28 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
 def test_a_factor_beside_off_is_refused() -> None:
     with pytest.raises(ValueError, match="found beside buckling"):
         LimitsSpec.model_validate({"stress": "50 MPa", "buckling": "off", "buckling_factor": 2.0})
+
+
+def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatch, caplog):
+    """By default; where densities are asked for by name, or two are not left, it is an error."""
+    settled = {0.1, 0.3}
+
+    def compute(family, parameters, rho, *, poissons_ratio, resolution, edges):
+        if rho not in settled:
+            raise SolverError("too much to extrapolate")
+        one = np.full((6, 2), rho**2)
+        return CriticalStress(
+            density=rho, resolution=32, wall_voxels=4.0, critical=one,
+            cells=np.full((6, 2), 2), error=0.1,
+        )  # fmt: skip
+
+    monkeypatch.setattr(module, "critical_stress", compute)
+    family = build_registry().cell_families["octet"]
+    found = module.compute_buckling(family)
+    assert found.density.tolist() == [0.1, 0.3]
+    assert "density 0.2 is left out" in caplog.text
+    with pytest.raises(SolverError, match="extrapolate"):
+        module.compute_buckling(family, densities=(0.1, 0.2, 0.3))
+    settled.remove(0.3)
+    with pytest.raises(DensityError, match="fewer than two"):
+        module.compute_buckling(family)

@@ -13,7 +13,7 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import complete_parameters
 from gradedesign.cell.wall_size import density_for_wall
-from gradedesign.errors import DensityError
+from gradedesign.errors import DensityError, SolverError
 from gradedesign.homogenise.cell_properties import (
     RESOLUTIONS,
     CellProperties,
@@ -145,7 +145,8 @@ def compute_buckling(
     family : CellFamily
     parameters : mapping of str to float, optional
     densities : sequence of float, optional
-        By default 0.05, 0.1, 0.2 and 0.3, as far as the thinnest wall has three voxels.
+        By default 0.05, 0.1, 0.2 and 0.3, as far as the thinnest wall has three voxels; those
+        whose critical stresses do not settle are left out, with a warning in the log.
     poissons_ratio : float
     resolution : int, optional
         Of all rows; by default each has the one that its wall needs, 64 at most.
@@ -161,25 +162,37 @@ def compute_buckling(
     DensityError, LatticeError, SolverError
         As `critical_stress`; `DensityError` also if fewer than two densities are left.
     """
+    given = densities is not None
     finest = resolution or BUCKLING_RESOLUTIONS[-1]
-    if densities is None:
-        densities = [
-            d
-            for d in BUCKLING_DENSITIES
-            if voxels_in_wall(family, parameters, d, finest, edges) >= LEAST_VOXELS
-        ]
-    if len(densities) < 2:
-        raise DensityError(
-            f"the walls of cell '{family.name}' have {LEAST_VOXELS:g} voxels at resolution "
-            f"{finest} at fewer than two of the densities {list(BUCKLING_DENSITIES)}; buckling "
-            f"needs a higher resolution"
-        )
-    rows = [
-        critical_stress(
-            family, parameters, d, poissons_ratio=poissons_ratio, resolution=resolution, edges=edges
-        )
-        for d in densities
+    chosen = densities or [
+        d
+        for d in BUCKLING_DENSITIES
+        if voxels_in_wall(family, parameters, d, finest, edges) >= LEAST_VOXELS
     ]
+    rows, refused = [], ""
+    for rho in chosen:
+        try:
+            row = critical_stress(
+                family,
+                parameters,
+                rho,
+                poissons_ratio=poissons_ratio,
+                resolution=resolution,
+                edges=edges,
+            )
+        except SolverError as error:
+            if given:
+                raise
+            refused = f"; at {rho:g}: {error}"
+            log.warning("buckling of %s at density %g is left out: %s", family.name, rho, error)
+        else:
+            rows.append(row)
+    if len(rows) < 2:
+        raise DensityError(
+            f"critical stresses of cell '{family.name}' are found at fewer than two of the "
+            f"densities {list(BUCKLING_DENSITIES)}: at others its walls have fewer than "
+            f"{LEAST_VOXELS:g} voxels at resolution {finest}, or they do not settle{refused}"
+        )
     return buckling_table(rows, poissons_ratio)
 
 
