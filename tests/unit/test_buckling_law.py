@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -228,3 +230,24 @@ def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatc
     settled.remove(0.3)
     with pytest.raises(DensityError, match="fewer than two"):
         module.compute_buckling(family)
+
+
+def test_the_docs_show_the_critical_stresses_that_are_shipped():
+    """Every row of every table with a section, to the digits printed."""
+    docs = Path(__file__).parents[2] / "docs" / "homogenisation.md"
+    after = docs.read_text(encoding="utf-8").split("| cell | density | compression |")[1]
+    rows = re.findall(r"^\|(.*)\|$", after.split("\n\n")[0], flags=re.M)[1:]
+    shown, name = [], ""
+    for row in rows:
+        first, *numbers = (cell.strip() for cell in row.split("|"))
+        name = first or name
+        shown.append((name, *numbers))
+    laws = build_registry().scaling_laws.values()
+    tables = {law.families[0]: law.buckling.table for law in laws if law.buckling is not None}
+    assert sum(table.density.size for table in tables.values()) == len(shown) > 0
+    for name, density, *numbers in shown:
+        table = tables[name]
+        (k,) = np.flatnonzero(np.isclose(table.density, float(density)))
+        c = table.critical[k]
+        for text, value in zip(numbers, (c[0, 0], c[0, 1], c[5, 0], table.error[k]), strict=True):
+            assert text == f"{value:.{len(text.partition('.')[2])}f}", (name, density)

@@ -115,6 +115,7 @@ def test_the_makers_are_listed(cli):
         (CUBES.replace("[0, 3]", "[0, 9]"), ["9"]),
         (CUBES.replace("[0, 3]", "[0]"), ["strut-graph"]),
         (f'maker = "strut-graph"\n{NODES}', ["needs edges", "[[i, j], ...]"]),
+        (CUBES.replace("[0, 0, 1]]", f"[0, 0, 1], [1{'0' * 400}, 0, 0]]"), ["cannot use"]),
         (CUBES + 'file = "case.toml"', ["reads no file"]),
         ('maker = "mesh"', ["own_cell.file", "no file", ".stl"]),
         ('maker = "mesh"\nfile = "case.toml"', ["own_cell.file", "case.toml", ".stl"]),

@@ -94,7 +94,7 @@ def make_cell(
         made = maker.make(name, **given)
     except GradeDesignError:
         raise
-    except (TypeError, ValueError) as error:
+    except Exception as error:
         raise PluginError(f"the maker '{maker.name}' cannot use its options: {error}") from error
     if not isinstance(made, CellFamily) or made.name != name:
         raise PluginError(

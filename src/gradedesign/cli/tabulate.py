@@ -70,12 +70,7 @@ def tabulate(
     names = list(dict.fromkeys(cells)) or sorted(registry.cell_families)
     for name in names:
         lookup(registry, "cell_families", name)
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CaseError(
-            f"cannot make folder {output}: {error.strerror}; name another one"
-        ) from error
+    make_folder(output)
     code = 0
     for name, (text, message, failed) in _outcomes(
         names, resolution, poissons_ratio, workers, scheduler, buckling=buckling
@@ -93,6 +88,22 @@ def tabulate(
             f"{table.strength_error.max():.1%}{_buckling_text(table)}; wrote {path}"
         )
     return code
+
+
+def make_folder(output: Path) -> None:
+    """Make the folder of tables where it is missing.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be made.
+    """
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaseError(
+            f"cannot make folder {output}: {error.strerror}; name another one"
+        ) from error
 
 
 def _buckling_text(table: PropertyTable) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 
 from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.tabulate import make_folder
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.homogenise.finite_size_rows import finite_size_table
 from gradedesign.material.finite_size_table import write_finite_size_table
@@ -57,12 +58,7 @@ def tabulate_finite_size(
             "--finite-size takes one to several minutes for each cell; name the cells to compute"
         )
     families = [lookup(registry, "cell_families", name) for name in names]
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CaseError(
-            f"cannot make folder {output}: {error.strerror}; name another one"
-        ) from error
+    make_folder(output)
     code = 0
     for family in families:
         try:
