@@ -27,7 +27,7 @@ ORDER = (
 
 #: Where each heavy library may be imported at all.
 HEAVY = {
-    "skfem": ("fe", "part"),
+    "skfem": ("fe", "part", "mesh/long_edges.py"),
     "pytetwild": ("mesh/_tetwild_worker.py",),
     "vtk": ("output",),
     "vtkmodules": ("output",),

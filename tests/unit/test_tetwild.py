@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import MeshError, ResourceError
+from gradedesign.mesh.long_edges import longest_edges
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.mesh.tetwild import tetrahedralize
@@ -104,11 +105,27 @@ def test_the_real_mesher_fills_a_box_far_from_the_origin(tmp_path, monkeypatch):
     np.testing.assert_allclose(lower, surface.vertices.min(axis=0), atol=0.1)
     np.testing.assert_allclose(upper, surface.vertices.max(axis=0), atol=0.1)
     assert np.unique(result.mesh.tets).size == result.mesh.points.shape[1]
-    a, b = result.mesh.points[:, result.mesh.tets[:2]].swapaxes(0, 1)
-    assert 2.0 < np.linalg.norm(b - a, axis=0).mean() < 8.0  # around the 6 mm asked for
+    assert longest_edges(result.mesh).max() <= 8.0  # 4/3 of the 6 mm asked for
     assert not result.from_cache
     assert len(result.attempts) == 1
     assert sorted(tmp_path.iterdir()) == sorted([*before, tmp_path / "cache"])
+
+
+def test_a_mesh_is_as_fine_as_asked_where_the_mesher_stops_early():
+    # Origin: asked for 1.5 mm, the mesher alone leaves edges of 5 mm in this box (measured), since
+    # its tetrahedra are well shaped before they are small.
+    result = mesh(
+        "", worker_module="gradedesign.mesh._tetwild_worker", edge_length=1.5,
+        epsilon=0.1, memory_limit_bytes=2**32, time_limit_s=100.0, stop_energy=30.0,
+    )  # fmt: skip
+    assert longest_edges(result.mesh).max() <= 2.0
+    assert result.report.volume == pytest.approx(2000.0, rel=1e-3)
+    assert result.report.inverted == result.report.crowded == 0
+
+
+def test_a_mesh_too_fine_for_the_memory_is_refused_before_it_is_made():
+    with pytest.raises(ResourceError, match=r"about 4.8e\+08 tetrahedra.*larger mesh size"):
+        mesh("right", edge_length=0.0433)
 
 
 def test_the_parent_never_imports_the_mesher():
@@ -121,11 +138,11 @@ def test_the_parent_never_imports_the_mesher():
 
 def test_millimetres_become_fractions_of_the_diagonal(home):
     surface = box(at=(500.0, 500.0, 500.0))
-    result = mesh("right", surface, epsilon=0.05, edge_length=5.0, stop_energy=12.0)
+    result = mesh("right", surface, epsilon=0.05, edge_length=20.0, stop_energy=12.0)
     (options,) = calls(home)
     # Origin: the diagonal of 20 x 10 x 10 is sqrt(600) mm.
     assert options["relative_epsilon"] == pytest.approx(0.05 / np.sqrt(600.0), rel=1e-12)
-    assert (options["edge_length"], options["stop_energy"]) == (5.0, 12.0)
+    assert (options["edge_length"], options["stop_energy"]) == (20.0, 12.0)
     assert result.mesh.tets.shape == (4, 12)
     assert result.mesh.points.shape == (3, 9)  # the point that nothing uses is gone
     np.testing.assert_allclose(result.mesh.points.min(axis=1), 500.0, rtol=1e-12)
