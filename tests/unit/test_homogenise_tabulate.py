@@ -94,6 +94,25 @@ def test_a_cluster_answers_for_every_cell(cli, tmp_path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
+def test_processes_of_this_machine_compute_the_same_tables(cli, tmp_path, monkeypatch) -> None:
+    # Nothing compiled yet: the workers compile, which once failed for want of the same number of
+    # threads as at their start.
+    pytest.importorskip("distributed")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
+    names = ("gyroid-network", "primitive-network")
+    for folder, workers in ((tmp_path / "two", "2"), (tmp_path / "one", "1")):
+        ended = cli(
+            "tabulate", *names, "-o", folder, "--resolution", "16", "--workers", workers
+        )  # fmt: skip
+        assert ended.code == 0, ended.err
+        assert "INFO" not in ended.err
+    for name in names:
+        two, one = ((tmp_path / n / f"{name}.json").read_text() for n in ("two", "one"))
+        assert two == one
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
 def test_no_cluster_at_an_address_is_told(cli, tmp_path) -> None:
     pytest.importorskip("distributed")
     with socket.socket() as free:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
@@ -9,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import typer
+from numba import get_num_threads, set_num_threads
 
 from gradedesign.cli.doctor import usable_cores
 from gradedesign.cli.plugins import registry_for
@@ -132,6 +134,20 @@ def table_outcome(
     return write_property_table(table), "", 0
 
 
+def _alone(name: str, resolution: int | None, poissons_ratio: float, buckling: bool) -> _Outcome:
+    """Compute one table on one thread: the tables beside it have the other processors.
+
+    Not by an environment variable: numba reads those again whenever it compiles, and refuses one
+    that has changed.
+    """
+    before = get_num_threads()
+    set_num_threads(1)
+    try:
+        return table_outcome(name, resolution, poissons_ratio, buckling)
+    finally:
+        set_num_threads(before)
+
+
 def _outcomes(
     names: Sequence[str],
     resolution: int | None,
@@ -171,18 +187,15 @@ def _on_dask(
     """
     # Not by an import statement: it is optional, and type checks must pass without it too.
     distributed = import_module("distributed")
-    # One thread each: rows of different cells do not share a processor's memory bandwidth well.
+    logging.getLogger("distributed").setLevel(logging.WARNING)
     cluster = None
     if scheduler is None:
         cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            dashboard_address=None,
-            env=dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS"), "1"),
+            n_workers=workers, threads_per_worker=1, dashboard_address=None
         )
     try:
         with distributed.Client(scheduler if cluster is None else cluster, timeout="20s") as client:
-            futures = {client.submit(table_outcome, *task, pure=False): task[0] for task in tasks}
+            futures = {client.submit(_alone, *task, pure=False): task[0] for task in tasks}
             for future in distributed.as_completed(list(futures)):
                 yield futures[future], future.result()
     except OSError as error:
