@@ -9,7 +9,8 @@ import pytest
 from gradedesign import CellFamily, power_law
 from gradedesign.errors import CaseError
 from gradedesign.ladder import resolve_law as module
-from gradedesign.ladder.resolve_law import resolve_law, stress_basis, stress_warnings
+from gradedesign.ladder.resolve_law import resolve_law as resolve
+from gradedesign.ladder.resolve_law import stress_basis, stress_warnings
 from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.plugin.registry import build_registry
@@ -43,13 +44,17 @@ def case(name="auto", edges=(8.0, 8.0, 8.0), own_cell=None):
     )
 
 
+def resolve_law(*asked, poissons_ratio=0.34):
+    return resolve(*asked, poissons_ratio=poissons_ratio)
+
+
 @pytest.fixture
 def computed(monkeypatch):
     """What would be computed, by name and parameters, instead of a minute of homogenisation."""
     asked = []
 
-    def compute(family, parameters, edges):
-        asked.append((family.name, dict(parameters)))
+    def compute(family, parameters, poissons_ratio, *, edges):
+        asked.append((family.name, dict(parameters), poissons_ratio))
         return law("computed", "cube-computed")
 
     monkeypatch.setattr(module, "computed_law", compute)
@@ -65,7 +70,7 @@ def test_other_parameters_get_a_law_of_their_own(computed):
     # the registered law would be a plausible wrong number here
     found, warnings = resolve_law(case(), build_registry_with([law()]), FAMILY, {"bend": 0.7})
     assert found.name == "cube-computed"
-    assert computed == [("cube", {"bend": 0.7})]
+    assert computed == [("cube", {"bend": 0.7}, 0.34)]
     assert "bend = 0.7" in warnings[0]
 
 
@@ -86,7 +91,7 @@ def test_a_cell_without_a_law_gets_one(computed):
 
 def test_experiments_are_not_taken_by_themselves(computed):
     resolve_law(case(), build_registry_with([law("experiment")]), FAMILY, {"bend": 0.5})
-    assert computed == [("cube", {"bend": 0.5})]
+    assert computed == [("cube", {"bend": 0.5}, 0.34)]
 
 
 def test_a_named_law_is_taken_and_its_limits_said(computed):
@@ -95,6 +100,14 @@ def test_a_named_law_is_taken_and_its_limits_said(computed):
     )
     assert (found.name, computed) == ("written", [])
     assert "bend = 0.7" in warnings[0]
+
+
+def test_a_law_for_another_material_is_taken_and_this_is_said(computed):
+    found, warnings = resolve_law(
+        case(), build_registry_with([law()]), FAMILY, {"bend": 0.5}, poissons_ratio=0.39
+    )
+    assert (found.name, computed) == ("written", [])
+    assert "made for Poisson's ratio 0.3, the material has 0.39" in warnings[0]
 
 
 def test_an_unknown_law_is_an_error_not_a_computation(computed):

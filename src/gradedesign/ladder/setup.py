@@ -120,7 +120,14 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         calibration = calibrate(family, parameters)
     require_one_thickness(case, family)
     with locating(case, "lattice.law"):
-        law, law_warnings = resolve_law(case, registry, family, parameters, on_event)
+        law, law_warnings = resolve_law(
+            case,
+            registry,
+            family,
+            parameters,
+            on_event,
+            poissons_ratio=material.poissons_ratio,
+        )
     distance = surface_distance(part.surface)
     kept = tuple(
         KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
