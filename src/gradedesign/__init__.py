@@ -23,6 +23,7 @@ from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.material.property_table import PropertyTable, read_property_table
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.material.shipped_tables import shipped_finite_size_tables, shipped_laws
 from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.exporter import Exporter
@@ -62,6 +63,8 @@ __all__ = [
     "read_finite_size_table",
     "read_property_table",
     "run",
+    "shipped_finite_size_tables",
+    "shipped_laws",
     "tabulated_law",
 ]
 

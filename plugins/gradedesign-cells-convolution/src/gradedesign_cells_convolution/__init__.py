@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 
-from gradedesign import CellFamily, CellMaker, hookimpl
+from gradedesign import CellFamily, CellMaker, ScalingLaw, hookimpl, shipped_laws
 from gradedesign_cells_convolution.convolution_family import convolution_family
 from gradedesign_cells_convolution.graphs import graphs
 
@@ -44,3 +44,9 @@ def gradedesign_cell_makers() -> Iterator[CellMaker]:
         required=("nodes", "edges"),
         source="convolution_family of gradedesign-cells-convolution",
     )
+
+
+@hookimpl
+def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
+    """Register the laws computed for these cells."""
+    yield from shipped_laws(f"{__name__}.properties")

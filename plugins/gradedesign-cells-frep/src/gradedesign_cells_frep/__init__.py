@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, hookimpl
+from gradedesign import CellFamily, ScalingLaw, hookimpl, shipped_laws
 from gradedesign_cells_frep import (
     cube_pores,
     cylinder_pores,
@@ -20,7 +20,7 @@ from gradedesign_cells_frep import (
 )
 from gradedesign_cells_frep.pore_family import pore_family
 
-__all__ = ["gradedesign_cell_families", "pore_family"]
+__all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws", "pore_family"]
 
 
 @hookimpl
@@ -31,3 +31,9 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
         rods_blended, sine_pores, slabs, slotted_plates, sphere_pores,
     ):  # fmt: skip
         yield from shape.FAMILIES
+
+
+@hookimpl
+def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
+    """Register the laws computed for these cells."""
+    yield from shipped_laws(f"{__name__}.properties")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, hookimpl
+from gradedesign import CellFamily, ScalingLaw, hookimpl, shipped_laws
 from gradedesign_cells_stochastic import (
     delaunay,
     random_spheres,
@@ -13,7 +13,7 @@ from gradedesign_cells_stochastic import (
     voronoi_open,
 )
 
-__all__ = ["gradedesign_cell_families"]
+__all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws"]
 
 
 @hookimpl
@@ -21,3 +21,9 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
     """Register every random cell."""
     for cell in (delaunay, random_spheres, spinodoid, voronoi_closed, voronoi_open):
         yield from cell.FAMILIES
+
+
+@hookimpl
+def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
+    """Register the laws computed for these cells."""
+    yield from shipped_laws(f"{__name__}.properties")

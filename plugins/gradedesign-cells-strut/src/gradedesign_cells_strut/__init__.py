@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, CellMaker, FiniteSizeTable, ScalingLaw, hookimpl
+from gradedesign import (
+    CellFamily,
+    CellMaker,
+    FiniteSizeTable,
+    ScalingLaw,
+    hookimpl,
+    shipped_finite_size_tables,
+    shipped_laws,
+)
 from gradedesign_cells_strut import (
     bcc,
     bccz,
@@ -19,7 +27,6 @@ from gradedesign_cells_strut import (
     sc,
     sc_bcc,
 )
-from gradedesign_cells_strut.properties import computed_laws, finite_size_tables
 from gradedesign_cells_strut.strut_family import strut_family
 
 __all__ = [
@@ -62,10 +69,10 @@ def gradedesign_cell_makers() -> Iterator[CellMaker]:
 @hookimpl
 def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register the laws computed for these cells."""
-    yield from computed_laws()
+    yield from shipped_laws(f"{__name__}.properties")
 
 
 @hookimpl
 def gradedesign_finite_size_tables() -> Iterator[FiniteSizeTable]:
     """Register how stiff few of these cells are."""
-    yield from finite_size_tables()
+    yield from shipped_finite_size_tables(f"{__name__}.properties.finite_size")

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import CellFamily, FiniteSizeTable, ScalingLaw, hookimpl
+from gradedesign import (
+    CellFamily,
+    FiniteSizeTable,
+    ScalingLaw,
+    hookimpl,
+    shipped_finite_size_tables,
+    shipped_laws,
+)
 from gradedesign_cells_tpms import (
     c_pm_y,
     diamond,
@@ -22,7 +29,6 @@ from gradedesign_cells_tpms import (
     split_p,
 )
 from gradedesign_cells_tpms.laws import scaling_laws
-from gradedesign_cells_tpms.properties import computed_laws, finite_size_tables
 
 
 @hookimpl
@@ -39,10 +45,10 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
 def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register laws from the literature and from homogenisation."""
     yield from scaling_laws()
-    yield from computed_laws()
+    yield from shipped_laws(f"{__name__}.properties")
 
 
 @hookimpl
 def gradedesign_finite_size_tables() -> Iterator[FiniteSizeTable]:
     """Register how stiff few of these cells are."""
-    yield from finite_size_tables()
+    yield from shipped_finite_size_tables(f"{__name__}.properties.finite_size")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from gradedesign import CellFamily, CellMaker, hookimpl
+from gradedesign import CellFamily, CellMaker, ScalingLaw, hookimpl, shipped_laws
 from gradedesign_cells_voxel import helix_library, stored_cells
 from gradedesign_cells_voxel.increments import cell_from_increments, cell_from_nested_increments
 from gradedesign_cells_voxel.mesh_cell import cell_from_mesh
@@ -19,6 +19,7 @@ __all__ = [
     "cell_from_voxels",
     "gradedesign_cell_families",
     "gradedesign_cell_makers",
+    "gradedesign_scaling_laws",
 ]
 
 
@@ -70,3 +71,9 @@ def _from_mesh(name: str, file: Path, **options: Any) -> CellFamily:
 def _from_voxels(name: str, file: Path, **options: Any) -> CellFamily:
     """`cell_from_voxels` with the name first."""
     return cell_from_voxels(file, name=name, **options)
+
+
+@hookimpl
+def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
+    """Register the laws computed for these cells."""
+    yield from shipped_laws(f"{__name__}.properties")

@@ -1,0 +1,1 @@
+"""Computed property tables of these cells, as plain data with provenance."""

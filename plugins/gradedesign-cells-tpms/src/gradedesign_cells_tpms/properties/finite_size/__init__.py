@@ -1,0 +1,1 @@
+"""How stiff few of these cells are, as plain data with provenance."""
