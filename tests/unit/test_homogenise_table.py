@@ -11,10 +11,12 @@ import pytest
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise import cached_table
+from gradedesign.homogenise import table as table_module
 from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.cached_table import (
     ON_DEMAND_RESOLUTION,
     computed_law,
+    on_demand_resolution,
     property_table,
 )
 from gradedesign.homogenise.cell_properties import cell_properties, cubic_part
@@ -181,6 +183,18 @@ def test_a_law_on_demand_is_that_of_the_cached_table(small_table, monkeypatch, t
     np.testing.assert_allclose(law.stiffness(np.array(0.4)), small_table.stiffness[1], rtol=1e-5)
     computed_law(SKEWED)
     assert len(asked) == 1
+
+
+def test_a_thin_cell_takes_as_many_voxels_as_its_wall_needs(monkeypatch) -> None:
+    # Origin: a wall of 0.054 cells has three voxels from 55.6 along the cell on.
+    monkeypatch.setattr(table_module, "wall_mm", lambda *_: np.array(0.054))
+    monkeypatch.setattr(table_module, "density_for_wall", lambda *_: 0.3)
+    with pytest.raises(DensityError, match=r"2\.59 voxels.*at resolution 48.*take resolution 56"):
+        table_densities(NETWORK, None, 48)
+    assert on_demand_resolution(NETWORK) == 64
+    monkeypatch.setattr(table_module, "wall_mm", lambda *_: np.array(0.0219))
+    with pytest.raises(DensityError, match=r"at resolution 128.*take resolution 138"):
+        on_demand_resolution(NETWORK)
 
 
 def test_no_law_where_strength_falls_with_density(small_table, monkeypatch, tmp_path) -> None:

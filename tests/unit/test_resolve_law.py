@@ -53,7 +53,8 @@ def computed(monkeypatch):
     """What would be computed, by name and parameters, instead of a minute of homogenisation."""
     asked = []
 
-    def compute(family, parameters, poissons_ratio, *, edges):
+    def compute(family, parameters, poissons_ratio, resolution, edges):
+        assert resolution == 48
         asked.append((family.name, dict(parameters), poissons_ratio))
         return law("computed", "cube-computed")
 
@@ -80,7 +81,7 @@ def test_a_cell_without_a_law_gets_one(computed):
         case(), build_registry_with([]), FAMILY, {"bend": 0.5}, heard.append
     )
     assert [event.stage for event in heard] == ["law"]
-    assert "one to two minutes" in heard[0].message
+    assert "48^3 voxels, which takes 1 to 2 minutes" in heard[0].message
     assert found.name == "cube-computed"
     assert "of this cell" in warnings[0]
     assert "homogenise cube" in warnings[0]

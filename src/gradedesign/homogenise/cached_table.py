@@ -9,10 +9,11 @@ import numpy as np
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
-from gradedesign.errors import PluginError, SolverError
+from gradedesign.errors import DensityError, PluginError, SolverError
+from gradedesign.homogenise.cell_properties import RESOLUTIONS
 from gradedesign.homogenise.sampling import CUBE
 from gradedesign.homogenise.strength import PERCENTILE
-from gradedesign.homogenise.table import METHOD_VERSION, compute_table
+from gradedesign.homogenise.table import METHOD_VERSION, compute_table, table_densities
 from gradedesign.material.property_table import (
     FORMAT,
     PropertyTable,
@@ -27,7 +28,7 @@ log = logging.getLogger(__name__)
 
 _KIND = "property-table"
 
-#: Voxels along a cell whose table is computed during a run: 20 to 60 s of one processor.
+#: Voxels along most cells whose table is computed during a run: 20 to 60 s of one processor.
 ON_DEMAND_RESOLUTION = 48
 
 
@@ -96,11 +97,36 @@ def property_table(
     return table
 
 
+def on_demand_resolution(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None = None,
+    edges: Sequence[float] = CUBE,
+) -> int:
+    """Voxels along a cell whose table is computed during a run.
+
+    48, or the first of `RESOLUTIONS` with three voxels across the wall at some densities.
+
+    Raises
+    ------
+    DensityError
+        If the walls are too thin for all of them.
+    """
+    for n in (ON_DEMAND_RESOLUTION, *RESOLUTIONS[:-1]):
+        try:
+            table_densities(family, parameters, n, edges)
+        except DensityError as error:
+            log.info("not %d voxels: %s", n, error)
+        else:
+            return n
+    table_densities(family, parameters, RESOLUTIONS[-1], edges)
+    return RESOLUTIONS[-1]
+
+
 def computed_law(
     family: CellFamily,
     parameters: Mapping[str, float] | None = None,
     poissons_ratio: float = 0.3,
-    resolution: int = ON_DEMAND_RESOLUTION,
+    resolution: int | None = None,
     edges: Sequence[float] = CUBE,
 ) -> ScalingLaw:
     """Law of a cell that comes without a table, from the user's cache or computed now.
@@ -112,8 +138,9 @@ def computed_law(
         Override the family's defaults.
     poissons_ratio : float
         Of the base material.
-    resolution : int
-        Voxels along the cell. The law's window begins where three of them span the thinnest wall.
+    resolution : int, optional
+        Voxels along the cell, by default `on_demand_resolution`. The law's window begins where
+        three of them span the thinnest wall.
     edges : (3,) sequence
         Of the cell, up to a factor: a cell of unequal edges is stiffer along the longer ones.
 
@@ -127,6 +154,7 @@ def computed_law(
     DensityError, LatticeError, SolverError
         As `compute_table`; `SolverError` also if stiffness or strength do not grow with density.
     """
+    resolution = resolution or on_demand_resolution(family, parameters, edges)
     table = property_table(family, parameters, poissons_ratio, resolution, edges)
     try:
         return tabulated_law(table)

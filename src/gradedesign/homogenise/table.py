@@ -12,7 +12,7 @@ import numpy as np
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import complete_parameters
-from gradedesign.cell.wall_size import density_for_wall
+from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import DensityError, SolverError
 from gradedesign.homogenise.cell_properties import (
     RESOLUTIONS,
@@ -236,6 +236,14 @@ def table_densities(
     """
     window = calibrate(family, parameters).window
     voxel = family.period / min(voxel_counts(edges, resolution))
+    window_top = float(wall_mm(family, parameters, window[1], 1.0))
+    if window_top < LEAST_VOXELS * voxel:
+        raise DensityError(
+            f"cell '{family.name}' has {window_top / voxel:.2f} voxels across its thinnest wall at "
+            f"resolution {resolution} and its highest density, {window[1]:.3f}; expected "
+            f"{LEAST_VOXELS:g} at least; take resolution "
+            f"{2 * np.ceil(0.5 * resolution * LEAST_VOXELS * voxel / window_top):g}"
+        )
     thinnest = density_for_wall(family, parameters, LEAST_VOXELS * voxel, 1.0)
     floor = max(thinnest, _ABOVE_FLOOR * window[0])
     lower = max(np.ceil(1000 * floor + 0.01) / 1000, _DENSITIES[0])

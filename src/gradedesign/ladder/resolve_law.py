@@ -6,7 +6,11 @@ from collections.abc import Mapping, Sequence
 
 from gradedesign.case.schema import Case
 from gradedesign.cell.family import CellFamily
-from gradedesign.homogenise.cached_table import ON_DEMAND_RESOLUTION, computed_law
+from gradedesign.homogenise.cached_table import (
+    ON_DEMAND_RESOLUTION,
+    computed_law,
+    on_demand_resolution,
+)
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import choose_law, usable_laws
 from gradedesign.plugin.registry import Registry
@@ -50,15 +54,17 @@ def resolve_law(
         why = f"with {_values(changed, parameters)}" if changed else "of this cell"
         if unequal:
             why += f" with edges in proportion {_proportion(edges)}"
+        voxels = on_demand_resolution(family, parameters, edges)
+        minutes = (voxels / ON_DEMAND_RESOLUTION) ** 3
         on_event(
             Event(
                 stage="law",
                 message=f"no law {why} is installed: taking it from the cache, or computing it on "
-                f"{ON_DEMAND_RESOLUTION}^3 voxels, which takes one to two minutes",
+                f"{voxels}^3 voxels, which takes {minutes:.0f} to {2 * minutes:.0f} minutes",
             )
         )
-        law = computed_law(family, parameters, poissons_ratio, edges=edges)
-        told = f"no law {why} is installed, so it was computed on {ON_DEMAND_RESOLUTION}^3 voxels"
+        law = computed_law(family, parameters, poissons_ratio, voxels, edges)
+        told = f"no law {why} is installed, so it was computed on {voxels}^3 voxels"
         if case.lattice.own_cell is None:
             told += f"; 'gradedesign homogenise {family.name}' says more"
         return law, (told,)
