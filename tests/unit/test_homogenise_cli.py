@@ -7,6 +7,9 @@ import json
 import numpy as np
 import pytest
 
+from gradedesign.cli import homogenise as module
+from gradedesign.homogenise.critical_stress import CriticalStress
+
 WORDS = ("homogenise", "gyroid-network", "--density", "0.5", "--resolution", "16")
 
 
@@ -55,6 +58,33 @@ def test_with_a_folder_it_draws_and_prints_tables(cli, tmp_path) -> None:
     stored = json.loads((folder / "properties.json").read_text(encoding="utf-8"))
     assert stored["poissons_ratio"] == 0.25
     assert stored["strength"]["surface"]["max_error"] < 0.2
+
+
+def test_buckling_is_computed_on_voxels_of_its_own(cli, monkeypatch) -> None:
+    asked = []
+
+    def critical(family, parameters, rho, *, poissons_ratio):
+        asked.append((family.name, parameters, rho, poissons_ratio))
+        return CriticalStress(
+            density=rho,
+            resolution=32,
+            wall_voxels=4.0,
+            critical=np.arange(1.0, 13.0).reshape(6, 2) / 1000,
+            cells=np.array([[2, 0], [2, 0], [2, 0], [1, 1], [1, 1], [1, 1]]),
+            error=0.12,
+        )
+
+    monkeypatch.setattr(module, "critical_stress", critical)
+    found = json.loads(cli(*WORDS, "--nu", "0.25", "--buckling", "--json").out)["buckling"]
+    assert asked == [("gyroid-network", {}, 0.5, 0.25)]
+    assert found["critical"][0] == {
+        "component": "xx", "negative": 0.001, "positive": 0.002, "cells": [2, 0]
+    }  # fmt: skip
+    assert (found["resolution"], found["error"]) == (32, 0.12)
+    text = " ".join(cli(*WORDS, "--buckling").out.split())
+    assert "0.1000 (repeats after 2 cells) 0.2000 or more" in text
+    assert "1.1000 (repeats in every cell)" in text
+    assert "up to 12% by extrapolation" in text
 
 
 @pytest.mark.parametrize(

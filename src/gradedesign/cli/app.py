@@ -168,6 +168,9 @@ def homogenise(
     conductivity: Annotated[
         bool, typer.Option("--conductivity", help="Also the conductivity of the solid's paths.")
     ] = False,
+    buckling: Annotated[
+        bool, typer.Option("--buckling", help="Also the stresses that buckle the cell: minutes.")
+    ] = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -180,6 +183,7 @@ def homogenise(
         poissons_ratio=nu,
         output=output,
         conductivity=conductivity,
+        buckling=buckling,
         strict_plugins=strict_plugins,
         as_json=as_json,
     )

@@ -24,6 +24,7 @@ from gradedesign.homogenise.constants import (
     youngs_along,
     zener_ratio,
 )
+from gradedesign.homogenise.critical_stress import CriticalStress, critical_stress
 from gradedesign.homogenise.directional import youngs_extremes
 from gradedesign.ladder.summary import library_versions
 from gradedesign.material.scaling_law import ScalingLaw
@@ -35,6 +36,9 @@ from gradedesign.output.property_plots import (
 from gradedesign.plugin.registry import lookup
 from gradedesign.workspace.atomic import write_text
 
+#: Components of stress in the order of the stiffness.
+VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
+
 
 def homogenise(
     cell: str,
@@ -45,6 +49,7 @@ def homogenise(
     poissons_ratio: float,
     output: Path | None,
     conductivity: bool,
+    buckling: bool,
     strict_plugins: bool,
     as_json: bool,
 ) -> None:
@@ -55,7 +60,7 @@ def homogenise(
     CaseError
         For an unknown cell or parameter, or a folder that cannot be made.
     DensityError, LatticeError, SolverError
-        As `cell_properties`.
+        As `cell_properties`, and `critical_stress` with ``buckling``.
     """
     registry = registry_for(strict_plugins=strict_plugins)
     family = lookup(registry, "cell_families", cell)
@@ -72,6 +77,12 @@ def homogenise(
     data["laws"] = law_values(laws, density)
     if conductivity:
         data["conductivity"] = _conductivity_data(family, found, parsed_parameters(parameters))
+    if buckling:
+        data["buckling"] = _buckling_data(
+            critical_stress(
+                family, parsed_parameters(parameters), density, poissons_ratio=poissons_ratio
+            )
+        )
     if output is not None:
         data["files"] = [str(p) for p in write_files(output, data, found, laws, poissons_ratio)]
     if as_json:
@@ -122,7 +133,7 @@ def properties_data(
         "resolution": found.resolution,
         "symmetry": family.symmetry,
         "relative_to": "Young's modulus of the base material",
-        "voigt_order": ["xx", "yy", "zz", "yz", "xz", "xy"],
+        "voigt_order": list(VOIGT),
         "shear": "engineering",
         "C": _rounded(c),
         "C_uncertainty": _rounded(found.uncertainty, 2),
@@ -252,6 +263,27 @@ def _conductivity_data(
         "value": [[_digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
         "error": _digits(error, 2),
         "isotropic_bound": _digits(conductivity_bound(found.density)),
+    }
+
+
+def _buckling_data(found: CriticalStress) -> dict[str, Any]:
+    """Plain data of critical stresses, over the base material's Young's modulus.
+
+    A sense that was not seen to buckle, whose size is only a lower limit, repeats after 0 cells.
+    """
+    return {
+        "resolution": found.resolution,
+        "wall_voxels": _digits(found.wall_voxels, 3),
+        "error": _digits(found.error, 2),
+        "critical": [
+            {
+                "component": VOIGT[k],
+                "negative": _digits(float(found.critical[k, 0]), 4),
+                "positive": _digits(float(found.critical[k, 1]), 4),
+                "cells": [int(n) for n in found.cells[k]],
+            }
+            for k in range(6)
+        ],
     }
 
 

@@ -61,6 +61,8 @@ def print_properties(data: Mapping[str, Any]) -> None:
             ("", "x", "y", "z"),
             [(name, *row) for name, row in zip("xyz", rows, strict=True)],
         )
+    if "buckling" in data:
+        _print_buckling(data["buckling"])
     if data["laws"]:
         print_table(
             "E along x by other laws",
@@ -116,3 +118,28 @@ def _print_strength(strength: Mapping[str, Any]) -> None:
             f"{surface['max_error']:.1%} at most, {surface['rms_error']:.1%} rms, "
             f"{surface['unsafe_error']:.1%} unsafe"
         )
+
+
+def _print_buckling(found: Mapping[str, Any]) -> None:
+    """Print the stresses that buckle the cell."""
+    print_table(
+        f"Critical stresses in % of the base material's Young's modulus, each acting alone, on "
+        f"{found['resolution']}^3 and {found['resolution'] // 2}^3 voxels; up to "
+        f"{found['error']:.0%} by extrapolation",
+        ("stress", "negative", "positive"),
+        [
+            (
+                row["component"],
+                *(
+                    f"{100 * row[sense]:.4f} " + _mode_text(cells)
+                    for sense, cells in zip(("negative", "positive"), row["cells"], strict=True)
+                ),
+            )
+            for row in found["critical"]
+        ],
+    )
+
+
+def _mode_text(cells: int) -> str:
+    """After how many cells a mode repeats."""
+    return {0: "or more", 1: "(repeats in every cell)"}.get(cells, f"(repeats after {cells} cells)")
