@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -9,12 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import DensityError
+from gradedesign.errors import DensityError, SolverError
+from gradedesign.homogenise import critical_stress as critical_module
 from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, extended, folded
 from gradedesign.homogenise.buckling import macro_prestress, periodic_buckling, weakest_modes
 from gradedesign.homogenise.critical_stress import critical_stress, refined_mode
-from gradedesign.homogenise.extreme_values import extreme_values
+from gradedesign.homogenise.extreme_values import ExtremeValue, extreme_values
 from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign.homogenise.strength import LocalStress
 from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.buckling_table import BucklingTable
 
@@ -178,3 +182,25 @@ def test_critical_stresses_of_boxes() -> None:
 def test_a_wall_of_two_voxels_is_refused() -> None:
     with pytest.raises(DensityError, match="voxels across"):
         critical_stress(FAMILY, None, 0.2, resolution=16)
+
+
+@pytest.mark.parametrize(("amplification", "settles"), [(40.0, True), (20.0, False)])
+def test_a_load_that_does_not_settle_counts_only_as_what_yields_before(
+    monkeypatch, amplification, settles
+) -> None:
+    # Origin: at 0.05 E of local stress, 40 times the macroscopic one, the cell bears 0.00125 E; the
+    # fine grid buckles at 0.003 E, from 0.006 E on the coarse one. At 20 times 0.0025 E is too
+    # near.
+    solution = SimpleNamespace(fill=np.ones((4, 4, 4)), poissons_ratio=0.3)
+    local = LocalStress(stress=amplification * np.eye(6)[..., None], volume=np.ones(1))
+    monkeypatch.setattr(critical_module, "local_stress", lambda _: local)
+    monkeypatch.setattr(critical_module, "macro_prestress", lambda *_: np.zeros((6, 4, 4, 4)))
+    fine = ExtremeValue(value=1 / 0.003, vector=np.zeros(192), bound=0.0)
+    monkeypatch.setattr(critical_module, "weakest_modes", lambda *_, **__: (fine, None))
+    coarse = {(1, 1, 1): ExtremeValue(value=1 / 0.006, vector=np.zeros(24), bound=0.0)}
+    if settles:
+        found = critical_module._refined(solution, 0, 0, coarse)
+        assert found == (pytest.approx(0.00125), 0, 0.0)
+    else:
+        with pytest.raises(SolverError, match="too much to extrapolate"):
+            critical_module._refined(solution, 0, 0, coarse)

@@ -197,10 +197,17 @@ def compute_buckling(
 
 
 def buckling_table(rows: Sequence[CriticalStress], poissons_ratio: float) -> BucklingTable:
-    """Join critical stresses of one cell, by increasing density."""
+    """Join critical stresses of one cell, by increasing density.
+
+    What a cell bears at least is raised to what it bears with less material.
+    """
+    critical = np.array([r.critical for r in rows])
+    for k in range(1, len(rows)):
+        least = rows[k].cells == 0
+        critical[k][least] = np.maximum(critical[k], critical[k - 1])[least]
     return BucklingTable(
         density=np.array([r.density for r in rows]),
-        critical=np.array([r.critical for r in rows]),
+        critical=critical,
         cells=np.array([r.cells for r in rows]),
         error=np.array([r.error for r in rows]),
         resolution=np.array([r.resolution for r in rows]),

@@ -40,10 +40,10 @@ class BucklingLaw:
     table: BucklingTable
 
     def __post_init__(self) -> None:
-        if (np.diff(self.table.critical, axis=0) <= 0).any():
+        if (np.diff(self.table.critical, axis=0) < 0).any():
             raise ValueError(
-                "the critical stresses of a table of buckling do not grow with density; compute "
-                "it at a higher resolution"
+                "critical stresses of a table of buckling fall with density; compute it at a "
+                "higher resolution"
             )
 
     @property
