@@ -216,7 +216,7 @@ def buckling_table(rows: Sequence[CriticalStress], poissons_ratio: float) -> Buc
         method=(
             f"linear elastic buckling of one periodic cell of trilinear hexahedra, nu "
             f"{poissons_ratio:g}, weakest of the modes that repeat after one or two cells, "
-            f"extrapolated from two grids"
+            f"extrapolated from two grids; 0 cells: at least this"
         ),
         version=f"{metadata.version('gradedesign')} (method {BUCKLING_VERSION})",
         date=datetime.now(tz=UTC).date().isoformat(),
