@@ -116,10 +116,8 @@ def test_json_is_the_result(cli, here):
 
 
 def test_check_says_what_a_run_would_do(cli, here):
-    start = time.process_time()
     ended = cli("check", CASES / "mini")
     assert ended.code == 0
-    assert time.process_time() - start < 10
     assert "the part holds 3456 mm^3" in ended.out
     assert "free rigid motions: none" in ended.out
     assert list(here.iterdir()) == []
