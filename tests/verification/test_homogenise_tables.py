@@ -163,7 +163,7 @@ def test_auto_takes_the_computed_law(registry) -> None:
 def test_every_strength_surface_agrees_with_its_factors(registry) -> None:
     """Local stress by the surface, against the percentiles computed beside it, and its bounds."""
     rng = np.random.default_rng(91)
-    some = spread_directions(300, rng)
+    some = spread_directions(120, rng)
     for law in computed(registry).values():
         assert law.local_stress is not None
         local = law.local_stress.profile(some)

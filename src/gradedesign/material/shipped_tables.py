@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from importlib import resources
 
 from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
@@ -33,8 +34,7 @@ def shipped_laws(package: str) -> Iterator[ScalingLaw]:
     ... def gradedesign_scaling_laws():
     ...     yield from gradedesign.shipped_laws("my_cells.properties")
     """
-    for text in _tables(package):
-        yield tabulated_law(read_property_table(text))
+    yield from _laws(package)
 
 
 def shipped_finite_size_tables(package: str) -> Iterator[FiniteSizeTable]:
@@ -52,6 +52,12 @@ def shipped_finite_size_tables(package: str) -> Iterator[FiniteSizeTable]:
     """
     for text in _tables(package):
         yield read_finite_size_table(text)
+
+
+@cache
+def _laws(package: str) -> tuple[ScalingLaw, ...]:
+    """The laws of a package, the same records at every call."""
+    return tuple(tabulated_law(read_property_table(text)) for text in _tables(package))
 
 
 def _tables(package: str) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -104,13 +105,19 @@ def _surface_errors(table: PropertyTable) -> tuple[tuple[str, float], ...]:
 
 def _exponential(x: FloatArray, y: FloatArray) -> tuple[_Curve, _Curve]:
     """``exp`` of a monotone curve through (log density, y), and its derivative by density."""
-    curve = PchipInterpolator(x, y)
-    slope = curve.derivative()
+
+    @cache
+    def curves() -> tuple[PchipInterpolator, PchipInterpolator]:
+        # At the first use: of a hundred laws that are installed a run uses one.
+        curve = PchipInterpolator(x, y)
+        return curve, curve.derivative()
 
     def value(rho: FloatArray) -> FloatArray:
+        curve, _ = curves()
         return np.asarray(np.exp(curve(np.log(rho))))
 
     def derivative(rho: FloatArray) -> FloatArray:
+        _, slope = curves()
         return np.asarray(value(rho) * slope(np.log(rho)) / rho)
 
     return value, derivative
