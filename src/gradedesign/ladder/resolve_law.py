@@ -17,7 +17,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.workspace.progress import Event, Listener, ignore
 
 #: Difference of Poisson's ratios from which a warning says so. Per 0.05, measured on four cells at
-#: density 0.3: 1 % in E and G, 2.5 % in strength, 9 % in bulk modulus.
+#: density 0.3: up to 2.5 % in E, G and strength, 9 % in bulk modulus.
 RATIO_TOLERANCE = 0.05
 
 
@@ -90,8 +90,8 @@ def _ratio_warnings(law: ScalingLaw, poissons_ratio: float) -> tuple[str, ...]:
         return ()
     return (
         f"law '{law.name}' was made for Poisson's ratio {law.poissons_ratio:g}, the material has "
-        f"{poissons_ratio:g}: cells differ by 2 % in E and G, 5 % in strength and 20 % in bulk "
-        f"modulus for a tenth more; the first prediction is off by that, later ones are corrected",
+        f"{poissons_ratio:g}: for a tenth more cells differ by up to 5 % in E, G and strength and "
+        f"20 % in bulk modulus; the first prediction is off by that, later ones are corrected",
     )
 
 
