@@ -150,13 +150,13 @@ def test_a_straight_grid_has_one_rotation(tmp_path, registry):
 def test_unequal_edges_get_a_law_of_their_own(tmp_path, registry, monkeypatch):
     asked = []
 
-    def compute(family, parameters, edges):
-        asked.append((family.name, edges))
+    def compute(family, parameters, poissons_ratio, resolution, edges):
+        asked.append((family.name, poissons_ratio, resolution, edges))
         return law("walls-computed-stretched")
 
     monkeypatch.setattr(law_module, "computed_law", compute)
     setup = prepared(tmp_path, 'size = ["6 mm", "6 mm", "9 mm"]\n', registry)
-    assert asked == [("walls", (6.0, 6.0, 9.0))]
+    assert asked == [("walls", setup.material.poissons_ratio, 48, (6.0, 6.0, 9.0))]
     assert any("in proportion 1 : 1 : 1.5" in w for w in setup.warnings)
     assert setup.layout.least == 6.0
     # The cell is what was asked for, so nothing is stretched.
