@@ -189,12 +189,17 @@ def test_a_thin_cell_takes_as_many_voxels_as_its_wall_needs(monkeypatch) -> None
     # Origin: a wall of 0.054 cells has three voxels from 55.6 along the cell on.
     monkeypatch.setattr(table_module, "wall_mm", lambda *_: np.array(0.054))
     monkeypatch.setattr(table_module, "density_for_wall", lambda *_: 0.3)
-    with pytest.raises(DensityError, match=r"2\.59 voxels.*at resolution 48.*take resolution 56"):
+    with pytest.raises(
+        DensityError, match=r"2\.59 voxels.*at resolution 48.*resolution needed: 56"
+    ):
         table_densities(NETWORK, None, 48)
     assert on_demand_resolution(NETWORK) == 64
     monkeypatch.setattr(table_module, "wall_mm", lambda *_: np.array(0.0219))
-    with pytest.raises(DensityError, match=r"at resolution 128.*take resolution 138"):
+    with pytest.raises(DensityError, match=r"at resolution 128.*resolution needed: 138"):
         on_demand_resolution(NETWORK)
+    monkeypatch.setattr(table_module, "wall_mm", lambda *_: np.array(0.0))
+    with pytest.raises(DensityError, match="resolution needed: none will do"):
+        table_densities(NETWORK, None, 48)
 
 
 def test_no_law_where_strength_falls_with_density(small_table, monkeypatch, tmp_path) -> None:

@@ -164,11 +164,15 @@ def compute_buckling(
     """
     given = densities is not None
     finest = resolution or BUCKLING_RESOLUTIONS[-1]
-    chosen = densities or [
-        d
-        for d in BUCKLING_DENSITIES
-        if voxels_in_wall(family, parameters, d, finest, edges) >= LEAST_VOXELS
-    ]
+    chosen = (
+        densities
+        if densities is not None
+        else [
+            d
+            for d in BUCKLING_DENSITIES
+            if voxels_in_wall(family, parameters, d, finest, edges) >= LEAST_VOXELS
+        ]
+    )
     rows, refused = [], ""
     for rho in chosen:
         try:
@@ -199,7 +203,8 @@ def compute_buckling(
 def buckling_table(rows: Sequence[CriticalStress], poissons_ratio: float) -> BucklingTable:
     """Join critical stresses of one cell, by increasing density.
 
-    What a cell bears at least is raised to what it bears with less material.
+    What a cell bears at least is raised to what it bears with less material; its material has
+    yielded by then, as `critical_stress` says of such an entry.
     """
     critical = np.array([r.critical for r in rows])
     for k in range(1, len(rows)):
@@ -245,11 +250,13 @@ def table_densities(
     voxel = family.period / min(voxel_counts(edges, resolution))
     window_top = float(wall_mm(family, parameters, window[1], 1.0))
     if window_top < LEAST_VOXELS * voxel:
+        need = "none will do"
+        if window_top > 0.0:
+            need = f"{2 * np.ceil(0.5 * resolution * LEAST_VOXELS * voxel / window_top):g}"
         raise DensityError(
             f"cell '{family.name}' has {window_top / voxel:.2f} voxels across its thinnest wall at "
             f"resolution {resolution} and its highest density, {window[1]:.3f}; expected "
-            f"{LEAST_VOXELS:g} at least; take resolution "
-            f"{2 * np.ceil(0.5 * resolution * LEAST_VOXELS * voxel / window_top):g}"
+            f"{LEAST_VOXELS:g} at least; resolution needed: {need}"
         )
     thinnest = density_for_wall(family, parameters, LEAST_VOXELS * voxel, 1.0)
     floor = max(thinnest, _ABOVE_FLOOR * window[0])
