@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from skfem import (
@@ -23,10 +25,13 @@ from gradedesign.fe.assembly import (
     shape_gradients,
     strain_energy_per_element,
 )
+from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
 from gradedesign.fe.stiffness import (
     AnisotropicStiffness,
     IsotropicStiffness,
+    PointStiffness,
+    constant_in_elements,
     require_positive,
     stiffness_matrices,
 )
@@ -228,3 +233,86 @@ def test_unstable_elements_are_named():
     with pytest.raises(SolverError, match=r"eigenvalue of element 1 is -0\.25 MPa"):
         require_positive(AnisotropicStiffness(C=c))
     require_positive(random_stiffness(4))
+
+
+def varying_stiffness(mesh: TetMesh, count: int = 3) -> PointStiffness:
+    """Random matrices at the points of a rule, different in every element and point."""
+    points, weights = collapsed_rule(count)
+    tets = mesh.tets.shape[1]
+    c = random_stiffness(tets * weights.size, seed=23).C.reshape(6, 6, weights.size, tets)
+    return PointStiffness(C=c, points=points, weights=weights)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_collapsed_rules_integrate_their_degree(count):
+    points, weights = collapsed_rule(count)
+    assert points.min() > 0
+    assert weights.min() > 0
+    np.testing.assert_allclose(points.sum(axis=1), 1.0, atol=1e-14)
+    degree = 2 * count - 1
+    for i, j, k in np.ndindex(degree + 2, degree + 2, degree + 2):
+        if i + j + k > degree + 1:
+            continue
+        # Dirichlet's formula over the tetrahedron of volume 1/6.
+        exact = 6 * np.prod([math.factorial(n) for n in (i, j, k)]) / math.factorial(i + j + k + 3)
+        found = weights @ (points[:, 1] ** i * points[:, 2] ** j * points[:, 3] ** k)
+        if i + j + k <= degree:
+            assert found == pytest.approx(exact, rel=1e-12)
+    # One degree more is beyond the rule.
+    exact = 6 * math.factorial(degree + 1) / math.factorial(degree + 4)
+    assert abs(weights @ points[:, 1] ** (degree + 1) / exact - 1) > 1e-6
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_stiffness_at_points_is_scikit_fems_on_the_same_rule(order):
+    mesh = distorted_box()
+    space = tet_space(mesh, order)
+    stiffness = varying_stiffness(mesh)
+    element = ElementVector(ELEMENTS[order])
+    quadrature = stiffness.points[:, 1:].T, stiffness.weights / 6
+    basis = Basis(skfem_mesh(space), element, quadrature=quadrature)
+    C = np.moveaxis(stiffness.C, 2, 3)
+
+    def voigt(e):
+        return np.stack([e[0, 0], e[1, 1], e[2, 2], 2 * e[1, 2], 2 * e[0, 2], 2 * e[0, 1]])
+
+    @BilinearForm
+    def form(u, v, _):
+        return np.einsum("imq,ijmq,jmq->mq", voigt(sym_grad(v)), C, voigt(sym_grad(u)))
+
+    expected = form.assemble(basis).toarray()
+    found = assemble(assembly_pattern(space), stiffness).toarray()
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    rng = np.random.default_rng(8)
+    u, v = rng.standard_normal((2, *space.nodes.shape))
+    energy = strain_energy_per_element(space, stiffness, u, v).sum()
+    assert energy == pytest.approx(u.T.ravel() @ expected @ v.T.ravel(), rel=1e-10)
+
+
+def test_a_constant_at_points_is_one_for_each_element():
+    mesh = distorted_box()
+    space = tet_space(mesh, 2)
+    constant = random_stiffness(mesh.tets.shape[1])
+    points, weights = collapsed_rule(2)
+    spread = PointStiffness(
+        C=np.repeat(constant.C[:, :, None], weights.size, axis=2), points=points, weights=weights
+    )
+    pattern = assembly_pattern(space)
+    expected = assemble(pattern, constant).toarray()
+    found = assemble(pattern, spread).toarray()
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(stiffness_matrices(spread), constant.C, rtol=1e-12)
+    require_positive(spread)
+
+
+def test_stiffness_at_points_is_checked():
+    stiffness = varying_stiffness(distorted_box())
+    with pytest.raises(SolverError, match="given at 27 points of each"):
+        constant_in_elements(stiffness)
+    bad = stiffness.C.copy()
+    bad[0, 0, 5, 3] = -1.0
+    broken = PointStiffness(C=bad, points=stiffness.points, weights=stiffness.weights)
+    with pytest.raises(SolverError, match=r"of 1 elements is not positive definite.*element 3"):
+        require_positive(broken)
+    with pytest.raises(ValueError, match="sum 1"):
+        PointStiffness(C=stiffness.C, points=stiffness.points, weights=2 * stiffness.weights)

@@ -417,6 +417,8 @@ def test_finite_size_is_not_counted_twice_nor_elsewhere(tmp_path):
     assert load_case(write(tmp_path, plain)).lattice.finite_size == "periodic"
     stated = plain.replace('size = "8 mm"', 'size = "8 mm"\nfinite_size = "corrected"')
     assert load_case(write(tmp_path, stated)).lattice.finite_size == "corrected"
+    walls = stated.replace("corrected", "walls")
+    assert load_case(write(tmp_path, walls)).lattice.finite_size == "walls"
     twice = stated.replace('"corrected"', '"corrected"\nfaces = "measured"')
     assert "both count what faces do" in refusal(tmp_path, twice)
     skinned = stated.replace("[print]", 'skin = {thickness = "1 mm"}\n[print]')

@@ -254,9 +254,10 @@ class LatticeSpec(CellsSpec):
     """periodic: sizing takes cells at the part's faces for whole ones; measured: for what their
     trimmed solid makes of them."""
 
-    finite_size: Annotated[str, Choice(("periodic", "corrected"))] = "periodic"
+    finite_size: Annotated[str, Choice(("periodic", "corrected", "walls"))] = "periodic"
     """periodic: sizing takes every cell for one of an endless lattice; corrected: scales its
-    stiffness by what a wall or block of as few cells as the part has there keeps of that."""
+    stiffness by what a wall or block of as few cells as the part has there keeps of that; walls:
+    computes how walls of few cells, cut where the part's faces lie, stretch, bend and shear."""
 
     @model_validator(mode="before")
     @classmethod
@@ -277,18 +278,19 @@ class LatticeSpec(CellsSpec):
         if self.faces == "measured":
             raise key_error(
                 "finite_size",
-                'found corrected beside faces = "measured"; both count what faces do to the cells '
-                "they cut, so expected one of the two",
+                f'found {self.finite_size} beside faces = "measured"; both count what faces do to '
+                "the cells they cut, so expected one of the two",
             )
         if self.skin is not None:
             raise key_error(
-                "finite_size", "found corrected beside a skin; it holds for free faces only"
+                "finite_size",
+                f"found {self.finite_size} beside a skin; it holds for free faces only",
             )
         if self.cell_map is not None or self.warp or self.orientation or len(self.size) > 1:
             raise key_error(
                 "finite_size",
-                "found corrected, which counts the cells of a straight grid of one size; leave it "
-                "out with a cell_map, warp, orientation, three edges or graded size",
+                f"found {self.finite_size}, which counts the cells of a straight grid of one size; "
+                "leave it out with a cell_map, warp, orientation, three edges or graded size",
             )
         return self
 

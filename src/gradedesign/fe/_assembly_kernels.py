@@ -259,3 +259,107 @@ def element_energies(
                         total += eps_u[x] * c[x, y] * eps_v[y]
             energy[e] = total
     return energy
+
+
+@njit(cache=True)
+def _shape_slopes(shape: Any, g: Any, slope: Any) -> None:
+    """Fill `slope` (k, 3) with the gradients of the shape functions at one point, 1/mm."""
+    for a in range(shape.shape[0]):
+        for x in range(3):
+            total = 0.0
+            for u in range(4):
+                total += shape[a, u] * g[u, x]
+            slope[a, x] = total
+
+
+@njit(parallel=True, fastmath=FAST, cache=True)
+def stiffness_blocks_at_points(
+    nodes: NDArray[np.float64],
+    elements: NDArray[np.int32],
+    coefficients: NDArray[np.float64],
+    shapes: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    incidence: tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]],
+    row: NDArray[np.int32],
+    column: NDArray[np.int32],
+) -> NDArray[np.float64]:
+    """Blocks ``(n_blocks, 3, 3)`` of a stiffness that varies inside elements, N/mm.
+
+    `coefficients` ``(m, q, 21)`` and dN/dlambda `shapes` ``(q, k, 4)`` are at the points of a rule
+    with `weights` of sum 1.
+    """
+    start, element, local = incidence
+    n = row.size - 1
+    k = elements.shape[0]
+    blocks = np.zeros((column.size, 3, 3))
+    step = (n + CHUNKS - 1) // CHUNKS
+    for chunk in prange(CHUNKS):
+        position = np.zeros(n, np.int32)
+        g = np.zeros((4, 3))
+        c = np.zeros((6, 6))
+        slope = np.zeros((k, 3))
+        bc = np.zeros((3, 6))
+        sums = np.zeros((k, 3, 3))
+        for i in range(chunk * step, min(n, (chunk + 1) * step)):
+            for p in range(row[i], row[i + 1]):
+                position[column[p]] = p
+            for p in range(start[i], start[i + 1]):
+                e = element[p]
+                a = local[p]
+                volume = _gradients(nodes, elements, e, g)
+                sums[:] = 0.0
+                for q in range(weights.size):
+                    _unpack(coefficients[:, q], e, volume * weights[q], c)
+                    _shape_slopes(shapes[q], g, slope)
+                    for x in range(3):
+                        for y in range(6):
+                            bc[x, y] = (
+                                slope[a, 0] * c[VOIGT[x, 0], y]
+                                + slope[a, 1] * c[VOIGT[x, 1], y]
+                                + slope[a, 2] * c[VOIGT[x, 2], y]
+                            )
+                    for b in range(k):
+                        s0, s1, s2 = slope[b, 0], slope[b, 1], slope[b, 2]
+                        for x in range(3):
+                            sums[b, x, 0] += s0 * bc[x, 0] + s1 * bc[x, 5] + s2 * bc[x, 4]
+                            sums[b, x, 1] += s0 * bc[x, 5] + s1 * bc[x, 1] + s2 * bc[x, 3]
+                            sums[b, x, 2] += s0 * bc[x, 4] + s1 * bc[x, 3] + s2 * bc[x, 2]
+                for b in range(k):
+                    j = position[elements[b, e]]
+                    for x in range(3):
+                        for y in range(3):
+                            blocks[j, x, y] += sums[b, x, y]
+    return blocks
+
+
+@njit(parallel=True, fastmath=FAST, cache=True)
+def element_energies_at_points(
+    nodes: NDArray[np.float64],
+    elements: NDArray[np.int32],
+    coefficients: NDArray[np.float64],
+    shapes: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    u: NDArray[np.float64],
+    v: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """As `element_energies`, for coefficients ``(m, q, 21)`` at points with weights, N mm."""
+    m = elements.shape[1]
+    energy = np.zeros(m)
+    step = (m + CHUNKS - 1) // CHUNKS
+    for chunk in prange(CHUNKS):
+        g = np.zeros((4, 3))
+        c = np.zeros((6, 6))
+        eps_u = np.zeros(6)
+        eps_v = np.zeros(6)
+        for e in range(chunk * step, min(m, (chunk + 1) * step)):
+            volume = _gradients(nodes, elements, e, g)
+            total = 0.0
+            for q in range(weights.size):
+                _unpack(coefficients[:, q], e, volume * weights[q], c)
+                _strain(u, elements, e, shapes[q], g, eps_u)
+                _strain(v, elements, e, shapes[q], g, eps_v)
+                for x in range(6):
+                    for y in range(6):
+                        total += eps_u[x] * c[x, y] * eps_v[y]
+            energy[e] = total
+    return energy

@@ -19,13 +19,22 @@ from gradedesign.errors import ResourceError, SolverError
 from gradedesign.fe._assembly_kernels import (
     block_pattern,
     element_energies,
+    element_energies_at_points,
     elements_of_nodes,
     stiffness_blocks,
+    stiffness_blocks_at_points,
 )
 from gradedesign.fe._multigrid_kernels import multiply
 from gradedesign.fe._space_kernels import LOCAL_EDGES
+from gradedesign.fe.element_points import shape_derivatives
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import Stiffness, element_count, kernel_coefficients
+from gradedesign.fe.stiffness import (
+    PointStiffness,
+    Stiffness,
+    element_count,
+    kernel_coefficients,
+    point_coefficients,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,7 +84,7 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     Parameters
     ----------
     pattern : AssemblyPattern
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : IsotropicStiffness, AnisotropicStiffness or PointStiffness
 
     Returns
     -------
@@ -88,15 +97,28 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
         If `stiffness` is for another number of elements.
     """
     space = pattern.space
-    blocks = stiffness_blocks(
-        space.nodes,
-        space.elements,
-        _matching_coefficients(space, stiffness),
-        _stiffness_tables(space.order),
-        pattern.incidence,
-        pattern.row,
-        pattern.column,
-    )
+    _require_matching(space, stiffness)
+    if isinstance(stiffness, PointStiffness):
+        blocks = stiffness_blocks_at_points(
+            space.nodes,
+            space.elements,
+            point_coefficients(stiffness),
+            shape_derivatives(space.order, stiffness.points),
+            stiffness.weights,
+            pattern.incidence,
+            pattern.row,
+            pattern.column,
+        )
+    else:
+        blocks = stiffness_blocks(
+            space.nodes,
+            space.elements,
+            kernel_coefficients(stiffness),
+            _stiffness_tables(space.order),
+            pattern.incidence,
+            pattern.row,
+            pattern.column,
+        )
     n = space.dof_count
     return bsr_matrix((blocks, pattern.column, pattern.row), shape=(n, n), copy=False)
 
@@ -128,14 +150,26 @@ def strain_energy_per_element(
     -------
     (m,) array, N mm
     """
+    _require_matching(space, stiffness)
     first = _nodal(space, u, "u")
+    second = first if v is None else _nodal(space, v, "v")
+    if isinstance(stiffness, PointStiffness):
+        return element_energies_at_points(
+            space.nodes,
+            space.elements,
+            point_coefficients(stiffness),
+            shape_derivatives(space.order, stiffness.points),
+            stiffness.weights,
+            first,
+            second,
+        )
     return element_energies(
         space.nodes,
         space.elements,
-        _matching_coefficients(space, stiffness),
+        kernel_coefficients(stiffness),
         shape_gradients(space.order),
         first,
-        first if v is None else _nodal(space, v, "v"),
+        second,
     )
 
 
@@ -195,14 +229,13 @@ def _stiffness_tables(
     return support, count, term, weight
 
 
-def _matching_coefficients(space: TetSpace, stiffness: Stiffness) -> FloatArray:
-    """Kernel coefficients after a check of their number."""
+def _require_matching(space: TetSpace, stiffness: Stiffness) -> None:
+    """Refuse a stiffness of another number of elements."""
     if element_count(stiffness) != space.element_count:
         raise SolverError(
             f"the stiffness is given for {element_count(stiffness)} elements, but the space has "
             f"{space.element_count}; build both from the same mesh"
         )
-    return kernel_coefficients(stiffness)
 
 
 def _nodal(space: TetSpace, value: FloatArray, name: str) -> FloatArray:

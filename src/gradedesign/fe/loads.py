@@ -25,7 +25,12 @@ from gradedesign.fe.element_points import (
 )
 from gradedesign.fe.facets import facet_areas, facet_nodes, outward_area_vectors
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import Stiffness, element_count, kernel_coefficients
+from gradedesign.fe.stiffness import (
+    Stiffness,
+    constant_in_elements,
+    element_count,
+    kernel_coefficients,
+)
 from gradedesign.mesh.tet_mesh import signed_volumes
 
 #: A traction in MPa: one vector (3,), one per facet (3, k), or a function of points (3, ...) in mm.
@@ -216,7 +221,7 @@ def thermal_force(
     return initial_strain_force(
         space.nodes,
         space.elements,
-        kernel_coefficients(stiffness),
+        kernel_coefficients(constant_in_elements(stiffness)),
         shape_derivatives(space.order, barycentric("gauss")),
         expansion * values_at(space, temperature_change, "gauss"),
     )

@@ -16,7 +16,12 @@ from gradedesign.fe.element_points import (
     values_at,
 )
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import Stiffness, element_count, kernel_coefficients
+from gradedesign.fe.stiffness import (
+    Stiffness,
+    constant_in_elements,
+    element_count,
+    kernel_coefficients,
+)
 from gradedesign.mesh.tet_mesh import signed_volumes
 
 #: Voigt index of every tensor component, order xx, yy, zz, yz, xz, xy.
@@ -190,7 +195,7 @@ def _evaluated(
     return stress_at_points(
         space.nodes,
         space.elements,
-        kernel_coefficients(stiffness),
+        kernel_coefficients(constant_in_elements(stiffness)),
         shape_derivatives(space.order, barycentric(at)),
         values_at(space, thermal_strain, at),
         np.ascontiguousarray(displacement, dtype=np.float64),

@@ -114,11 +114,13 @@ class _Wall:
         self.rtol, self.max_iterations = rtol, max_iterations
         self.C = solid_stiffness(poissons_ratio)
         self.B = _strain_matrices()
-        self.fill = self.operator.fill.ravel()
+        # Gauss points are visited in solid voxels only.
+        self.solid = np.flatnonzero(self.operator.fill)
+        self.fill = self.operator.fill.ravel()[self.solid]
         self.area = fill.shape[0] * fill.shape[1]
         height = 0.5 * fill.shape[2] if middle is None else middle
         centre = np.arange(self.shape[2]) + 0.5 - height
-        self.z = np.broadcast_to(centre, self.shape).ravel()
+        self.z = np.broadcast_to(centre, self.shape).ravel()[self.solid]
 
     def stiffness(self) -> WallStiffness:
         """All three stiffnesses."""
@@ -200,16 +202,17 @@ class _Wall:
         return u
 
     def gather(self, u: FloatArray) -> FloatArray:
-        """Corner displacements ``(24, n)`` of every voxel."""
-        rolled = [np.roll(u, tuple(-c), (1, 2, 3)).reshape(3, -1) for c in _CORNERS]
+        """Corner displacements ``(24, n)`` of the solid voxels."""
+        rolled = [np.roll(u, tuple(-c), (1, 2, 3)).reshape(3, -1)[:, self.solid] for c in _CORNERS]
         return np.concatenate(rolled)
 
     def scatter(self, force: FloatArray) -> FloatArray:
         """Sum corner forces ``(24, n)`` at the nodes."""
         total = np.zeros((3, *self.shape))
+        part = np.zeros((3, total[0].size))
         for n, corner in enumerate(_CORNERS):
-            part = force[3 * n : 3 * n + 3].reshape(total.shape)
-            total += np.roll(part, tuple(corner), (1, 2, 3))
+            part[:, self.solid] = force[3 * n : 3 * n + 3]
+            total += np.roll(part.reshape(total.shape), tuple(corner), (1, 2, 3))
         return total
 
 

@@ -13,7 +13,6 @@ from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import ElasticSystem
-from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.thinnest_wall import thinnest_wall
@@ -27,6 +26,7 @@ from gradedesign.sizing.buckling_limit import BucklingUse, buckling_use
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
+    as_stiffness,
     homogenised_system,
     lattice_mass,
     lattice_stiffness,
@@ -275,7 +275,7 @@ def lattice_share(
     worst = limits[int(np.argmax(uses))]
     adjoint = solve_vectors(system, adjoint_loads(model, [worst], solutions))[0]
     u = next(s for s in solutions if s.name == worst.load_case).displacement
-    lattice = AnisotropicStiffness(C=(1 - model.solid_share) * lattice_stiffness(model, rho))
+    lattice = as_stiffness(model, (1 - model.solid_share) * lattice_stiffness(model, rho))
     shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
     value = displacement_values([worst], solutions)[0]
     if value <= 0 or shared.sum() <= 0:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration, calibrate
@@ -23,6 +25,7 @@ from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.solid_share import solid_share
+from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -165,6 +168,11 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         with locating(case, "lattice.finite_size"):
             few = local_factor(case, part, mesh, model.solid_share, kept, distance, table)
         model = replace(model, few_cells=few)
+    if case.lattice.finite_size == "walls":
+        with locating(case, "lattice.finite_size"):
+            model = with_walls(
+                model, case, part, kept, distance, family, parameters, calibration, bounds
+            )
     return Setup(
         case=case,
         material=material,
@@ -193,6 +201,45 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             *(() if table is None else spread_warnings(table)),
         ),
     )
+
+
+def with_walls(
+    model: HomogenisedModel,
+    case: Case,
+    part: Part,
+    kept: tuple[KeptRegion, ...],
+    distance: Field,
+    family: CellFamily,
+    parameters: Mapping[str, float],
+    calibration: Calibration,
+    bounds: tuple[float, float],
+) -> HomogenisedModel:
+    """The model with walls of few cells, and with cells as full as kept regions leave them.
+
+    A sleeve in the void of a cell leaves its struts whole, in less room: the density outside is
+    counted in the endless lattice, since what the part's faces cut is the walls' to say.
+    """
+
+    def everywhere(points: FloatArray) -> FloatArray:
+        return np.full(np.shape(points)[1:], -np.inf)
+
+    mesh = model.space.mesh
+    walls = wall_factors(
+        case,
+        part,
+        mesh,
+        model.solid_share < 1,
+        kept,
+        distance,
+        family,
+        parameters,
+        bounds,
+        model.material.poissons_ratio,
+    )
+    fill = None
+    if kept:
+        fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
+    return replace(model, walls=walls, fill=fill)
 
 
 def placed_layout(

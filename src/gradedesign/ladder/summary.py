@@ -303,7 +303,16 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
 
 def finite_size_data(setup: Setup) -> dict[str, Any]:
     """Whether few cells across the part were corrected for, and by what."""
-    few = setup.model.few_cells
+    few, walls = setup.model.few_cells, setup.model.walls
+    if walls is not None:
+        lattice = setup.model.solid_share < 1
+        weight = setup.model.volumes * lattice
+        return {
+            "mode": "walls",
+            "kinds": len(walls.classes),
+            "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
+            "densities": [float(walls.density[0]), float(walls.density[-1])],
+        }
     if few is None:
         return {"mode": "periodic"}
     lattice = setup.model.solid_share < 1

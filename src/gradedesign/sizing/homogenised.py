@@ -19,12 +19,13 @@ from gradedesign.fe.loads import body_force, thermal_force
 from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.solve import ElasticSystem, prepare_elastic, solve_cases
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import AnisotropicStiffness
+from gradedesign.fe.stiffness import AnisotropicStiffness, PointStiffness, Stiffness
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.sizing.local_factor import LocalFactor
 from gradedesign.sizing.local_fill import LocalFill
+from gradedesign.sizing.wall_factors import WallFactors
 
 #: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
 RTOL = 1e-6
@@ -58,6 +59,8 @@ class HomogenisedModel:
         Density that the trimmed cells really hold; None: the one asked for.
     few_cells : LocalFactor or None
         What few cells across the part keep of the law's stiffness; None: all of it.
+    walls : WallFactors or None
+        How the stiffness varies over walls of few cells; None: not at all.
     """
 
     space: TetSpace
@@ -73,6 +76,7 @@ class HomogenisedModel:
     reference_density: float = 1.0
     fill: LocalFill | None = None
     few_cells: LocalFactor | None = None
+    walls: WallFactors | None = None
 
     def __post_init__(self) -> None:
         count = self.space.elements.shape[1]
@@ -136,14 +140,33 @@ def solid_stiffness(model: HomogenisedModel) -> FloatArray:
     )
 
 
-def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Corrected stiffness of the lattice phase in global axes, ``(6, 6, M)``, MPa."""
+def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the endless lattice in global axes, ``(6, 6, M)``, MPa.
+
+    What local stress follows from: a member in a face of a wall is strained as the wall is there.
+    """
     scale = model.material.youngs_modulus * correction_factor(model, rho)
     return scale * _rotated(model, _law_stiffness(model, held_density(model, rho)))
 
 
+def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the lattice phase in global axes, MPa.
+
+    Returns
+    -------
+    (6, 6, M) or (6, 6, q, M) array
+        The latter at the points of the walls' rule, where the model has walls.
+    """
+    if model.walls is None:
+        return cell_stiffness(model, rho)
+    scale = model.material.youngs_modulus * correction_factor(model, rho)
+    D = model.walls.scale(rho)
+    whole = _law_stiffness(model, held_density(model, rho))
+    return scale * _rotated(model, D[:, None] * whole[:, :, None] * D[None])
+
+
 def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """d(lattice stiffness)/d(rho), ``(6, 6, M)``, MPa."""
+    """d(lattice stiffness)/d(rho), shaped as `lattice_stiffness`, MPa."""
     scale = model.material.youngs_modulus * correction_factor(model, rho)
     held = held_density(model, rho)
     slope = _law_slope(model, held) * held_slope(model, rho)
@@ -153,7 +176,20 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
         # The factor itself is part of the scale.
         relative = model.few_cells.slope(rho) / model.few_cells.at(rho)
         slope = slope + relative * _law_stiffness(model, held)
+    if model.walls is not None:
+        D = model.walls.scale(rho)
+        grown = 0.5 * model.walls.log_slope(rho)
+        whole = _law_stiffness(model, held)[:, :, None]
+        slope = slope[:, :, None] + (grown[:, None] + grown[None]) * whole
+        slope = D[:, None] * slope * D[None]
     return scale * _rotated(model, slope)
+
+
+def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
+    """Matrices of every tetrahedron, or at the points of the walls' rule, for assembly."""
+    if model.walls is None:
+        return AnisotropicStiffness(C=C)
+    return PointStiffness(C=C, points=model.walls.points, weights=model.walls.weights)
 
 
 def held_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
@@ -197,21 +233,38 @@ def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Stiffness of every tetrahedron, both phases in parallel, ``(6, 6, M)``, MPa."""
+    """Stiffness of both phases in parallel, shaped as `lattice_stiffness`, MPa."""
     share = model.solid_share
-    return (1 - share) * lattice_stiffness(model, rho) + share * solid_stiffness(model)[:, :, None]
+    lattice = (1 - share) * lattice_stiffness(model, rho)
+    solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
+    return np.asarray(lattice + share * solid)
+
+
+def solid_held(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Density of the lattice phase with what faces add to it or take away, ``(M,)``."""
+    held = held_density(model, rho)
+    return held if model.walls is None else held * model.walls.solid(rho)
+
+
+def solid_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(solid held)/d(density asked for), ``(M,)``."""
+    slope = held_slope(model, rho)
+    if model.walls is None:
+        return slope
+    added = held_density(model, rho) * model.walls.solid_slope(rho)
+    return slope * model.walls.solid(rho) + added
 
 
 def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Mass per volume of every tetrahedron, ``(M,)``, t/mm^3."""
     share = model.solid_share
-    return model.material.density * (share + (1 - share) * held_density(model, rho))
+    return model.material.density * (share + (1 - share) * solid_held(model, rho))
 
 
 def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     """Mass of the lattice phase alone, t."""
     weights = model.volumes * (1 - model.solid_share)
-    return float(model.material.density * (weights @ held_density(model, rho)))
+    return float(model.material.density * (weights @ solid_held(model, rho)))
 
 
 def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:
@@ -227,7 +280,7 @@ def density_loads(model: HomogenisedModel, rho: FloatArray, case: PartLoadCase) 
     if case.temperature_change:
         force += thermal_force(
             model.space,
-            AnisotropicStiffness(C=effective_stiffness(model, rho)),
+            as_stiffness(model, effective_stiffness(model, rho)),
             model.material.thermal_expansion,
             case.temperature_change,
         )
@@ -236,7 +289,7 @@ def density_loads(model: HomogenisedModel, rho: FloatArray, case: PartLoadCase) 
 
 def homogenised_system(model: HomogenisedModel, rho: FloatArray) -> ElasticSystem:
     """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike."""
-    stiffness = AnisotropicStiffness(C=effective_stiffness(model, rho))
+    stiffness = as_stiffness(model, effective_stiffness(model, rho))
     return prepare_elastic(model.space, stiffness, pattern=model.pattern)
 
 
@@ -264,11 +317,11 @@ def solve_vectors(system: ElasticSystem, vectors: Sequence[LoadVector]) -> tuple
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
-    """Turn ``(6, 6, M)`` from cell to global axes; identity costs nothing."""
+    """Turn ``(6, 6, ..., M)`` from cell to global axes; identity costs nothing."""
     bond = model.rotation
     if bond.ndim == 3:
-        half = np.einsum("aim,ijm->ajm", bond, relative)
-        return np.einsum("ajm,bjm->abm", half, bond)
+        half = np.einsum("aim,ij...m->aj...m", bond, relative)
+        return np.einsum("aj...m,bjm->ab...m", half, bond)
     if np.array_equal(bond, np.eye(6)):
         return relative
     return np.einsum("ai,ij...,bj->ab...", bond, relative, bond)

@@ -14,8 +14,8 @@ from gradedesign.fe.stress import element_stress, element_von_mises
 from gradedesign.material.density_from_stress import density_from_stress
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
+    cell_stiffness,
     held_density,
-    lattice_stiffness,
 )
 
 #: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
@@ -62,7 +62,7 @@ def lattice_stress(
     tuple of LatticeStress
         One per load case, in their order.
     """
-    stiffness = AnisotropicStiffness(C=lattice_stiffness(model, rho))
+    stiffness = AnisotropicStiffness(C=cell_stiffness(model, rho))
     thermal = model.material.thermal_expansion
     by_name = {s.name: s for s in solutions}
     stresses = []

@@ -13,12 +13,13 @@ from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.element_means import body_force_work, mean_strain
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.stiffness import AnisotropicStiffness
+from gradedesign.fe.stiffness import stiffness_matrices
 from gradedesign.fe.supports import Supports
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
-    held_slope,
+    as_stiffness,
     lattice_stiffness_derivative,
+    solid_slope,
 )
 
 
@@ -124,16 +125,16 @@ def displacement_gradient(
     """
     share = 1 - model.solid_share
     derivative = share * lattice_stiffness_derivative(model, rho)
-    stiffness = AnisotropicStiffness(C=derivative)
+    stiffness = as_stiffness(model, derivative)
     gradient = -strain_energy_per_element(
         model.space, stiffness, solution.displacement, adjoint.displacement
     )
     if np.any(case.acceleration):
         work = body_force_work(model.space, case.acceleration, adjoint.displacement)
-        gradient = gradient + work * model.material.density * share * held_slope(model, rho)
+        gradient = gradient + work * model.material.density * share * solid_slope(model, rho)
     if case.temperature_change:
         alpha = model.material.thermal_expansion * case.temperature_change
         strain = mean_strain(model.space, adjoint.displacement)
-        stress = derivative[:, :3].sum(axis=1) * alpha
+        stress = stiffness_matrices(stiffness)[:, :3].sum(axis=1) * alpha
         gradient = gradient + model.volumes * np.einsum("im,im->m", strain, stress)
     return gradient

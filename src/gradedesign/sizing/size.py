@@ -18,11 +18,11 @@ from gradedesign.sizing.buckling_limit import (
 )
 from gradedesign.sizing.homogenised import (
     HomogenisedModel,
-    held_slope,
     homogenised_system,
     lattice_mass,
     lattice_stiffness,
     lattice_stiffness_derivative,
+    solid_slope,
     solve_homogenised,
     solve_vectors,
 )
@@ -141,7 +141,7 @@ def size(
     model = problem.model
     weights = model.volumes * (1 - model.solid_share)
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
-    per_asked = held_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
+    per_asked = solid_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
     cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
     active = cost > 0
     felt = problem.filter if active.all() else problem.filter[:, active]
@@ -246,6 +246,8 @@ def _stiffness_exponent(model: HomogenisedModel, rho: FloatArray, weights: Float
     """Mean of d(ln C11)/d(ln rho) over the lattice, the power of the reciprocal expansion."""
     stiffness = lattice_stiffness(model, rho)[0, 0]
     slope = rho * lattice_stiffness_derivative(model, rho)[0, 0] / stiffness
+    if model.walls is not None:
+        slope = model.walls.weights @ slope
     return max(float(weights @ slope / weights.sum()), 1.0)
 
 

@@ -1,0 +1,153 @@
+"""How a wall of few cells, cut where its faces lie, differs from a plate of the endless lattice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.shape import complete_parameters, evaluate_shape
+from gradedesign.errors import SolverError
+from gradedesign.homogenise.periodic import solve_periodic
+from gradedesign.homogenise.sampling import SUBSAMPLES
+from gradedesign.homogenise.wall import PLANE, wall_stiffness
+
+#: Residual of the solves: ratios are right to its square, shear to a thousandth (measured).
+RTOL = 1e-3
+#: Share of the shear stiffness that is left of ``G h`` in a homogeneous plate.
+UNIFORM_SHEAR = 5 / 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WallRatios:
+    """A wall over a plate of the same thickness and the periodic stiffness.
+
+    Directions are the two axes of the cell that follow the wall's normal in the cycle x, y, z.
+
+    Attributes
+    ----------
+    solid : float
+        Density of the wall over that of the endless lattice.
+    membrane, bending : (3,) arrays
+        Along the first direction, the second, and shear or twist between them.
+    shear : (2,) array
+        Transverse, along the first direction and the second.
+    """
+
+    solid: float
+    membrane: FloatArray
+    bending: FloatArray
+    shear: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "membrane", locked(self.membrane, (3,), name="membrane"))
+        object.__setattr__(self, "bending", locked(self.bending, (3,), name="bending"))
+        object.__setattr__(self, "shear", locked(self.shear, (2,), name="shear"))
+
+
+def wall_ratios(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    rho: float,
+    *,
+    axis: int,
+    lower: float,
+    upper: float,
+    resolution: int,
+    poissons_ratio: float = 0.3,
+) -> WallRatios:
+    """Homogenise a wall across one axis of the cells and compare it with the endless lattice.
+
+    Parameters
+    ----------
+    family : CellFamily
+    parameters : mapping of str to float or None
+    rho : float
+        Relative density of the endless lattice.
+    axis : int
+        Normal of the wall: 0, 1 or 2.
+    lower, upper : float
+        Its faces along the axis, in cells.
+    resolution : int
+        Voxels along a cell.
+    poissons_ratio : float
+
+    Returns
+    -------
+    WallRatios
+
+    Raises
+    ------
+    LatticeError
+        If the wall does not hang together.
+    SolverError
+        If a solve does not converge, or the wall is no thicker than two voxels.
+    """
+    level = float(calibrate(family, parameters).level_of(rho))
+    complete = tuple(sorted(complete_parameters(family, parameters).items()))
+    whole, endless = _endless(family, complete, level, axis, resolution, poissons_ratio)
+    plane = np.linalg.inv(np.linalg.inv(endless)[np.ix_(PLANE, PLANE)])
+    cut, middle = _cut_fill(family, dict(complete), level, axis, lower, upper, resolution)
+    if cut.shape[2] < 2:
+        raise SolverError(
+            f"a wall of {upper - lower:.3g} cells has {cut.shape[2]} voxels across; expected 2"
+        )
+    wall = wall_stiffness(cut, middle=middle, poissons_ratio=poissons_ratio, rtol=RTOL)
+    thick = (upper - lower) * resolution
+    transverse = np.array([endless[4, 4], endless[3, 3]])
+    return WallRatios(
+        solid=float(cut.sum() / cut[:, :, 0].size / thick / whole),
+        membrane=np.diag(wall.membrane) / (thick * np.diag(plane)),
+        bending=np.diag(wall.bending) / (thick**3 / 12 * np.diag(plane)),
+        shear=wall.shear / (UNIFORM_SHEAR * thick * transverse),
+    )
+
+
+@lru_cache(maxsize=32)
+def _endless(
+    family: CellFamily,
+    parameters: tuple[tuple[str, float], ...],
+    level: float,
+    axis: int,
+    resolution: int,
+    poissons_ratio: float,
+) -> tuple[float, FloatArray]:
+    """Density and stiffness of the endless lattice on the same voxels, in the wall's axes."""
+    top = float(family.period)
+    fill, _ = _cut_fill(family, dict(parameters), level, axis, 0.0, top, resolution)
+    solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)
+    return float(fill.mean()), solution.stiffness
+
+
+def _cut_fill(
+    family: CellFamily,
+    parameters: Mapping[str, float],
+    level: float,
+    axis: int,
+    lower: float,
+    upper: float,
+    resolution: int,
+) -> tuple[FloatArray, float]:
+    """Fill of a slab across an axis, which becomes the last, and the height of its middle.
+
+    Voxels that a face cuts are sampled in the slab only, and filled in proportion.
+    """
+    first = int(np.floor(lower * resolution + 1e-9))
+    last = int(np.ceil(upper * resolution - 1e-9))
+    edges = np.clip(np.arange(first, last + 1), lower * resolution, upper * resolution)
+    step = (np.arange(SUBSAMPLES) + 0.5) / SUBSAMPLES
+    height = (edges[:-1, None] + step * np.diff(edges)[:, None]).ravel() / resolution
+    n = family.period * resolution
+    along = (np.arange(n * SUBSAMPLES) + 0.5) / (SUBSAMPLES * resolution)
+    local = np.meshgrid(along, along, height, indexing="ij")
+    # Local axes follow the normal in the cycle: the last one is the normal itself.
+    u = np.stack([local[(i - axis - 1) % 3] for i in range(3)])
+    solid = evaluate_shape(family, parameters, u) <= level
+    shape = (n, SUBSAMPLES, n, SUBSAMPLES, last - first, SUBSAMPLES)
+    fill = solid.reshape(shape).mean(axis=(1, 3, 5)) * np.diff(edges)
+    return fill, 0.5 * (lower + upper) * resolution - first

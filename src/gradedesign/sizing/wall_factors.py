@@ -1,0 +1,228 @@
+"""Walls of few cells in sizing: how the lattice's stiffness varies over their thickness.
+
+In the axes of the cells the stiffness at a point becomes ``D C D`` with a diagonal ``D``, which
+keeps it positive definite. For each axis that is normal to a wall, the entries in its plane follow
+a profile over the thickness whose mean and second moment are the wall's membrane and bending
+ratios, and the transverse ones a constant that gives the wall its shear stiffness. Ratios of
+several axes multiply.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.errors import DensityError
+
+#: Exponents of profiles, the least one that reaches the asked second moment is taken: outward
+#: ``|z|^p`` raises it to ``3 (p + 1) / (p + 3)``, inward ``(1 - z^2)^p`` lowers it to
+#: ``3 / (2 p + 3)``.
+EXPONENTS = (8, 16, 32)
+#: At most this share of a profile is not uniform, so that it stays positive.
+MOST = 0.95
+
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+_HEIGHTS = 2001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WallClass:
+    """Ratios of one kind of wall at the densities of `WallFactors`.
+
+    Attributes
+    ----------
+    solid : (k,) array
+        Density of the wall over that of the endless lattice.
+    mean, outward, inward : (k, 3) arrays
+        Uniform part of the profiles and their parts towards the faces and the middle: along the
+        first in-plane axis, the second, and shear between them.
+    shear : (k, 2) array
+        Factor on the transverse shear stiffness along the first axis and the second.
+    exponent : int
+        Of both profiles.
+    """
+
+    solid: FloatArray
+    mean: FloatArray
+    outward: FloatArray
+    inward: FloatArray
+    shear: FloatArray
+    exponent: int
+
+
+def wall_class(
+    solid: FloatArray, membrane: FloatArray, bending: FloatArray, shear: FloatArray
+) -> WallClass:
+    """Profiles that have the membrane, bending and shear ratios of a wall.
+
+    Parameters
+    ----------
+    solid : (k,) array
+        By density.
+    membrane, bending : (k, 3) arrays
+    shear : (k, 2) array
+        Over ``5/6 G h``, that of a uniform plate.
+
+    Raises
+    ------
+    DensityError
+        If no profile has such a bending stiffness: more than all solid at the faces has, or less
+        than all in the middle.
+    """
+    relative = bending / membrane - 1
+    for exponent in EXPONENTS:
+        far, near = _moments(exponent)
+        outward = np.maximum(relative, 0.0) / (far - 1)
+        inward = np.maximum(-relative, 0.0) / (1 - near)
+        if max(outward.max(), inward.max()) <= MOST:
+            break
+    else:
+        least, most = 1 - MOST * (1 - near), 1 + MOST * (far - 1)
+        raise DensityError(
+            f"a wall is {1 + relative.max():.3g} or {1 + relative.min():.3g} times as stiff in "
+            f"bending as a uniform one of its membrane stiffness; expected {least:.2g} to "
+            f"{most:.3g}: leave finite_size out, or move the origin of the cells"
+        )
+    # Transverse stress follows the profile of the stiffness along its own direction.
+    share = [
+        [_shear_share(outward[i, d], inward[i, d], exponent) for d in range(2)]
+        for i in range(len(solid))
+    ]
+    return WallClass(
+        solid=solid,
+        mean=membrane,
+        outward=outward * membrane,
+        inward=inward * membrane,
+        shear=shear * (5 / 6) / np.array(share),
+        exponent=exponent,
+    )
+
+
+def _moments(exponent: int) -> tuple[float, float]:
+    """Second moments over a uniform profile's: outward, inward."""
+    return 3 * (exponent + 1) / (exponent + 3), 3 / (2 * exponent + 3)
+
+
+def _parts(z: FloatArray, exponent: int) -> tuple[FloatArray, FloatArray]:
+    """Outward and inward profiles at heights -1 to 1, each of mean 1."""
+    middle = np.cumprod([1.0] + [2 * k / (2 * k + 1) for k in range(1, exponent + 1)])[-1]
+    return (exponent + 1) * np.abs(z) ** exponent, (1 - z * z) ** exponent / middle
+
+
+def _shear_share(outward: float, inward: float, exponent: int) -> float:
+    """Shear stiffness over ``G h`` for a profile of the stiffness along the wall and uniform G.
+
+    The shear flow is the moment of the profile beyond a height; 5/6 for a uniform one.
+    """
+    z = np.linspace(0.0, 1.0, _HEIGHTS)
+    far, near = _parts(z, exponent)
+    profile = 1 + outward * (far - 1) + inward * (near - 1)
+    steps = 0.5 * np.diff(z) * (profile[1:] * z[1:] + profile[:-1] * z[:-1])
+    flow = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+    return float(np.trapezoid(flow, z) ** 2 / np.trapezoid(flow**2, z))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WallFactors:
+    """Walls about every tetrahedron, at the points of an integration rule.
+
+    Attributes
+    ----------
+    density : (k,) array
+        Increasing; the ratios are linear between them.
+    classes : tuple of WallClass
+    kind : (3, M) int array
+        Class of the wall across each axis of the cells; -1 where there is none.
+    height : (3, q, M) array
+        Place of every point in that wall, -1 and 1 at its faces.
+    points, weights : (q, 4) and (q,) arrays
+        The rule.
+    """
+
+    density: FloatArray
+    classes: tuple[WallClass, ...]
+    kind: IntArray
+    height: FloatArray
+    points: FloatArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "density", locked(self.density, (None,), name="density"))
+        if self.density.size < 2 or not (np.diff(self.density) > 0).all():
+            raise ValueError("densities must increase, two or more")
+        if np.abs(self.height).max(initial=0.0) > 1:
+            raise ValueError("heights lie between the faces of a wall, from -1 to 1")
+
+    def scale(self, rho: FloatArray) -> FloatArray:
+        """Diagonal of ``D`` in cell axes at densities ``(M,)``, ``(6, q, M)``."""
+        return np.sqrt(self._products(rho)[0])
+
+    def log_slope(self, rho: FloatArray) -> FloatArray:
+        """Derivative by density of the logarithm of the square of ``D``, ``(6, q, M)``."""
+        return self._products(rho)[1]
+
+    def solid(self, rho: FloatArray) -> FloatArray:
+        """Density of the walls over that asked for, ``(M,)``."""
+        return self._solid(rho)[0]
+
+    def solid_slope(self, rho: FloatArray) -> FloatArray:
+        """d(solid)/d(rho), ``(M,)``."""
+        value, relative = self._solid(rho)
+        return value * relative
+
+    def _solid(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Ratio of solid and the derivative of its logarithm."""
+        value, relative = np.ones(rho.size), np.zeros(rho.size)
+        for _, tets, wall in self._walls():
+            at, slope = self._between(wall.solid[:, None], rho[tets])
+            value[tets] *= at[0]
+            relative[tets] += slope[0] / at[0]
+        return value, relative
+
+    def _products(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Products of the axes' factors and the derivatives of their logarithms."""
+        factor = np.ones((6, self.weights.size, rho.size))
+        relative = np.zeros_like(factor)
+        for axis, tets, wall in self._walls():
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            far, near = _parts(self.height[axis][:, tets], wall.exponent)
+            mean, mean_slope = self._between(wall.mean, rho[tets])
+            out, out_slope = self._between(wall.outward, rho[tets])
+            into, into_slope = self._between(wall.inward, rho[tets])
+            for c, row in enumerate((i, j, _VOIGT[i, j])):
+                value = mean[c] + out[c] * (far - 1) + into[c] * (near - 1)
+                slope = mean_slope[c] + out_slope[c] * (far - 1) + into_slope[c] * (near - 1)
+                factor[row][:, tets] *= value
+                relative[row][:, tets] += slope / value
+            shear, shear_slope = self._between(wall.shear, rho[tets])
+            for c, row in enumerate((_VOIGT[i, axis], _VOIGT[j, axis])):
+                factor[row][:, tets] *= shear[c]
+                relative[row][:, tets] += shear_slope[c] / shear[c]
+        return factor, relative
+
+    def _walls(self) -> list[tuple[int, IntArray, WallClass]]:
+        """Axis, tetrahedra and class of every wall."""
+        found = []
+        for axis in range(3):
+            for number, wall in enumerate(self.classes):
+                tets = np.flatnonzero(self.kind[axis] == number)
+                if tets.size:
+                    found.append((axis, tets, wall))
+        return found
+
+    def _between(self, rows: FloatArray, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rows ``(k, n)`` at densities ``(t,)`` and their slopes, ``(n, t)`` each."""
+        low, high = self.density[0], self.density[-1]
+        if not ((rho >= low - 1e-9) & (rho <= high + 1e-9)).all():
+            raise DensityError(
+                f"ratios of walls are known for relative densities {low:g} to {high:g}, but were "
+                f"asked for {np.min(rho):g} to {np.max(rho):g}; narrow [lattice] density"
+            )
+        place = np.searchsorted(self.density, rho, side="right") - 1
+        piece = np.clip(place, 0, self.density.size - 2)
+        width = self.density[piece + 1] - self.density[piece]
+        slope = (rows[piece + 1] - rows[piece]) / width[:, None]
+        value = rows[piece] + slope * (rho - self.density[piece])[:, None]
+        return value.T, slope.T
