@@ -12,6 +12,7 @@ from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise.wall_ratios import wall_ratios
+from gradedesign.ladder.setup import with_walls
 from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.mesh.tet_mesh import boundary_facets
@@ -148,7 +149,13 @@ def test_the_stiffness_follows_the_walls_with_density(model):
 
 def test_gradients_of_a_displacement_are_exact(model):
     rng = np.random.default_rng(10)
-    rho = rng.uniform(0.295, 0.305, model.volumes.size)
+    # Between two densities of the walls: at these, slopes jump.
+    low, high = model.walls.density[1:3]
+    step = 0.4 * (high - low)
+    middle = 0.5 * (low + high)
+    rho = rng.uniform(
+        middle - 0.09 * (high - low), middle + 0.09 * (high - low), model.volumes.size
+    )
     nodes = np.flatnonzero(model.space.nodes[0] > SIZE[0] - 1e-6)
     limit = DisplacementLimit(name="tip", load_case="load", nodes=nodes, component=2, limit=1.0)
 
@@ -162,13 +169,18 @@ def test_gradients_of_a_displacement_are_exact(model):
     # Both ways move the tip by a thousand times what the solver leaves.
     along = model.space.nodes[0][model.space.elements[:4]].mean(axis=0) / SIZE[0]
     for way in (np.ones(rho.size), 1 - along):
-        step = 2e-3
         slope = (value(rho + step * way) - value(rho - step * way)) / (2 * step)
         assert gradient @ way == pytest.approx(slope, rel=2e-3)
 
 
 def test_cells_turned_against_the_faces_have_no_walls(registry):
     assert not plate(registry, rotation=(0.0, 45.0, 0.0)).walls.classes
+
+
+def test_a_change_of_temperature_is_refused(model):
+    heated = replace(model, cases=(replace(model.cases[0], temperature_change=40.0),))
+    with pytest.raises(CaseError, match="temperature change of load case 'load'"):
+        with_walls(heated, *(None,) * 8)
 
 
 def test_a_kept_face_is_no_wall(registry):
