@@ -115,10 +115,10 @@ def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
     bending = ratios.bending[0] * height**3 / 12 / np.linalg.inv(C)[0, 0]
     shear = ratios.shear[0] * 5 / 6 * C[4, 4] * height
     expected = length**3 / (3 * bending * width) + length / (shear * width)
-    # Measured 0.6 % below: the clamp holds its end's sides.
-    assert tip(model) == pytest.approx(expected, rel=0.02)
-    # Without its walls the same plate moves almost twice as far.
-    assert tip(replace(model, walls=None)) > 1.7 * expected
+    # Measured 0.35 % below: the clamp holds the sides of its end.
+    assert tip(model) == pytest.approx(expected, rel=0.01)
+    # Without its walls the same plate moves twice as far (2.03).
+    assert tip(replace(model, walls=None)) > 1.9 * expected
 
 
 def test_mass_counts_what_the_faces_leave(registry, model):
