@@ -59,7 +59,7 @@ _KIND = "wall-ratios"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WallKind:
-    """Faces of a wall along an axis of the cells, in cells; the lower one lies in [0, 1)."""
+    """Faces of a wall along an axis of the cells, in cells; the lower in the first period."""
 
     axis: int
     lower: float
