@@ -26,15 +26,20 @@ from gradedesign.fe.assembly import (
     strain_energy_per_element,
 )
 from gradedesign.fe.collapsed_rule import collapsed_rule
+from gradedesign.fe.element_points import barycentric
+from gradedesign.fe.loads import thermal_force
 from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
 from gradedesign.fe.stiffness import (
     AnisotropicStiffness,
+    GaussStiffness,
     IsotropicStiffness,
-    PointStiffness,
-    constant_in_elements,
+    MomentStiffness,
+    known_at_points,
+    pair_products,
     require_positive,
     stiffness_matrices,
 )
+from gradedesign.fe.stress import element_stress
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 ELEMENTS = {1: ElementTetP1(), 2: ElementTetP2()}
@@ -235,12 +240,29 @@ def test_unstable_elements_are_named():
     require_positive(random_stiffness(4))
 
 
-def varying_stiffness(mesh: TetMesh, count: int = 3) -> PointStiffness:
-    """Random matrices at the points of a rule, different in every element and point."""
-    points, weights = collapsed_rule(count)
+def random_at_points(mesh: TetMesh, count: int) -> np.ndarray:
+    """Random matrices at points, ``(6, 6, count, m)``, different in every element and point."""
     tets = mesh.tets.shape[1]
-    c = random_stiffness(tets * weights.size, seed=23).C.reshape(6, 6, weights.size, tets)
-    return PointStiffness(C=c, points=points, weights=weights)
+    return random_stiffness(tets * count, seed=23).C.reshape(6, 6, count, tets)
+
+
+def moments_of(c: np.ndarray, points: np.ndarray, weights: np.ndarray) -> MomentStiffness:
+    return MomentStiffness(C=np.einsum("pq,ijqm->ijpm", pair_products(points, weights), c))
+
+
+def scikit_fem_at_points(space: TetSpace, c: np.ndarray, points: np.ndarray, weights: np.ndarray):
+    """Matrices at the points of a rule, integrated by that rule."""
+    quadrature = points[:, 1:].T, weights / 6
+    basis = Basis(skfem_mesh(space), ElementVector(ELEMENTS[space.order]), quadrature=quadrature)
+
+    def voigt(e):
+        return np.stack([e[0, 0], e[1, 1], e[2, 2], 2 * e[1, 2], 2 * e[0, 2], 2 * e[0, 1]])
+
+    @BilinearForm
+    def form(u, v, _):
+        return np.einsum("imq,ijqm,jmq->mq", voigt(sym_grad(v)), c, voigt(sym_grad(u)))
+
+    return form.assemble(basis).toarray()
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
@@ -264,39 +286,39 @@ def test_collapsed_rules_integrate_their_degree(count):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_stiffness_at_points_is_scikit_fems_on_the_same_rule(order):
+@pytest.mark.parametrize("rule", ["gauss", "27 points"])
+def test_a_varying_stiffness_is_scikit_fems_on_the_same_rule(order, rule):
     mesh = distorted_box()
     space = tet_space(mesh, order)
-    stiffness = varying_stiffness(mesh)
-    element = ElementVector(ELEMENTS[order])
-    quadrature = stiffness.points[:, 1:].T, stiffness.weights / 6
-    basis = Basis(skfem_mesh(space), element, quadrature=quadrature)
-    C = np.moveaxis(stiffness.C, 2, 3)
-
-    def voigt(e):
-        return np.stack([e[0, 0], e[1, 1], e[2, 2], 2 * e[1, 2], 2 * e[0, 2], 2 * e[0, 1]])
-
-    @BilinearForm
-    def form(u, v, _):
-        return np.einsum("imq,ijmq,jmq->mq", voigt(sym_grad(v)), C, voigt(sym_grad(u)))
-
-    expected = form.assemble(basis).toarray()
+    if rule == "gauss":
+        points, weights = barycentric("gauss"), np.full(4, 0.25)
+        c = random_at_points(mesh, 4)
+        stiffness = GaussStiffness(C=c)
+    else:
+        points, weights = collapsed_rule(3)
+        c = random_at_points(mesh, 27)
+        stiffness = moments_of(c, points, weights)
+    expected = scikit_fem_at_points(space, c, points, weights)
     found = assemble(assembly_pattern(space), stiffness).toarray()
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
     rng = np.random.default_rng(8)
     u, v = rng.standard_normal((2, *space.nodes.shape))
     energy = strain_energy_per_element(space, stiffness, u, v).sum()
     assert energy == pytest.approx(u.T.ravel() @ expected @ v.T.ravel(), rel=1e-10)
+    means = np.einsum("ijqm,q->ijm", c, weights)
+    np.testing.assert_allclose(stiffness_matrices(stiffness), means, rtol=1e-12)
 
 
-def test_a_constant_at_points_is_one_for_each_element():
+@pytest.mark.parametrize("rule", ["gauss", "27 points"])
+def test_a_constant_at_points_is_one_for_each_element(rule):
     mesh = distorted_box()
     space = tet_space(mesh, 2)
     constant = random_stiffness(mesh.tets.shape[1])
-    points, weights = collapsed_rule(2)
-    spread = PointStiffness(
-        C=np.repeat(constant.C[:, :, None], weights.size, axis=2), points=points, weights=weights
-    )
+    points, weights = collapsed_rule(3)
+    if rule == "gauss":
+        spread = GaussStiffness(C=np.repeat(constant.C[:, :, None], 4, axis=2))
+    else:
+        spread = moments_of(np.repeat(constant.C[:, :, None], 27, axis=2), points, weights)
     pattern = assembly_pattern(space)
     expected = assemble(pattern, constant).toarray()
     found = assemble(pattern, spread).toarray()
@@ -305,14 +327,38 @@ def test_a_constant_at_points_is_one_for_each_element():
     require_positive(spread)
 
 
-def test_stiffness_at_points_is_checked():
-    stiffness = varying_stiffness(distorted_box())
-    with pytest.raises(SolverError, match="given at 27 points of each"):
-        constant_in_elements(stiffness)
-    bad = stiffness.C.copy()
-    bad[0, 0, 5, 3] = -1.0
-    broken = PointStiffness(C=bad, points=stiffness.points, weights=stiffness.weights)
-    with pytest.raises(SolverError, match=r"of 1 elements is not positive definite.*element 3"):
-        require_positive(broken)
-    with pytest.raises(ValueError, match="sum 1"):
-        PointStiffness(C=stiffness.C, points=stiffness.points, weights=2 * stiffness.weights)
+def test_a_varying_stiffness_is_checked():
+    mesh = distorted_box()
+    points, weights = collapsed_rule(3)
+    stiffness = moments_of(random_at_points(mesh, 27), points, weights)
+    with pytest.raises(SolverError, match="only its moments are given"):
+        known_at_points(stiffness)
+    for kind, count in ((MomentStiffness, 10), (GaussStiffness, 4)):
+        bad = random_at_points(mesh, count).copy()
+        bad[0, 0, 2, 3] = -1.0
+        with pytest.raises(SolverError, match=r"of 1 elements is not positive definite.*element 3"):
+            require_positive(kind(C=bad))
+        bad[0, 1] += 1.0
+        with pytest.raises(ValueError, match="not symmetric"):
+            kind(C=bad)
+
+
+def test_stress_and_thermal_force_of_a_stiffness_at_gauss_points():
+    mesh = distorted_box()
+    space = tet_space(mesh, 2)
+    c = random_at_points(mesh, 4)
+    stiffness = GaussStiffness(C=c)
+    # Point by point: each has the stress that its own matrix makes, as if it were the element's.
+    u = np.random.default_rng(9).standard_normal(space.nodes.shape)
+    stress = element_stress(space, stiffness, u)
+    for q in range(4):
+        alone = element_stress(space, AnisotropicStiffness(C=c[:, :, q]), u)[..., q]
+        np.testing.assert_allclose(stress[..., q], alone, rtol=1e-12)
+    # A body that expands freely is in balance with its thermal forces, and free of stress.
+    expansion, change = 2e-5, 70.0
+    free = expansion * change * space.nodes
+    force = thermal_force(space, stiffness, expansion, change)
+    needed = matvec(assemble(assembly_pattern(space), stiffness), free)
+    np.testing.assert_allclose(force, needed, atol=1e-12 * np.abs(needed).max())
+    left = element_stress(space, stiffness, free, thermal_strain=expansion * change)
+    assert np.abs(left).max() < 1e-12 * np.abs(element_stress(space, stiffness, free)).max()

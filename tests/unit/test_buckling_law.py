@@ -35,7 +35,7 @@ from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
 from gradedesign.sizing.buckling_limit import BucklingLimit
 from gradedesign.sizing.filter import uniform_filter
-from gradedesign.sizing.homogenised import homogenised_model
+from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.size import SizingProblem, size
 from gradedesign.sizing.stress_limit import StressLimit
 

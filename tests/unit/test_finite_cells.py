@@ -27,12 +27,9 @@ from gradedesign.mesh.tet_mesh import boundary_facets, centroids
 from gradedesign.part.box import box_surface
 from gradedesign.part.chords import chords
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.homogenised import (
-    homogenised_model,
-    lattice_stiffness,
-    lattice_stiffness_derivative,
-    solve_homogenised,
-)
+from gradedesign.sizing.homogenised import solve_homogenised
+from gradedesign.sizing.homogenised_model import homogenised_model
+from gradedesign.sizing.lattice_stiffness import lattice_stiffness, lattice_stiffness_derivative
 from gradedesign.sizing.local_factor import LocalFactor
 
 AXES = Rotation.from_euler("XYZ", (20, -35, 50), degrees=True).as_matrix()

@@ -18,7 +18,9 @@ from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.filter import uniform_filter
-from gradedesign.sizing.homogenised import homogenised_model, lattice_mass, lattice_stiffness
+from gradedesign.sizing.homogenised import lattice_mass
+from gradedesign.sizing.homogenised_model import homogenised_model
+from gradedesign.sizing.lattice_stiffness import lattice_stiffness
 from gradedesign.sizing.lattice_stress import (
     LatticeStress,
     lattice_stress,

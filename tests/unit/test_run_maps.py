@@ -11,6 +11,7 @@ from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError, DensityError, LatticeError
+from gradedesign.fe.element_points import element_points
 from gradedesign.ladder import resolve_law as law_module
 from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.oriented import oriented
@@ -21,7 +22,7 @@ from gradedesign.lattice.lattice import density_at
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.plugin.registry import build_registry
-from gradedesign.sizing.homogenised import bond_matrix
+from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
 WALLS = CellFamily(
@@ -98,15 +99,15 @@ def prepared(folder, text, registry, case=CASE):
     return prepare(load_case(folder), registry)
 
 
-def test_every_tetrahedron_has_the_axes_of_its_cell(tmp_path, registry):
+def test_every_tetrahedron_has_the_axes_of_its_cells(tmp_path, registry):
     setup = prepared(tmp_path, ARCH, registry)
-    x, _, z = centroids(setup.space.mesh) - [[12], [0], [-30]]
+    x, _, z = element_points(setup.space) - np.reshape([12, 0, -30], (3, 1, 1))
     radius = np.hypot(x, z)
-    for k in (0, 17, 40):
-        radial = np.array([x[k], 0, z[k]]) / radius[k]
+    for k, q in ((0, 0), (17, 2), (40, 3)):
+        radial = np.array([x[k, q], 0, z[k, q]]) / radius[k, q]
         across = np.cross([0, 1, 0], radial)
         axes = np.stack([radial, across, [0, 1, 0]], axis=1)
-        np.testing.assert_allclose(setup.model.rotation[:, :, k], bond_matrix(axes), atol=1e-12)
+        np.testing.assert_allclose(setup.model.rotation[:, :, q, k], bond_matrix(axes), atol=1e-12)
     assert any("stretches cells" in w for w in setup.warnings)
     report = setup.layout.report
     assert report["name"] == "cylindrical"
@@ -251,8 +252,9 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     wall = explicit_cube(made, grid) * setup.case.run.mesh_cubes_per_wall
     assert 1.7 < wall <= 2.0
     places = centroids(setup.space.mesh)
-    axes = local_cells(made.layout.cell_map, places).axes
-    np.testing.assert_allclose(made.model.rotation, bond_matrix(axes), atol=1e-12)
+    for q in range(4):
+        axes = local_cells(made.layout.cell_map, element_points(setup.space)[:, :, q]).axes
+        np.testing.assert_allclose(made.model.rotation[:, :, q], bond_matrix(axes), atol=1e-12)
     design = build_design(made, grid)
     assert design.cell_map is made.layout.cell_map
     # Density stays what sizing chose: the level is set in cell units.
@@ -320,8 +322,8 @@ def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registr
     assert told["angle_degrees"]["p50"] < 6
     assert told["angle_degrees"]["p95"] < 0.6 * told["straight_angle_degrees"]["p95"]
     assert made.layout.report["folds"] == 0
-    axes = local_cells(made.layout.cell_map, centroids(setup.space.mesh)).axes
-    np.testing.assert_allclose(made.model.rotation, bond_matrix(axes), atol=1e-12)
+    axes = local_cells(made.layout.cell_map, element_points(setup.space)[:, :, 2]).axes
+    np.testing.assert_allclose(made.model.rotation[:, :, 2], bond_matrix(axes), atol=1e-12)
     assert made.layout.typical == setup.layout.typical
     assert with_cells(made, np.full(setup.model.volumes.size, 0.3)) is made
 

@@ -83,12 +83,34 @@ def test_slopes_are_those_of_the_values():
     walls = some_walls()
     rho = np.random.default_rng(4).uniform(0.21, 0.39, 40)
     step = 1e-6
-    above, below = walls.scale(rho + step), walls.scale(rho - step)
-    np.testing.assert_allclose(
-        walls.log_slope(rho), (np.log(above) - np.log(below)) / step, rtol=1e-5, atol=1e-6
-    )
+    moments, slope = walls.moments_with_slope(rho)
+    np.testing.assert_array_equal(moments, walls.moments(rho))
+    rise = (walls.moments(rho + step) - walls.moments(rho - step)) / (2 * step)
+    np.testing.assert_allclose(slope, rise, rtol=1e-5, atol=1e-7)
+    assert np.abs(slope).max() > 0.01
     rise = (walls.solid(rho + step) - walls.solid(rho - step)) / (2 * step)
     np.testing.assert_allclose(walls.solid_slope(rho), rise, rtol=1e-5, atol=1e-7)
+
+
+def test_moments_are_those_of_the_profiles_at_the_points():
+    # One wall across x, point by point as the class says it.
+    walls = some_walls()
+    (tets,) = np.nonzero((walls.kind[0] == 0) & (walls.kind[1:] < 0).all(axis=0))
+    tet = tets[0]
+    wall = walls.classes[0]
+    rho = np.full(40, walls.density[1])
+    expected = np.zeros((6, 6, 10))
+    pairs = [(s, t) for s in range(4) for t in range(s, 4)]
+    for q, weight in enumerate(walls.weights):
+        z = walls.height[0, q, tet]
+        square = np.ones(6)
+        # In its plane yy, zz and yz, across it xy and xz.
+        square[[1, 2, 3]] = [profile(wall, 1, entry, z) for entry in range(3)]
+        square[[5, 4]] = wall.shear[1]
+        D = np.sqrt(square)
+        for k, (s, t) in enumerate(pairs):
+            expected[:, :, k] += weight * walls.points[q, s] * walls.points[q, t] * np.outer(D, D)
+    np.testing.assert_allclose(walls.moments(rho)[:, :, :, tet], expected, rtol=1e-12)
 
 
 def test_where_there_is_no_wall_nothing_changes():
@@ -96,10 +118,13 @@ def test_where_there_is_no_wall_nothing_changes():
     none = (walls.kind < 0).all(axis=0)
     assert none.any()
     rho = np.full(40, 0.3)
-    np.testing.assert_array_equal(walls.scale(rho)[:, :, none], 1.0)
-    assert np.abs(walls.scale(rho)[:, :, ~none] - 1).max() > 0.05
+    # Means of the products of two coordinates: 1/10 of a square, 1/20 of two (Dirichlet).
+    one = np.array([0.1 if s == t else 0.05 for s in range(4) for t in range(s, 4)])
+    moments = walls.moments(rho) / one[:, None]
+    np.testing.assert_allclose(moments[:, :, :, none], 1.0, rtol=1e-12)
+    assert np.abs(moments[:, :, :, ~none] - 1).max() > 0.05
 
 
 def test_beyond_the_known_densities_is_an_error():
     with pytest.raises(DensityError, match=r"0\.1 to 0\.4, but were asked for 0\.5"):
-        some_walls().scale(np.full(40, 0.5))
+        some_walls().moments(np.full(40, 0.5))

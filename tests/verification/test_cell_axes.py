@@ -8,14 +8,16 @@ from scipy.spatial.transform import Rotation
 from gradedesign.cell.cell_map import uniform_map
 from gradedesign.cell.cylindrical_map import cylindrical_map
 from gradedesign.cell.local_cells import local_cells
+from gradedesign.fe.element_points import element_points
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import pressure_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.sizing.homogenised import homogenised_model, lattice_stiffness, solve_homogenised
+from gradedesign.sizing.homogenised import solve_homogenised
+from gradedesign.sizing.homogenised_model import homogenised_model
+from gradedesign.sizing.lattice_stiffness import lattice_stiffness
 from gradedesign.sizing.lattice_stress import in_cell_axes
 
 MATERIAL = Material(
@@ -52,6 +54,13 @@ def quarter_ring(radial, around):
     return mapped_mesh((radial, around, 1), ring)
 
 
+def axes_at_points(space, cell_map):
+    """Rotations ``(3, 3, 4, M)`` at the Gauss points."""
+    points = element_points(space)
+    cells = [local_cells(cell_map, points[:, :, q]).axes for q in range(4)]
+    return np.stack(cells, axis=2)
+
+
 def ring_model(matrix, cell_map, cells=(4, 12)):
     mesh = quarter_ring(*cells)
     space = tet_space(mesh)
@@ -69,8 +78,10 @@ def ring_model(matrix, cell_map, cells=(4, 12)):
         acceleration=np.zeros(3),
         temperature_change=0.0,
     )
-    axes = local_cells(cell_map, centroids(mesh)).axes
     share = np.zeros(space.element_count)
+    axes = axes_at_points(space, cell_map)
+    if cell_map.name == "uniform":
+        axes = axes[:, :, 0, 0]
     return homogenised_model(space, share, MATERIAL, law(matrix), [case], rotation=axes)
 
 
@@ -94,11 +105,11 @@ def test_cubic_cells_turned_by_45_degrees():
     np.testing.assert_allclose(found, np.repeat(exact[:, :, None], rho.size, 2), atol=1e-12)
 
 
-def test_cells_about_an_axis_turn_with_every_tetrahedron():
+def test_cells_about_an_axis_turn_from_point_to_point():
     model = ring_model(CUBIC, AROUND)
     rho = np.linspace(0.2, 0.6, model.volumes.size)
     found = lattice_stiffness(model, rho) / (rho * MATERIAL.youngs_modulus)
-    x, y, _ = centroids(model.space.mesh)
+    x, y, _ = element_points(model.space).transpose(0, 2, 1)
     # Nye 1957: C11' = C11 - 2 (C11 - C12 - 2 C44) sin^2 cos^2, C16' with sin cos (cos^2 - sin^2).
     s, c = y / np.hypot(x, y), x / np.hypot(x, y)
     excess = 0.30 - 0.08 - 2 * 0.05
@@ -110,12 +121,12 @@ def test_cells_about_an_axis_turn_with_every_tetrahedron():
 @pytest.mark.parametrize("cell_map", [AROUND, uniform_map(9.0, rotation=TURNED)], ids=["a", "b"])
 def test_stress_is_turned_into_the_axes_of_each_cell(cell_map):
     model = ring_model(CUBIC, cell_map, cells=(2, 4))
-    axes = local_cells(cell_map, centroids(model.space.mesh)).axes
+    axes = axes_at_points(model.space, cell_map)
     rng = np.random.default_rng(6113)
     tensor = rng.normal(size=(3, 3, model.volumes.size, 4))
     tensor += tensor.swapaxes(0, 1)
     # By definition: R^T s R, component by component.
-    exact = np.einsum("iam,ijmq,jbm->abmq", axes, tensor, axes)
+    exact = np.einsum("iaqm,ijmq,jbqm->abmq", axes, tensor, axes)
     i, j = (0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1)
     np.testing.assert_allclose(in_cell_axes(model, tensor[i, j]), exact[i, j], atol=1e-12)
 
@@ -144,8 +155,8 @@ def test_a_tube_of_cells_about_its_axis_grows_as_lekhnitskii_says(matrix):
         corners = model.space.mesh.points
         hole = np.flatnonzero(np.abs(np.hypot(*corners[:2]) - INNER) < 1e-9)
         grown[name] = np.hypot(*solution.displacement[:2, hole])
-    # On 12, 24, 48 elements around, the mean is 0.6, 0.17, 0.05 % low and the worst node 1.5, 0.4,
-    # 0.2 % off: edges are straight and axes constant in each element.
-    np.testing.assert_allclose(grown["around"], growth(matrix), rtol=3e-3)
+    # On 12, 24, 48 elements around, the worst node is 1.7, 0.27, 0.053 % off, third order, since
+    # edges are straight; with one set of axes for each element it would be 3.4, 0.76, 0.21 %.
+    np.testing.assert_allclose(grown["around"], growth(matrix), rtol=1e-3)
     # The same cells in a straight grid are another tube.
     assert np.ptp(grown["straight"]) > 0.05 * growth(matrix)

@@ -19,7 +19,7 @@ from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
 from gradedesign.sizing.filter import cone_filter
-from gradedesign.sizing.homogenised import homogenised_model
+from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.sizing.size import SizingProblem, size
 from gradedesign.sizing.stress_limit import StressLimit

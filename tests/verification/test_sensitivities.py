@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from gradedesign.fe.facets import facet_nodes
 from gradedesign.fe.load_case import PartLoadCase
@@ -14,19 +15,15 @@ from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.homogenised import (
-    held_density,
-    homogenised_model,
-    homogenised_system,
-    solve_homogenised,
-    solve_vectors,
-)
+from gradedesign.sizing.homogenised import homogenised_system, solve_homogenised, solve_vectors
+from gradedesign.sizing.homogenised_model import bond_matrix, held_density, homogenised_model
 from gradedesign.sizing.local_fill import LocalFill
 from gradedesign.sizing.responses import (
     DisplacementLimit,
     adjoint_loads,
     displacement_gradient,
     displacement_values,
+    stiffness_derivative,
 )
 
 LAW = power_law(
@@ -82,7 +79,36 @@ def test_gradient_matches_central_differences(acceleration, temperature, compone
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
     adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)
+    gradient = displacement_gradient(
+        model, rho, stiffness_derivative(model, rho), model.cases[0], solutions[0], adjoint
+    )
+    direction = rng.standard_normal(len(rho))
+    step = 1e-4
+    ahead, back = (
+        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
+        for s in (1, -1)
+    )
+    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+
+
+@pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
+def test_gradient_where_cells_turn_inside_elements(temperature):
+    """As before, with a law that is not isotropic and axes of their own at every point."""
+    model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
+    stiff = np.diag([3.0, 1.0, 0.5, 0.3, 0.2, 0.1]) + 0.1
+    law = replace(
+        LAW,
+        stiffness=lambda r: stiff[:, :, None] * r**2,
+        stiffness_derivative=lambda r: 2 * stiff[:, :, None] * r,
+    )
+    turns = Rotation.random(4 * rho.size, rng=rng).as_matrix()
+    axes = bond_matrix(turns.transpose(1, 2, 0).reshape(3, 3, 4, -1))
+    model = replace(model, law=law, rotation=axes)
+    system = homogenised_system(model, rho)
+    solutions = solve_homogenised(model, rho, system)
+    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
+    derivative = stiffness_derivative(model, rho)
+    gradient = displacement_gradient(model, rho, derivative, model.cases[0], solutions[0], adjoint)
     direction = rng.standard_normal(len(rho))
     step = 1e-4
     ahead, back = (
@@ -104,7 +130,9 @@ def test_gradient_follows_what_trimmed_cells_hold():
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
     adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)
+    gradient = displacement_gradient(
+        model, rho, stiffness_derivative(model, rho), model.cases[0], solutions[0], adjoint
+    )
     direction = rng.standard_normal(len(rho))
     step = 1e-4
     ahead, back = (
@@ -120,7 +148,9 @@ def test_one_element_at_a_time():
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
     adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    gradient = displacement_gradient(model, rho, model.cases[0], solutions[0], adjoint)
+    gradient = displacement_gradient(
+        model, rho, stiffness_derivative(model, rho), model.cases[0], solutions[0], adjoint
+    )
     for e in np.argsort(gradient)[:3]:
         values = []
         for sign in (1, -1):

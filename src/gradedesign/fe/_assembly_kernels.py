@@ -22,6 +22,9 @@ FAST = {"contract"}
 #: Voigt index of every pair of directions.
 VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
+#: Place of two barycentric coordinates among the moments of a stiffness.
+PAIR = np.array([[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]])
+
 
 @njit(cache=True)
 def elements_of_nodes(
@@ -273,31 +276,34 @@ def _shape_slopes(shape: Any, g: Any, slope: Any) -> None:
 
 
 @njit(parallel=True, fastmath=FAST, cache=True)
-def stiffness_blocks_at_points(
+def stiffness_blocks_of_moments(
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
-    coefficients: NDArray[np.float64],
+    moments: NDArray[np.float64],
     shapes: NDArray[np.float64],
-    weights: NDArray[np.float64],
     incidence: tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]],
     row: NDArray[np.int32],
     column: NDArray[np.int32],
 ) -> NDArray[np.float64]:
     """Blocks ``(n_blocks, 3, 3)`` of a stiffness that varies inside elements, N/mm.
 
-    `coefficients` ``(m, q, 21)`` and dN/dlambda `shapes` ``(q, k, 4)`` are at the points of a rule
-    with `weights` of sum 1.
+    `moments` ``(m, 10, 21)`` are those of `MomentStiffness`, `shapes` ``(4, k, 4)`` dN/dlambda at
+    the vertices: B is the sum of its values there times the barycentric coordinates.
     """
     start, element, local = incidence
     n = row.size - 1
     k = elements.shape[0]
     blocks = np.zeros((column.size, 3, 3))
     step = (n + CHUNKS - 1) // CHUNKS
+    felt = np.zeros((4, k), np.bool_)
+    for s in range(4):
+        for a in range(k):
+            felt[s, a] = (shapes[s, a] != 0.0).any()
     for chunk in prange(CHUNKS):
         position = np.zeros(n, np.int32)
         g = np.zeros((4, 3))
         c = np.zeros((6, 6))
-        slope = np.zeros((k, 3))
+        slope = np.zeros((4, k, 3))
         bc = np.zeros((3, 6))
         sums = np.zeros((k, 3, 3))
         for i in range(chunk * step, min(n, (chunk + 1) * step)):
@@ -307,19 +313,27 @@ def stiffness_blocks_at_points(
                 e = element[p]
                 a = local[p]
                 volume = _gradients(nodes, elements, e, g)
+                for s in range(4):
+                    _shape_slopes(shapes[s], g, slope[s])
                 sums[:] = 0.0
-                for q in range(weights.size):
-                    _unpack(coefficients[:, q], e, volume * weights[q], c)
-                    _shape_slopes(shapes[q], g, slope)
-                    for x in range(3):
-                        for y in range(6):
-                            bc[x, y] = (
-                                slope[a, 0] * c[VOIGT[x, 0], y]
-                                + slope[a, 1] * c[VOIGT[x, 1], y]
-                                + slope[a, 2] * c[VOIGT[x, 2], y]
-                            )
+                for t in range(4):
+                    bc[:] = 0.0
+                    for s in range(4):
+                        if not felt[s, a]:
+                            continue
+                        _unpack(moments[:, PAIR[s, t]], e, volume, c)
+                        s0, s1, s2 = slope[s, a, 0], slope[s, a, 1], slope[s, a, 2]
+                        for x in range(3):
+                            for y in range(6):
+                                bc[x, y] += (
+                                    s0 * c[VOIGT[x, 0], y]
+                                    + s1 * c[VOIGT[x, 1], y]
+                                    + s2 * c[VOIGT[x, 2], y]
+                                )
                     for b in range(k):
-                        s0, s1, s2 = slope[b, 0], slope[b, 1], slope[b, 2]
+                        if not felt[t, b]:
+                            continue
+                        s0, s1, s2 = slope[t, b, 0], slope[t, b, 1], slope[t, b, 2]
                         for x in range(3):
                             sums[b, x, 0] += s0 * bc[x, 0] + s1 * bc[x, 5] + s2 * bc[x, 4]
                             sums[b, x, 1] += s0 * bc[x, 5] + s1 * bc[x, 1] + s2 * bc[x, 3]
@@ -333,33 +347,34 @@ def stiffness_blocks_at_points(
 
 
 @njit(parallel=True, fastmath=FAST, cache=True)
-def element_energies_at_points(
+def element_energies_of_moments(
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
-    coefficients: NDArray[np.float64],
+    moments: NDArray[np.float64],
     shapes: NDArray[np.float64],
-    weights: NDArray[np.float64],
     u: NDArray[np.float64],
     v: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """As `element_energies`, for coefficients ``(m, q, 21)`` at points with weights, N mm."""
+    """As `element_energies`, for `moments` and `shapes` of `stiffness_blocks_of_moments`, N mm."""
     m = elements.shape[1]
     energy = np.zeros(m)
     step = (m + CHUNKS - 1) // CHUNKS
     for chunk in prange(CHUNKS):
         g = np.zeros((4, 3))
         c = np.zeros((6, 6))
-        eps_u = np.zeros(6)
-        eps_v = np.zeros(6)
+        eps_u = np.zeros((4, 6))
+        eps_v = np.zeros((4, 6))
         for e in range(chunk * step, min(m, (chunk + 1) * step)):
             volume = _gradients(nodes, elements, e, g)
+            for s in range(4):
+                _strain(u, elements, e, shapes[s], g, eps_u[s])
+                _strain(v, elements, e, shapes[s], g, eps_v[s])
             total = 0.0
-            for q in range(weights.size):
-                _unpack(coefficients[:, q], e, volume * weights[q], c)
-                _strain(u, elements, e, shapes[q], g, eps_u)
-                _strain(v, elements, e, shapes[q], g, eps_v)
-                for x in range(6):
-                    for y in range(6):
-                        total += eps_u[x] * c[x, y] * eps_v[y]
+            for s in range(4):
+                for t in range(4):
+                    _unpack(moments[:, PAIR[s, t]], e, volume, c)
+                    for x in range(6):
+                        for y in range(6):
+                            total += eps_u[s, x] * c[x, y] * eps_v[t, y]
             energy[e] = total
     return energy

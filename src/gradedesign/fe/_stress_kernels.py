@@ -57,7 +57,10 @@ def stress_at_points(
     u: NDArray[np.float64],
     von_mises_only: bool,
 ) -> NDArray[np.float64]:
-    """Stress in Voigt order ``(6, M, points)``, or von Mises stress ``(1, M, points)``, MPa."""
+    """Stress in Voigt order ``(6, M, points)``, or von Mises stress ``(1, M, points)``, MPa.
+
+    `coefficients` ``(M, 1 or points, 2 or 21)`` are constant in each element or not.
+    """
     k, m = elements.shape
     points = shapes.shape[0]
     result = np.zeros((1 if von_mises_only else 6, m, points))
@@ -71,11 +74,13 @@ def stress_at_points(
         s = np.zeros(6)
         for e in range(chunk * step, min(m, (chunk + 1) * step)):
             _gradients(nodes, elements, e, g)
-            _unpack(coefficients, e, 1.0, c)
+            _unpack(coefficients[:, 0], e, 1.0, c)
             for a in range(k):
                 for x in range(3):
                     local[a, x] = u[x, elements[a, e]]
             for q in range(points):
+                if q > 0 and coefficients.shape[1] > 1:
+                    _unpack(coefficients[:, q], e, 1.0, c)
                 _strain_at(local, shapes[q], g, slope, eps)
                 for x in range(3):
                     eps[x] -= _initial(free, e, q)
@@ -103,7 +108,8 @@ def initial_strain_force(
 ) -> NDArray[np.float64]:
     """Integral of ``B^T C e`` with a free isotropic strain e, ``(3, N)``, N.
 
-    `shapes` is dN/dlambda at points of equal weight. Serial, so that sums have one order.
+    `shapes` is dN/dlambda at points of equal weight, `coefficients` as in `stress_at_points`.
+    Serial, so that sums have one order.
     """
     force = np.zeros(nodes.shape)
     k, m = elements.shape
@@ -112,14 +118,15 @@ def initial_strain_force(
     c = np.zeros((6, 6))
     for e in range(m):
         volume = _gradients(nodes, elements, e, g)
-        _unpack(coefficients, e, volume / points, c)
-        xx = c[0, 0] + c[0, 1] + c[0, 2]
-        yy = c[1, 0] + c[1, 1] + c[1, 2]
-        zz = c[2, 0] + c[2, 1] + c[2, 2]
-        yz = c[3, 0] + c[3, 1] + c[3, 2]
-        xz = c[4, 0] + c[4, 1] + c[4, 2]
-        xy = c[5, 0] + c[5, 1] + c[5, 2]
         for q in range(points):
+            if q == 0 or coefficients.shape[1] > 1:
+                _unpack(coefficients[:, q], e, volume / points, c)
+            xx = c[0, 0] + c[0, 1] + c[0, 2]
+            yy = c[1, 0] + c[1, 1] + c[1, 2]
+            zz = c[2, 0] + c[2, 1] + c[2, 2]
+            yz = c[3, 0] + c[3, 1] + c[3, 2]
+            xz = c[4, 0] + c[4, 1] + c[4, 2]
+            xy = c[5, 0] + c[5, 1] + c[5, 2]
             strain = _initial(free, e, q)
             for a in range(k):
                 dx, dy, dz = 0.0, 0.0, 0.0

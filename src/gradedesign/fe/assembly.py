@@ -19,21 +19,22 @@ from gradedesign.errors import ResourceError, SolverError
 from gradedesign.fe._assembly_kernels import (
     block_pattern,
     element_energies,
-    element_energies_at_points,
+    element_energies_of_moments,
     elements_of_nodes,
     stiffness_blocks,
-    stiffness_blocks_at_points,
+    stiffness_blocks_of_moments,
 )
 from gradedesign.fe._multigrid_kernels import multiply
 from gradedesign.fe._space_kernels import LOCAL_EDGES
-from gradedesign.fe.element_points import shape_derivatives
+from gradedesign.fe.element_points import barycentric, shape_derivatives
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import (
-    PointStiffness,
+    GaussStiffness,
+    MomentStiffness,
     Stiffness,
     element_count,
     kernel_coefficients,
-    point_coefficients,
+    moment_coefficients,
 )
 
 
@@ -84,7 +85,7 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     Parameters
     ----------
     pattern : AssemblyPattern
-    stiffness : IsotropicStiffness, AnisotropicStiffness or PointStiffness
+    stiffness : Stiffness
 
     Returns
     -------
@@ -98,13 +99,12 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
     """
     space = pattern.space
     _require_matching(space, stiffness)
-    if isinstance(stiffness, PointStiffness):
-        blocks = stiffness_blocks_at_points(
+    if isinstance(stiffness, GaussStiffness | MomentStiffness):
+        blocks = stiffness_blocks_of_moments(
             space.nodes,
             space.elements,
-            point_coefficients(stiffness),
-            shape_derivatives(space.order, stiffness.points),
-            stiffness.weights,
+            moment_coefficients(stiffness),
+            shape_derivatives(space.order, barycentric("vertices")),
             pattern.incidence,
             pattern.row,
             pattern.column,
@@ -113,7 +113,7 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
         blocks = stiffness_blocks(
             space.nodes,
             space.elements,
-            kernel_coefficients(stiffness),
+            kernel_coefficients(stiffness)[:, 0],
             _stiffness_tables(space.order),
             pattern.incidence,
             pattern.row,
@@ -142,7 +142,7 @@ def strain_energy_per_element(
     Parameters
     ----------
     space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : Stiffness
     u, v : (3, n) array, mm
         Displacements; `v` is `u` if not given.
 
@@ -153,20 +153,19 @@ def strain_energy_per_element(
     _require_matching(space, stiffness)
     first = _nodal(space, u, "u")
     second = first if v is None else _nodal(space, v, "v")
-    if isinstance(stiffness, PointStiffness):
-        return element_energies_at_points(
+    if isinstance(stiffness, GaussStiffness | MomentStiffness):
+        return element_energies_of_moments(
             space.nodes,
             space.elements,
-            point_coefficients(stiffness),
-            shape_derivatives(space.order, stiffness.points),
-            stiffness.weights,
+            moment_coefficients(stiffness),
+            shape_derivatives(space.order, barycentric("vertices")),
             first,
             second,
         )
     return element_energies(
         space.nodes,
         space.elements,
-        kernel_coefficients(stiffness),
+        kernel_coefficients(stiffness)[:, 0],
         shape_gradients(space.order),
         first,
         second,

@@ -27,9 +27,9 @@ from gradedesign.fe.facets import facet_areas, facet_nodes, outward_area_vectors
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import (
     Stiffness,
-    constant_in_elements,
     element_count,
     kernel_coefficients,
+    known_at_points,
 )
 from gradedesign.mesh.tet_mesh import signed_volumes
 
@@ -204,7 +204,7 @@ def thermal_force(
     Parameters
     ----------
     space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : Stiffness
     expansion : float, 1/K
     temperature_change : float, (M,) or (M, 4) array, or callable, K
         A function is evaluated at the Gauss points, exact for a linear field.
@@ -221,7 +221,7 @@ def thermal_force(
     return initial_strain_force(
         space.nodes,
         space.elements,
-        kernel_coefficients(constant_in_elements(stiffness)),
+        kernel_coefficients(known_at_points(stiffness)),
         shape_derivatives(space.order, barycentric("gauss")),
         expansion * values_at(space, temperature_change, "gauss"),
     )

@@ -1,4 +1,4 @@
-"""Stiffness of every element: isotropic, a full matrix, or one at every point of a rule.
+"""Stiffness of every element: isotropic, a full matrix, or one that varies inside.
 
 Voigt order is xx, yy, zz, yz, xz, xy with engineering shear. The records hold any symmetric values,
 so that the derivative of a stiffness by density is one too; `require_positive` is for solving.
@@ -7,16 +7,21 @@ so that the derivative of a stiffness by density is one too; `require_positive` 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import TypeAlias
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import SolverError
+from gradedesign.fe.element_points import barycentric
 from gradedesign.material.scaling_law import isotropic_stiffness
 
 #: Rows and columns of the upper triangle of a 6 by 6 matrix, in the order kernels read them.
 UPPER = np.triu_indices(6)
+#: Pairs of barycentric coordinates, in the order of the moments of a stiffness.
+PAIRS = tuple(combinations_with_replacement(range(4), 2))
+FIRST, SECOND = np.array(PAIRS).T
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,34 +62,44 @@ class AnisotropicStiffness:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PointStiffness:
-    """One full stiffness matrix at every point of an integration rule, element by element.
+class GaussStiffness:
+    """One full stiffness matrix at each of the four Gauss points of every element.
 
     Attributes
     ----------
-    C : (6, 6, q, m) array, MPa
-        Symmetric in its first two axes.
-    points : (q, 4) array
-        Barycentric coordinates of the rule.
-    weights : (q,) array
-        Positive, with sum 1.
+    C : (6, 6, 4, m) array, MPa
+        Symmetric in its first two axes; points as in `gradedesign.fe.element_points`.
     """
 
     C: FloatArray
-    points: FloatArray
-    weights: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "weights", locked(self.weights, (None,), name="weights"))
-        count = self.weights.size
-        object.__setattr__(self, "points", locked(self.points, (count, 4), name="points"))
-        object.__setattr__(self, "C", locked(self.C, (6, 6, count, None), name="C"))
+        object.__setattr__(self, "C", locked(self.C, (6, 6, 4, None), name="C"))
         require_symmetric(self.C)
-        if not (self.weights > 0).all() or abs(self.weights.sum() - 1) > 1e-9:
-            raise ValueError("weights of the rule must be positive with sum 1")
 
 
-Stiffness: TypeAlias = IsotropicStiffness | AnisotropicStiffness | PointStiffness
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MomentStiffness:
+    """What elements feel of a stiffness that varies inside them in any way.
+
+    Strain is linear in a straight-sided quadratic tetrahedron, so that energy depends on the
+    stiffness by its means with the products of two barycentric coordinates only.
+
+    Attributes
+    ----------
+    C : (6, 6, 10, m) array, MPa
+        Means over the element of the stiffness times the coordinates of each of `PAIRS`. Each is
+        symmetric, and positive definite where the stiffness is.
+    """
+
+    C: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "C", locked(self.C, (6, 6, len(PAIRS), None), name="C"))
+        require_symmetric(self.C)
+
+
+Stiffness: TypeAlias = IsotropicStiffness | AnisotropicStiffness | GaussStiffness | MomentStiffness
 
 
 def require_symmetric(C: FloatArray) -> None:
@@ -109,43 +124,72 @@ def stiffness_matrices(stiffness: Stiffness) -> FloatArray:
     """Full matrices ``(6, 6, m)``, MPa; of one that varies in the elements, their means."""
     if isinstance(stiffness, IsotropicStiffness):
         return isotropic_stiffness(stiffness.E, stiffness.nu)
-    if isinstance(stiffness, PointStiffness):
-        return np.asarray(np.tensordot(stiffness.C, stiffness.weights, axes=(2, 0)))
+    if isinstance(stiffness, GaussStiffness):
+        return np.asarray(stiffness.C.mean(axis=2))
+    if isinstance(stiffness, MomentStiffness):
+        # The coordinates sum to 1; pairs of different ones count twice.
+        return np.asarray(np.tensordot(stiffness.C, 2.0 - (FIRST == SECOND), axes=(2, 0)))
     return stiffness.C
 
 
-def kernel_coefficients(stiffness: IsotropicStiffness | AnisotropicStiffness) -> FloatArray:
-    """Coefficients per element as the kernels read them, MPa.
+def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
+    """What turns values at the points of a rule into moments.
+
+    Parameters
+    ----------
+    points : (q, 4) array
+        Barycentric coordinates.
+    weights : (q,) array
+        With sum 1.
 
     Returns
     -------
-    array
-        ``(m, 2)`` Lamé constants lambda and mu, or ``(m, 21)`` upper triangle of C by rows.
+    (10, q) array
+    """
+    return np.asarray(weights * points.T[FIRST] * points.T[SECOND])
+
+
+def kernel_coefficients(
+    stiffness: IsotropicStiffness | AnisotropicStiffness | GaussStiffness,
+) -> FloatArray:
+    """Coefficients of each element and point as the kernels read them, MPa.
+
+    Returns
+    -------
+    (m, 1 or 4, 2 or 21) array
+        Lamé constants lambda and mu, or upper triangle of C by rows; one point where the stiffness
+        is constant in the elements.
     """
     if isinstance(stiffness, IsotropicStiffness):
         e, nu = stiffness.E, stiffness.nu
-        return np.stack([e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))], axis=1)
-    return np.ascontiguousarray(stiffness.C[UPPER].T)
+        lame = np.stack([e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))], axis=1)
+        return lame[:, None]
+    C = stiffness.C if isinstance(stiffness, GaussStiffness) else stiffness.C[:, :, None]
+    return np.ascontiguousarray(C[UPPER].transpose(2, 1, 0))
 
 
-def point_coefficients(stiffness: PointStiffness) -> FloatArray:
-    """Upper triangles ``(m, q, 21)`` of the matrices at the points, MPa."""
+def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArray:
+    """Upper triangles ``(m, 10, 21)`` of the moments of a stiffness, MPa."""
+    if isinstance(stiffness, GaussStiffness):
+        products = pair_products(barycentric("gauss"), np.full(4, 0.25))
+        return np.ascontiguousarray(np.einsum("pq,cqm->mpc", products, stiffness.C[UPPER]))
     return np.ascontiguousarray(stiffness.C[UPPER].transpose(2, 1, 0))
 
 
-def constant_in_elements(stiffness: Stiffness) -> IsotropicStiffness | AnisotropicStiffness:
-    """The stiffness, refused where it varies inside elements.
+def known_at_points(
+    stiffness: Stiffness,
+) -> IsotropicStiffness | AnisotropicStiffness | GaussStiffness:
+    """The stiffness, refused where only its moments are known.
 
     Raises
     ------
     SolverError
-        For a `PointStiffness`: what is asked for is evaluated at other points than its own.
+        For a `MomentStiffness`.
     """
-    if isinstance(stiffness, PointStiffness):
+    if isinstance(stiffness, MomentStiffness):
         raise SolverError(
-            "stress and thermal forces need one stiffness for each element, but it is given at "
-            f"{stiffness.weights.size} points of each; take stiffness_matrices of it, or that of "
-            "one phase"
+            "stress and thermal forces need the stiffness at the Gauss points of the elements, but "
+            "only its moments are given; take that of one phase, or stiffness_matrices of it"
         )
     return stiffness
 
@@ -167,7 +211,7 @@ def require_positive(stiffness: Stiffness) -> None:
             )
         return
     lowest = _lowest_eigenvalues(stiffness.C)
-    if isinstance(stiffness, PointStiffness):
+    if not isinstance(stiffness, AnisotropicStiffness):
         lowest = lowest.reshape(stiffness.C.shape[2:]).min(axis=0)
     bad = np.flatnonzero(~(lowest > 0.0))
     if bad.size:

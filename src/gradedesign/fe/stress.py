@@ -18,9 +18,9 @@ from gradedesign.fe.element_points import (
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import (
     Stiffness,
-    constant_in_elements,
     element_count,
     kernel_coefficients,
+    known_at_points,
 )
 from gradedesign.mesh.tet_mesh import signed_volumes
 
@@ -41,7 +41,7 @@ def element_stress(
     Parameters
     ----------
     space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : Stiffness
     displacement : (3, N) array, mm
     thermal_strain : float, (M,) or (M, 4) array, or callable
         Free strain of the material, alpha times temperature change, equal in all directions.
@@ -195,7 +195,7 @@ def _evaluated(
     return stress_at_points(
         space.nodes,
         space.elements,
-        kernel_coefficients(constant_in_elements(stiffness)),
+        kernel_coefficients(known_at_points(stiffness)),
         shape_derivatives(space.order, barycentric(at)),
         values_at(space, thermal_strain, at),
         np.ascontiguousarray(displacement, dtype=np.float64),

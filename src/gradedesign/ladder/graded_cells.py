@@ -10,7 +10,7 @@ from gradedesign.ladder.graded_map import graded_map, wanted_size
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.round import density_grid
 from gradedesign.ladder.setup import Setup, cell_axes
-from gradedesign.sizing.homogenised import bond_matrix
+from gradedesign.sizing.homogenised_model import bond_matrix
 
 
 def with_cells(setup: Setup, rho: FloatArray) -> Setup:
@@ -37,7 +37,7 @@ def with_cells(setup: Setup, rho: FloatArray) -> Setup:
         wanted = wanted_size(case, setup.calibration, density_grid(setup, rho), setup.bounds)
         cell_map = graded_map(case, setup.part, wanted, setup.frames)
         layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
-    axes = cell_axes(layout, setup.space.mesh)
+    axes = cell_axes(layout, setup.space)
     return replace(
         setup,
         # One scale for filters and reports, whatever the design.

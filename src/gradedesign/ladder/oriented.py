@@ -31,7 +31,7 @@ from gradedesign.mesh.point_location import build_locator, locate
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.output.vtu_fields import read_vtu_tensor
 from gradedesign.part.part import Part
-from gradedesign.sizing.homogenised import bond_matrix
+from gradedesign.sizing.homogenised_model import bond_matrix
 
 
 def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | None:
@@ -163,7 +163,7 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         layout=replace(
             layout, typical=setup.layout.typical, report={**layout.report, "orientation": told}
         ),
-        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, setup.space.mesh))),
+        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, setup.space))),
         warnings=(*setup.warnings, *layout_warnings(layout, setup.law.name)),
     )
 

@@ -25,15 +25,14 @@ from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.sizing.buckling_limit import BucklingUse, buckling_use
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
-    HomogenisedModel,
-    as_stiffness,
     homogenised_system,
     lattice_mass,
-    lattice_stiffness,
     solve_homogenised,
     solve_vectors,
     total_mass,
 )
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
 from gradedesign.sizing.lattice_stress import lattice_stress
 from gradedesign.sizing.responses import (
     DisplacementLimit,

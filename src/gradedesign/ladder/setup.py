@@ -13,6 +13,7 @@ from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, SolverError
+from gradedesign.fe.element_points import element_points
 from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
@@ -39,7 +40,7 @@ from gradedesign.part.part_mesh import (
 )
 from gradedesign.part.signed_distance import region_distance, surface_distance
 from gradedesign.plugin.registry import Registry, lookup
-from gradedesign.sizing.homogenised import HomogenisedModel, homogenised_model
+from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import Listener, ignore
@@ -158,7 +159,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         material,
         law,
         held_loads(case, space, part, facets),
-        rotation=cell_axes(layout, mesh),
+        rotation=cell_axes(layout, space),
     )
     if case.lattice.faces == "measured":
         with locating(case, "lattice.faces"):
@@ -269,11 +270,16 @@ def placed_layout(
         return cell_layout(cell_map, places, case.lattice.edges)
 
 
-def cell_axes(layout: CellLayout, mesh: TetMesh) -> FloatArray:
-    """Rotations of cell axes, ``(3, 3)`` where all cells lie alike, else ``(3, 3, M)``."""
+def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:
+    """Rotations of cell axes, ``(3, 3)`` where all cells lie alike, else ``(3, 3, 4, M)``.
+
+    The latter at the Gauss points of the tetrahedra.
+    """
     if layout.cell_map.name == "uniform":
-        return local_cells(layout.cell_map, mesh.points[:, :1]).axes[:, :, 0]
-    return local_cells(layout.cell_map, centroids(mesh)).axes
+        return local_cells(layout.cell_map, space.mesh.points[:, :1]).axes[:, :, 0]
+    points = element_points(space).transpose(0, 2, 1)
+    axes = local_cells(layout.cell_map, points.reshape(3, -1)).axes
+    return axes.reshape(3, 3, *points.shape[1:])
 
 
 def held_loads(

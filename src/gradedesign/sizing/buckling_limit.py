@@ -9,7 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.material.buckling_law import BucklingLaw
-from gradedesign.sizing.homogenised import HomogenisedModel, held_density
+from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density
 from gradedesign.sizing.lattice_stress import LatticeStress
 
 

@@ -9,14 +9,10 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.stiffness import AnisotropicStiffness
 from gradedesign.fe.stress import element_stress, element_von_mises
 from gradedesign.material.density_from_stress import density_from_stress
-from gradedesign.sizing.homogenised import (
-    HomogenisedModel,
-    cell_stiffness,
-    held_density,
-)
+from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density
+from gradedesign.sizing.lattice_stiffness import as_stiffness, cell_stiffness
 
 #: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
 _VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
@@ -62,7 +58,7 @@ def lattice_stress(
     tuple of LatticeStress
         One per load case, in their order.
     """
-    stiffness = AnisotropicStiffness(C=cell_stiffness(model, rho))
+    stiffness = as_stiffness(model, cell_stiffness(model, rho))
     thermal = model.material.thermal_expansion
     by_name = {s.name: s for s in solutions}
     stresses = []
@@ -86,13 +82,13 @@ def lattice_stress(
 
 
 def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
-    """Turn Voigt stresses ``(6, M, ...)`` from global axes to those of each cell."""
+    """Turn Voigt stresses ``(6, M, 4)`` at Gauss points from global axes to those of each cell."""
     if np.array_equal(model.rotation, np.eye(6)):
         return stress
     if model.rotation.ndim == 2:
         return np.tensordot(np.linalg.inv(model.rotation), stress, axes=1)
-    back = np.linalg.inv(np.moveaxis(model.rotation, -1, 0))
-    return np.einsum("mab,bm...->am...", back, stress)
+    back = np.linalg.inv(model.rotation.transpose(3, 2, 0, 1))
+    return np.einsum("mqab,bmq->amq", back, stress)
 
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:

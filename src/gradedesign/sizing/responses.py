@@ -10,17 +10,15 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import CaseError
 from gradedesign.fe.assembly import strain_energy_per_element
-from gradedesign.fe.element_means import body_force_work, mean_strain
+from gradedesign.fe.element_means import body_force_work
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.stiffness import stiffness_matrices
+from gradedesign.fe.stiffness import Stiffness
+from gradedesign.fe.stress import element_stress
 from gradedesign.fe.supports import Supports
-from gradedesign.sizing.homogenised import (
-    HomogenisedModel,
-    as_stiffness,
-    lattice_stiffness_derivative,
-    solid_slope,
-)
+from gradedesign.sizing.homogenised import solid_slope
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness_derivative
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,29 +110,35 @@ def adjoint_loads(
     return tuple(loads)
 
 
+def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
+    """Derivative of the stiffness of every tetrahedron by its density, MPa."""
+    share = 1 - model.solid_share
+    return as_stiffness(model, share * lattice_stiffness_derivative(model, rho))
+
+
 def displacement_gradient(
     model: HomogenisedModel,
     rho: FloatArray,
+    derivative: Stiffness,
     case: PartLoadCase,
     solution: Solution,
     adjoint: Solution,
 ) -> FloatArray:
     """Derivative of one limited displacement by the density of every tetrahedron, ``(M,)``, mm.
 
-    ``dg/drho = lambda^T (df/drho - dK/drho u)``, with inertia and thermal loads in f.
+    ``dg/drho = lambda^T (df/drho - dK/drho u)``, with inertia and thermal loads in f; `derivative`
+    is that of `stiffness_derivative`.
     """
-    share = 1 - model.solid_share
-    derivative = share * lattice_stiffness_derivative(model, rho)
-    stiffness = as_stiffness(model, derivative)
     gradient = -strain_energy_per_element(
-        model.space, stiffness, solution.displacement, adjoint.displacement
+        model.space, derivative, solution.displacement, adjoint.displacement
     )
     if np.any(case.acceleration):
+        share = 1 - model.solid_share
         work = body_force_work(model.space, case.acceleration, adjoint.displacement)
         gradient = gradient + work * model.material.density * share * solid_slope(model, rho)
     if case.temperature_change:
-        alpha = model.material.thermal_expansion * case.temperature_change
-        strain = mean_strain(model.space, adjoint.displacement)
-        stress = stiffness_matrices(stiffness)[:, :3].sum(axis=1) * alpha
-        gradient = gradient + model.volumes * np.einsum("im,im->m", strain, stress)
+        # The work of C alpha dT on the adjoint strain is that of alpha dT on its stress.
+        expansion = model.material.thermal_expansion * case.temperature_change
+        stress = element_stress(model.space, derivative, adjoint.displacement)
+        gradient = gradient + model.volumes * expansion * np.trace(stress).mean(axis=-1)
     return gradient

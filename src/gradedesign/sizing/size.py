@@ -17,15 +17,14 @@ from gradedesign.sizing.buckling_limit import (
     density_for_buckling,
 )
 from gradedesign.sizing.homogenised import (
-    HomogenisedModel,
     homogenised_system,
     lattice_mass,
-    lattice_stiffness,
-    lattice_stiffness_derivative,
     solid_slope,
     solve_homogenised,
     solve_vectors,
 )
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+from gradedesign.sizing.lattice_stiffness import stiffness_exponent
 from gradedesign.sizing.lattice_stress import LatticeStress, lattice_stress
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.responses import (
@@ -33,6 +32,7 @@ from gradedesign.sizing.responses import (
     adjoint_loads,
     displacement_gradient,
     displacement_values,
+    stiffness_derivative,
 )
 from gradedesign.sizing.stress_limit import StressLimit, density_for_stress, stress_use
 
@@ -183,7 +183,7 @@ def size(
                 (gradients / problem.target) @ felt,
                 step_lower[active],
                 step_upper[active],
-                exponent=_stiffness_exponent(model, rho, weights),
+                exponent=_mean_exponent(model, rho, weights),
             )[0]
         else:
             new = np.where(active, step_lower, lo)
@@ -230,10 +230,11 @@ def _evaluate(
     adjoints = solve_vectors(system, adjoint_loads(model, near, solutions))
     cases = {case.name: case for case in model.cases}
     by_name = {s.name: s for s in solutions}
+    derivative = stiffness_derivative(model, rho)
     gradients = np.array(
         [
             displacement_gradient(
-                model, rho, cases[limit.load_case], by_name[limit.load_case], adjoint
+                model, rho, derivative, cases[limit.load_case], by_name[limit.load_case], adjoint
             )
             / limit.limit
             for limit, adjoint in zip(near, adjoints, strict=True)
@@ -242,13 +243,9 @@ def _evaluate(
     return use, gradients, stress
 
 
-def _stiffness_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
+def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
     """Mean of d(ln C11)/d(ln rho) over the lattice, the power of the reciprocal expansion."""
-    stiffness = lattice_stiffness(model, rho)[0, 0]
-    slope = rho * lattice_stiffness_derivative(model, rho)[0, 0] / stiffness
-    if model.walls is not None:
-        slope = model.walls.weights @ slope
-    return max(float(weights @ slope / weights.sum()), 1.0)
+    return max(float(weights @ stiffness_exponent(model, rho) / weights.sum()), 1.0)
 
 
 def _in_reach(use: FloatArray) -> BoolArray:

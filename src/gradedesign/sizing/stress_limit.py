@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.sizing.homogenised import HomogenisedModel, held_density
+from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density
 from gradedesign.sizing.lattice_stress import LatticeStress, least_density, local_stress_at
 
 

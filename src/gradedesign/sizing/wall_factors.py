@@ -15,6 +15,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import DensityError
+from gradedesign.fe.stiffness import UPPER, pair_products
 
 #: Exponents of profiles, the least one that reaches the asked second moment is taken: outward
 #: ``|z|^p`` raises it to ``3 (p + 1) / (p + 3)``, inward ``(1 - z^2)^p`` lowers it to
@@ -155,13 +156,28 @@ class WallFactors:
         if np.abs(self.height).max(initial=0.0) > 1:
             raise ValueError("heights lie between the faces of a wall, from -1 to 1")
 
-    def scale(self, rho: FloatArray) -> FloatArray:
-        """Diagonal of ``D`` in cell axes at densities ``(M,)``, ``(6, q, M)``."""
-        return np.sqrt(self._products(rho)[0])
+    def moments(self, rho: FloatArray) -> FloatArray:
+        """Moments of ``D_i D_j`` in cell axes at densities ``(M,)``, ``(6, 6, 10, M)``.
 
-    def log_slope(self, rho: FloatArray) -> FloatArray:
-        """Derivative by density of the logarithm of the square of ``D``, ``(6, q, M)``."""
-        return self._products(rho)[1]
+        As in `gradedesign.fe.stiffness.MomentStiffness`.
+        """
+        D = np.sqrt(self._products(rho)[0])
+        return self._moments(D, D)
+
+    def moments_with_slope(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`moments` and their derivatives by density."""
+        square, relative = self._products(rho)
+        D = np.sqrt(square)
+        return self._moments(D, D), self._moments(D, relative * D)
+
+    def _moments(self, first: FloatArray, second: FloatArray) -> FloatArray:
+        """Moments of the mean of ``first_i second_j`` and ``first_j second_i``."""
+        turn = pair_products(self.points, self.weights)
+        found = np.zeros((6, 6, len(turn), first.shape[2]))
+        for i, j in zip(*UPPER, strict=True):
+            values = 0.5 * (first[i] * second[j] + first[j] * second[i])
+            found[i, j] = found[j, i] = turn @ values
+        return found
 
     def solid(self, rho: FloatArray) -> FloatArray:
         """Density of the walls over that asked for, ``(M,)``."""
@@ -182,7 +198,7 @@ class WallFactors:
         return value, relative
 
     def _products(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Products of the axes' factors and the derivatives of their logarithms."""
+        """Square of the diagonal of D, ``(6, q, M)``, and the derivative of its logarithm."""
         factor = np.ones((6, self.weights.size, rho.size))
         relative = np.zeros_like(factor)
         for axis, tets, wall in self._walls():

@@ -1,0 +1,136 @@
+"""The part as a homogenised solid: its tetrahedra, material, law and cell axes.
+
+Every tetrahedron holds a share ``solid_share`` of fully dense material (skin, kept regions) and
+the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin loaded
+in its plane; what it misses elsewhere is part of the gap that the correction measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.fe.assembly import AssemblyPattern, assembly_pattern
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.space import TetSpace
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.sizing.local_factor import LocalFactor
+from gradedesign.sizing.local_fill import LocalFill
+from gradedesign.sizing.wall_factors import WallFactors
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class HomogenisedModel:
+    """A part whose tetrahedra carry a lattice of given density.
+
+    Attributes
+    ----------
+    space : TetSpace
+        Quadratic tetrahedra of the part.
+    volumes : (M,) array, mm^3
+    solid_share : (M,) array
+        Share of each tetrahedron that stays fully dense, 0 to 1.
+    material : Material
+    law : ScalingLaw
+    rotation : (6, 6) or (6, 6, 4, M) array
+        Bond matrix that takes the law's stiffness from cell axes to global axes: one, or one at
+        each Gauss point of every tetrahedron.
+    cases : tuple of PartLoadCase
+    pattern : AssemblyPattern
+        Of the space, found once.
+    stiffness_factor : float
+        Correction of the law's stiffness from explicit analyses; 1 at first.
+    stiffness_exponent : float
+        The factor holds at ``reference_density`` and grows with this power of density.
+    reference_density : float
+    fill : LocalFill or None
+        Density that the trimmed cells really hold; None: the one asked for.
+    few_cells : LocalFactor or None
+        What few cells across the part keep of the law's stiffness; None: all of it.
+    walls : WallFactors or None
+        How the stiffness varies over walls of few cells; None: not at all.
+    """
+
+    space: TetSpace
+    volumes: FloatArray
+    solid_share: FloatArray
+    material: Material
+    law: ScalingLaw
+    rotation: FloatArray
+    cases: tuple[PartLoadCase, ...]
+    pattern: AssemblyPattern
+    stiffness_factor: float = 1.0
+    stiffness_exponent: float = 0.0
+    reference_density: float = 1.0
+    fill: LocalFill | None = None
+    few_cells: LocalFactor | None = None
+    walls: WallFactors | None = None
+
+    def __post_init__(self) -> None:
+        count = self.space.elements.shape[1]
+        object.__setattr__(self, "volumes", locked(self.volumes, (count,), name="volumes"))
+        object.__setattr__(
+            self, "solid_share", locked(self.solid_share, (count,), name="solid_share")
+        )
+        bond = (6, 6) if np.ndim(self.rotation) == 2 else (6, 6, 4, count)
+        object.__setattr__(self, "rotation", locked(self.rotation, bond, name="rotation"))
+
+
+def homogenised_model(
+    space: TetSpace,
+    solid_share: FloatArray,
+    material: Material,
+    law: ScalingLaw,
+    cases: Sequence[PartLoadCase],
+    *,
+    rotation: FloatArray | None = None,
+    stiffness_factor: float = 1.0,
+) -> HomogenisedModel:
+    """Build a model; columns of ``rotation``, (3, 3) or (3, 3, 4, M), are the cell axes."""
+    return HomogenisedModel(
+        space=space,
+        volumes=signed_volumes(space.mesh),
+        solid_share=solid_share,
+        material=material,
+        law=law,
+        rotation=bond_matrix(np.eye(3) if rotation is None else rotation),
+        cases=tuple(cases),
+        pattern=assembly_pattern(space),
+        stiffness_factor=stiffness_factor,
+    )
+
+
+def bond_matrix(rotation: FloatArray) -> FloatArray:
+    """Stress transformation of Voigt vectors, ``(6, 6, ...)``, so that ``C' = M C M^T``.
+
+    Parameters
+    ----------
+    rotation : (3, 3, ...) array
+        Takes cell components to global ones, ``x' = R x``.
+
+    References
+    ----------
+    W. L. Bond, Proc. Phys. Soc. 1943.
+    """
+    pairs = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+    r = np.asarray(rotation, dtype=np.float64)
+    m = np.zeros((6, 6, *r.shape[2:]))
+    for a, (i, j) in enumerate(pairs):
+        for b, (p, q) in enumerate(pairs):
+            m[a, b] = r[i, p] * r[j, q] if p == q else r[i, p] * r[j, q] + r[i, q] * r[j, p]
+    return m
+
+
+def held_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Density that the lattice really holds where ``rho`` is asked for, ``(M,)``."""
+    return rho if model.fill is None else model.fill.at(rho)
+
+
+def held_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(density held)/d(density asked for), ``(M,)``."""
+    return np.ones_like(rho) if model.fill is None else model.fill.slope(rho)

@@ -1,0 +1,139 @@
+"""Stiffness of the lattice phase, and of both phases, from density.
+
+Arrays are ``(6, 6, M)`` where cells lie alike, ``(6, 6, 4, M)`` at the Gauss points of the
+tetrahedra where they follow a map, and ``(6, 6, 10, M)`` moments where walls of few cells vary over
+their thickness; `as_stiffness` makes of them what is assembled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.fe.stiffness import (
+    PAIRS,
+    AnisotropicStiffness,
+    GaussStiffness,
+    MomentStiffness,
+    Stiffness,
+)
+from gradedesign.material.scaling_law import isotropic_stiffness
+from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density, held_slope
+
+#: Moments of 1: means of the products of two barycentric coordinates over a tetrahedron.
+_ONE = np.array([0.1 if s == t else 0.05 for s, t in PAIRS])
+
+
+def solid_stiffness(model: HomogenisedModel) -> FloatArray:
+    """Stiffness of the base material, ``(6, 6)``, MPa."""
+    return isotropic_stiffness(
+        np.asarray(model.material.youngs_modulus), model.material.poissons_ratio
+    )
+
+
+def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the endless lattice in global axes, ``(6, 6, [4,] M)``, MPa.
+
+    What local stress follows from: a member in a face of a wall is strained as the wall is there.
+    """
+    return _rotated(model, _scale(model, rho) * _law_stiffness(model, held_density(model, rho)))
+
+
+def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Corrected stiffness of the lattice phase in global axes, ``(6, 6, [4 or 10,] M)``, MPa."""
+    if model.walls is None:
+        return cell_stiffness(model, rho)
+    whole = _scale(model, rho) * _law_stiffness(model, held_density(model, rho))
+    return _rotated(model, whole[:, :, None] * model.walls.moments(rho))
+
+
+def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(lattice stiffness)/d(rho), shaped as `lattice_stiffness`, MPa."""
+    scale = _scale(model, rho)
+    slope = scale * _relative_slope(model, rho)
+    if model.walls is None:
+        return _rotated(model, slope)
+    moments, grown = model.walls.moments_with_slope(rho)
+    whole = scale * _law_stiffness(model, held_density(model, rho))
+    return _rotated(model, slope[:, :, None] * moments + whole[:, :, None] * grown)
+
+
+def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
+    """What an array of this module stands for, to be assembled or evaluated."""
+    if C.ndim == 3:
+        return AnisotropicStiffness(C=C)
+    return GaussStiffness(C=C) if model.rotation.ndim == 4 else MomentStiffness(C=C)
+
+
+def stiffness_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(ln C11)/d(ln rho) of the endless lattice in the axes of the cells, ``(M,)``."""
+    whole = _law_stiffness(model, held_density(model, rho))[0, 0]
+    return rho * _relative_slope(model, rho)[0, 0] / whole
+
+
+def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Stiffness of both phases in parallel, shaped as `lattice_stiffness`, MPa."""
+    share = model.solid_share
+    lattice = (1 - share) * lattice_stiffness(model, rho)
+    solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
+    if model.walls is not None:
+        solid = solid * _ONE[:, None]
+    return np.asarray(lattice + share * solid)
+
+
+def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """What few cells keep of the lattice's stiffness, and explicit analyses taught, ``(M,)``."""
+    grown = (rho / model.reference_density) ** model.stiffness_exponent
+    few = 1.0 if model.few_cells is None else model.few_cells.at(rho)
+    return np.asarray(model.stiffness_factor * grown * few)
+
+
+def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """What the law's relative stiffness is multiplied by, ``(M,)``, MPa."""
+    return model.material.youngs_modulus * correction_factor(model, rho)
+
+
+def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Derivative of scale times law's stiffness by density, over the scale, ``(6, 6, M)``."""
+    held = held_density(model, rho)
+    slope = _law_slope(model, held) * held_slope(model, rho)
+    if model.stiffness_exponent:
+        slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, held)
+    if model.few_cells is not None:
+        relative = model.few_cells.slope(rho) / model.few_cells.at(rho)
+        slope = slope + relative * _law_stiffness(model, held)
+    return slope
+
+
+def _law_stiffness(model: HomogenisedModel, held: FloatArray) -> FloatArray:
+    """Stiffness of the law, in proportion to the solid beyond the ends of its window.
+
+    Only densities held at the faces of a part leave the window; what is asked for never does.
+    """
+    if model.fill is None:
+        return model.law.stiffness(held)
+    inside = np.clip(held, *model.law.window)
+    return model.law.stiffness(inside) * (held / inside)
+
+
+def _law_slope(model: HomogenisedModel, held: FloatArray) -> FloatArray:
+    """Derivative of `_law_stiffness` by the density held."""
+    if model.fill is None:
+        return model.law.stiffness_derivative(held)
+    inside = np.clip(held, *model.law.window)
+    return np.where(
+        inside == held,
+        model.law.stiffness_derivative(inside),
+        model.law.stiffness(inside) / inside,
+    )
+
+
+def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
+    """Turn ``(6, 6, ..., M)`` from cell to global axes; identity costs nothing."""
+    bond = model.rotation
+    if bond.ndim == 4:
+        half = np.einsum("aiqm,ijm->ajqm", bond, relative)
+        return np.einsum("ajqm,bjqm->abqm", half, bond)
+    if np.array_equal(bond, np.eye(6)):
+        return relative
+    return np.einsum("ai,ij...,bj->ab...", bond, relative, bond)
