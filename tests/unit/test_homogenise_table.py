@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, PluginError, SolverError
@@ -43,6 +45,20 @@ def test_fill_has_the_density_asked_for() -> None:
     assert fill.mean() == pytest.approx(0.3, abs=1e-3)
     assert set(np.round(np.unique(fill) * 81).astype(int)) <= set(range(82))
     np.testing.assert_array_equal(fill, fill.transpose(1, 2, 0))
+
+
+@given(rho=st.floats(0.2, 0.7))
+@settings(max_examples=10, deadline=None)
+def test_shared_ties_fill_to_the_density_and_no_further(rho) -> None:
+    # Without symmetry no two samples tie: the last one alone is shared.
+    def uneven(u, skew):
+        x, y, z = 2 * np.pi * u
+        return skewed_gyroid(u, skew) + 0.1 * np.sin(x + 0.3) + 0.07 * np.cos(y + 2 * z)
+
+    skewed = replace(SKEWED, shape=uneven)
+    fill = cell_fill(skewed, None, rho, 8, subsamples=1, share_ties=True)
+    assert fill.mean() == pytest.approx(rho, rel=1e-9)
+    assert 0 <= fill.min() <= fill.max() <= 1
 
 
 def test_fill_of_one_sample_is_the_voxel_centre() -> None:

@@ -25,7 +25,9 @@ DOFS_PER_SECOND = 3e4
 def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: bool) -> None:
     """Read, repair, select, and predict; nothing is written."""
     case = load_case(path, allow_outside=allow_outside)
-    setup = prepare(case, with_own_cell(case, registry_for(strict_plugins=strict_plugins)))
+    registry = with_own_cell(case, registry_for(strict_plugins=strict_plugins))
+    # What takes minutes is told first, beside the answer: a law or walls that are not in the cache.
+    setup = prepare(case, registry, lambda event: typer.echo(event.message, err=True))
     data = describe(setup)
     if as_json:
         print_json(data)

@@ -81,7 +81,9 @@ def cell_fill(
     for start in range(0, n[0], step):
         u = np.stack(np.meshgrid(axes[0][start : start + step], *axes[1:], indexing="ij"))
         value[start : start + step] = evaluate_shape(family, calibration.parameters, u)
-    rank = max(int(rho * value.size) - 1, 0)
+    # Shared, the last sample counts as far as the density asks; else it must not exceed it.
+    wanted = rho * value.size
+    rank = max(int(np.ceil(wanted) if share_ties else wanted) - 1, 0)
     # Symmetric samples differ in the last digit; rounding keeps them on one side of the level.
     np.round(value, 12, out=value)
     level = np.partition(value, rank, axis=None)[rank]

@@ -43,7 +43,7 @@ from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
-from gradedesign.workspace.progress import Listener, ignore
+from gradedesign.workspace.progress import Event, Listener, ignore
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,7 +172,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
             model = with_walls(
-                model, case, part, kept, distance, family, parameters, calibration, bounds
+                model, case, part, kept, distance, family, parameters, calibration, bounds, on_event
             )
     return Setup(
         case=case,
@@ -214,6 +214,7 @@ def with_walls(
     parameters: Mapping[str, float],
     calibration: Calibration,
     bounds: tuple[float, float],
+    on_event: Listener = ignore,
 ) -> HomogenisedModel:
     """The model with walls of few cells, and with cells as full as kept regions leave them.
 
@@ -247,6 +248,9 @@ def with_walls(
         parameters,
         bounds,
         model.material.poissons_ratio,
+        lambda wall: on_event(
+            Event(stage="walls", message=f"computing walls of {wall}; they are kept")
+        ),
     )
     fill = None
     if kept:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -43,6 +44,8 @@ RULE = 3
 _NEIGHBOURHOOD = 0.5
 #: Walls whose faces lie within this many cells of each other's are one kind.
 _ALIKE = 0.05
+#: Walls are gathered in steps of this many cells before they are compared.
+_SQUARE = 0.01
 #: Share of the lattice that a kind of wall must have; others take the nearest kind.
 _LEAST_SHARE = 0.01
 #: A kind of wall may stand for one whose thickness differs by this many cells at most.
@@ -100,7 +103,7 @@ def wall_factors(
         Densities that sizing may choose.
     poissons_ratio : float
     on_wall : callable
-        Told of each kind of wall before it is computed.
+        Told of each kind of wall before it is computed; not of those in the user's cache.
 
     Returns
     -------
@@ -135,11 +138,9 @@ def wall_factors(
     classes = []
     for number, one in enumerate(kinds):
         at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
-        on_wall(
-            f"wall {number + 1} of {len(kinds)}: {one.upper - one.lower:.2f} cells across "
-            f"{'xyz'[one.axis]}"
-        )
-        classes.append(_class(family, parameters, density, one, resolution, poissons_ratio, at))
+        before = partial(on_wall, f"{_words(one)}, wall {number + 1} of {len(kinds)}")
+        given = (family, parameters, density, one, resolution, poissons_ratio)
+        classes.append(_class(*given, at, before))
     corners = to_cells(mesh.points)[:, mesh.tets]
     places = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
@@ -239,16 +240,17 @@ def _kinds(
         thin = thick <= _THICKEST
         tets, place = tets[thin], place[:, thin]
         first = len(kinds)
-        left = np.ones(tets.size, dtype=np.bool_)
+        middle, total = _gathered(place, volumes[tets])
+        left = np.ones(total.size, dtype=np.bool_)
         while left.any():
             # The wall with most lattice in walls like it.
-            tree = cKDTree(place[:, left].T)
-            alike = tree.query_ball_point(place[:, left].T, _ALIKE, p=np.inf)
-            share = [volumes[tets[left][some]].sum() for some in alike]
+            tree = cKDTree(middle[:, left].T)
+            alike = tree.query_ball_point(middle[:, left].T, _ALIKE, p=np.inf)
+            share = [total[left][some].sum() for some in alike]
             best = int(np.argmax(share))
             if share[best] < least:
                 break
-            lower, upper = place[:, left][:, best]
+            lower, upper = middle[:, left][:, best]
             kinds.append(WallKind(axis=axis, lower=float(lower), upper=float(upper)))
             left[np.flatnonzero(left)[alike[best]]] = False
         if len(kinds) > first:
@@ -257,6 +259,18 @@ def _kinds(
             near = off <= _NEAREST
             kind[axis, tets[near]] = first + index[near]
     return tuple(kinds), kind
+
+
+def _gathered(place: FloatArray, volumes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean faces ``(2, n)`` and volume of the walls in each square of a fine grid of faces.
+
+    As many as tetrahedra at most, and few of them within `_ALIKE` of each other.
+    """
+    squares = np.round(place / _SQUARE).astype(np.int64)
+    _, index = np.unique(squares, axis=1, return_inverse=True)
+    total = np.bincount(index.ravel(), volumes).astype(np.float64)
+    sums = [np.bincount(index.ravel(), volumes * row) for row in place]
+    return np.array(sums) / total, total
 
 
 def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float) -> int:
@@ -277,6 +291,10 @@ def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float)
     )
 
 
+def _words(one: WallKind) -> str:
+    return f"{one.upper - one.lower:.2f} cells across {'xyz'[one.axis]}"
+
+
 def _class(
     family: CellFamily,
     parameters: Mapping[str, float],
@@ -285,11 +303,20 @@ def _class(
     resolution: int,
     poissons_ratio: float,
     at: FloatArray,
+    before: Callable[[], None],
 ) -> WallClass:
-    """Ratios of one kind of wall at all densities."""
+    """Ratios of one kind of wall at all densities; `before` any is computed."""
+    told = False
+
+    def tell() -> None:
+        nonlocal told
+        if not told:
+            before()
+        told = True
+
     try:
         rows = [
-            _cached(family, parameters, float(rho), one, resolution, poissons_ratio)
+            _cached(family, parameters, float(rho), one, resolution, poissons_ratio, tell)
             for rho in density
         ]
         return wall_class(
@@ -301,8 +328,7 @@ def _class(
     except (DensityError, LatticeError, SolverError) as error:
         where = ", ".join(f"{v:.3g}" for v in at)
         raise CaseError(
-            f"the part is a wall of {one.upper - one.lower:.2f} cells across "
-            f"{'xyz'[one.axis]} near ({where}) mm: {error}"
+            f"the part is a wall of {_words(one)} near ({where}) mm: {error}"
         ) from error
 
 
@@ -313,8 +339,9 @@ def _cached(
     one: WallKind,
     resolution: int,
     poissons_ratio: float,
+    before: Callable[[], None],
 ) -> WallRatios:
-    """Ratios from the user's cache, or computed and stored there."""
+    """Ratios from the user's cache, or computed after `before` and stored there."""
     complete = complete_parameters(family, parameters)
     values = evaluate_shape(family, complete, family.period * grid_nodes(16, (0.3, 0.3, 0.3)))
     # A cell that is the same with x, y, z exchanged in a cycle needs one axis only.
@@ -338,6 +365,7 @@ def _cached(
             bending=entry["bending"],
             shear=entry["shear"],
         )
+    before()
     found = wall_ratios(
         family,
         parameters,
