@@ -115,8 +115,9 @@ def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
     bending = ratios.bending[0] * height**3 / 12 / np.linalg.inv(C)[0, 0]
     shear = ratios.shear[0] * 5 / 6 * C[4, 4] * height
     expected = length**3 / (3 * bending * width) + length / (shear * width)
-    # Measured 0.35 % below: the clamp holds the sides of its end.
-    assert tip(model) == pytest.approx(expected, rel=0.01)
+    # Measured 0.35 % below, 0.29 % on a mesh half as wide: the clamp holds the sides of its end,
+    # which stiffens by nu^2 about 1 % of it over half the height, where a fourth of the bending is.
+    assert tip(model) == pytest.approx(expected, rel=0.005)
     # Without its walls the same plate moves twice as far (2.03).
     assert tip(replace(model, walls=None)) > 1.9 * expected
 
