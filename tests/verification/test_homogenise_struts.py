@@ -96,27 +96,35 @@ CONVOLUTION = {
 
 @pytest.mark.slow
 def test_joints_by_convolution_stiffen(registry) -> None:
-    # By hand with 48 voxels: 3.40 and 16.4 Boolean; 3.97, 3.52, 1.17; 20.8, 24.9, 25.6, 22.9. At
-    # 0.1 the extrapolation from 24 and 48 voxels still adds 8 to 10 %, and struts are near parting.
+    # By hand with 48 voxels: 16.4 Boolean; 20.8, 24.9, 25.6, 22.9. At 0.1 struts are
+    # thin, and so are their necks: with 48, 64, 96, 128 voxels 3.40, 3.17, 2.97, 2.95 Boolean, and with
+    # 96 and 128 4.02 and 4.00, 3.56 and 3.55, 1.21 and 1.20.
+    def voxels(rho):
+        return 96 if rho == 0.1 else 48
+
     boolean = {
-        rho: 1600 * modulus(extrapolated(registry, "bcc", rho, 48, nu=0.38)) for rho in BOOLEAN
+        rho: 1600 * modulus(extrapolated(registry, "bcc", rho, voxels(rho), nu=0.38))
+        for rho in BOOLEAN
     }
-    assert boolean[0.2] == pytest.approx(16.5, rel=0.1)
-    assert boolean[0.1] == pytest.approx(3.0, rel=0.15)
+    for rho, expected in BOOLEAN.items():
+        assert boolean[rho] == pytest.approx(expected, rel=0.1)
     found = {
         (rho, sigma): 1600
-        * modulus(extrapolated(registry, "bcc-convolution", rho, 48, nu=0.38, sigma=sigma / CELL))
+        * modulus(
+            extrapolated(registry, "bcc-convolution", rho, voxels(rho), nu=0.38, sigma=sigma / CELL)
+        )
         for rho, sigma in CONVOLUTION
     }
+    # Near parting a percent of the cell's size, which the paper does not tell, is 6 % of modulus:
+    # from sigma 1.2 to 1.4 it falls by a factor of three.
+    near_parting = {(0.1, 1.2): 0.13, (0.1, 1.4): 0.2}
     for key, expected in CONVOLUTION.items():
-        near_parting = key == (0.1, 1.4)
-        within = 0.2 if near_parting else 0.15 if key[0] == 0.1 else 0.1
-        assert found[key] == pytest.approx(expected, rel=within)
-    # The best sigma of those tried, and the gain.
+        assert found[key] == pytest.approx(expected, rel=near_parting.get(key, 0.1))
+    # The best sigma of those tried, and the gain that the paper claims.
     assert max((0.8, 1.2, 1.4), key=lambda s: found[0.1, s]) == 0.8
     assert max((0.8, 1.2, 1.4, 1.6), key=lambda s: found[0.2, s]) == 1.4
     assert found[0.2, 1.4] > 1.2 * boolean[0.2]
-    assert found[0.1, 0.8] > 1.1 * boolean[0.1]
+    assert found[0.1, 0.8] > 1.2 * boolean[0.1]
 
 
 def test_wide_convolutions_come_apart(registry) -> None:
