@@ -34,7 +34,7 @@ from gradedesign.fe.stiffness import (
     GaussStiffness,
     IsotropicStiffness,
     MomentStiffness,
-    known_at_points,
+    known_at,
     pair_products,
     require_positive,
     stiffness_matrices,
@@ -332,7 +332,7 @@ def test_a_varying_stiffness_is_checked():
     points, weights = collapsed_rule(3)
     stiffness = moments_of(random_at_points(mesh, 27), points, weights)
     with pytest.raises(SolverError, match="only its moments are given"):
-        known_at_points(stiffness)
+        known_at(stiffness, "gauss")
     for kind, count in ((MomentStiffness, 10), (GaussStiffness, 4)):
         bad = random_at_points(mesh, count).copy()
         bad[0, 0, 2, 3] = -1.0
@@ -360,5 +360,7 @@ def test_stress_and_thermal_force_of_a_stiffness_at_gauss_points():
     force = thermal_force(space, stiffness, expansion, change)
     needed = matvec(assemble(assembly_pattern(space), stiffness), free)
     np.testing.assert_allclose(force, needed, atol=1e-12 * np.abs(needed).max())
+    with pytest.raises(SolverError, match="asked for at vertices"):
+        element_stress(space, stiffness, u, at="vertices")
     left = element_stress(space, stiffness, free, thermal_strain=expansion * change)
     assert np.abs(left).max() < 1e-12 * np.abs(element_stress(space, stiffness, free)).max()

@@ -56,9 +56,10 @@ def test_shared_ties_fill_to_the_density_and_no_further(rho) -> None:
         return skewed_gyroid(u, skew) + 0.1 * np.sin(x + 0.3) + 0.07 * np.cos(y + 2 * z)
 
     skewed = replace(SKEWED, shape=uneven)
-    fill = cell_fill(skewed, None, rho, 8, subsamples=1, share_ties=True)
-    assert fill.mean() == pytest.approx(rho, rel=1e-9)
-    assert 0 <= fill.min() <= fill.max() <= 1
+    for density, subsamples in ((rho, 1), (rho, 3), (0.25, 3), (0.5, 3)):
+        fill = cell_fill(skewed, None, density, 8, subsamples=subsamples, share_ties=True)
+        assert fill.mean() == pytest.approx(density, rel=1e-9)
+        assert 0 <= fill.min() <= fill.max() <= 1
 
 
 def test_fill_of_one_sample_is_the_voxel_centre() -> None:

@@ -2,7 +2,8 @@
 
 Hazanov and Huet, J. Mech. Phys. Solids 42 (1994) 1995. It holds for the voxels as they are, however
 few: fields that satisfy one condition are among those of the next. The void carries 1e-3 of the
-solid's stiffness in all three.
+solid's stiffness in all three. How tight it is, is tested on layers (`test_homogenise_block`): this
+one sees a condition that is not what it says, not an error of one per cent.
 """
 
 import numpy as np

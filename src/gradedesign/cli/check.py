@@ -1,4 +1,4 @@
-"""``gradedesign check``: what a run would do, in seconds."""
+"""``gradedesign check``: what a run would do, in seconds once its laws are in the cache."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ DOFS_PER_SECOND = 3e4
 
 
 def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: bool) -> None:
-    """Read, repair, select, and predict; nothing is written."""
+    """Read, repair, select, and predict; nothing is written but the user's cache."""
     case = load_case(path, allow_outside=allow_outside)
     registry = with_own_cell(case, registry_for(strict_plugins=strict_plugins))
-    # What takes minutes is told first, beside the answer: a law or walls that are not in the cache.
+    # What may take minutes the first time is told beside the answer.
     setup = prepare(case, registry, lambda event: typer.echo(event.message, err=True))
     data = describe(setup)
     if as_json:

@@ -2,7 +2,8 @@
 
 Every row of the stiffness is summed by one thread in a fixed order, so results neither race nor
 depend on the number of threads. Elements are straight-sided: the gradients of barycentric
-coordinates are constant, and shape functions enter through small tables (`assembly_tables`).
+coordinates are constant, and shape functions enter through small tables of the caller: products
+of their gradients, or gradients at the vertices where the stiffness varies inside elements.
 """
 
 from __future__ import annotations

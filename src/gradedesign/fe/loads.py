@@ -29,7 +29,7 @@ from gradedesign.fe.stiffness import (
     Stiffness,
     element_count,
     kernel_coefficients,
-    known_at_points,
+    known_at,
 )
 from gradedesign.mesh.tet_mesh import signed_volumes
 
@@ -221,7 +221,7 @@ def thermal_force(
     return initial_strain_force(
         space.nodes,
         space.elements,
-        kernel_coefficients(known_at_points(stiffness)),
+        kernel_coefficients(known_at(stiffness, "gauss")),
         shape_derivatives(space.order, barycentric("gauss")),
         expansion * values_at(space, temperature_change, "gauss"),
     )

@@ -121,7 +121,7 @@ def build_hierarchy(
     Parameters
     ----------
     space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : Stiffness
         What `matrix` was assembled from.
     matrix : bsr_matrix
         Unconstrained, 3 by 3 blocks.

@@ -69,7 +69,7 @@ class ElasticSystem:
     Attributes
     ----------
     space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : Stiffness
     matrix : bsr_matrix
         Without supports.
     hierarchies : dict
@@ -90,7 +90,7 @@ def prepare_elastic(
     Parameters
     ----------
     space : TetSpace
-    stiffness : IsotropicStiffness or AnisotropicStiffness
+    stiffness : Stiffness
     pattern : AssemblyPattern, optional
         Of `space`, to save finding it again.
 

@@ -14,14 +14,14 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import SolverError
-from gradedesign.fe.element_points import barycentric
+from gradedesign.fe.element_points import Where, barycentric
 from gradedesign.material.scaling_law import isotropic_stiffness
 
 #: Rows and columns of the upper triangle of a 6 by 6 matrix, in the order kernels read them.
 UPPER = np.triu_indices(6)
 #: Pairs of barycentric coordinates, in the order of the moments of a stiffness.
 PAIRS = tuple(combinations_with_replacement(range(4), 2))
-FIRST, SECOND = np.array(PAIRS).T
+_FIRST, _SECOND = np.array(PAIRS).T
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +128,7 @@ def stiffness_matrices(stiffness: Stiffness) -> FloatArray:
         return np.asarray(stiffness.C.mean(axis=2))
     if isinstance(stiffness, MomentStiffness):
         # The coordinates sum to 1; pairs of different ones count twice.
-        return np.asarray(np.tensordot(stiffness.C, 2.0 - (FIRST == SECOND), axes=(2, 0)))
+        return np.asarray(np.tensordot(stiffness.C, 2.0 - (_FIRST == _SECOND), axes=(2, 0)))
     return stiffness.C
 
 
@@ -146,7 +146,7 @@ def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
     -------
     (10, q) array
     """
-    return np.asarray(weights * points.T[FIRST] * points.T[SECOND])
+    return np.asarray(weights * points.T[_FIRST] * points.T[_SECOND])
 
 
 def kernel_coefficients(
@@ -176,31 +176,37 @@ def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArr
     return np.ascontiguousarray(stiffness.C[UPPER].transpose(2, 1, 0))
 
 
-def known_at_points(
-    stiffness: Stiffness,
+def known_at(
+    stiffness: Stiffness, at: Where
 ) -> IsotropicStiffness | AnisotropicStiffness | GaussStiffness:
-    """The stiffness, refused where only its moments are known.
+    """The stiffness, refused where it is not known at the points asked for.
 
     Raises
     ------
     SolverError
-        For a `MomentStiffness`.
+        For a `MomentStiffness`, and for a `GaussStiffness` at vertices.
     """
     if isinstance(stiffness, MomentStiffness):
         raise SolverError(
-            "stress and thermal forces need the stiffness at the Gauss points of the elements, but "
-            "only its moments are given; take that of one phase, or stiffness_matrices of it"
+            "stress and thermal forces need the stiffness at points of the elements, but only its "
+            "moments are given; take AnisotropicStiffness(C=stiffness_matrices(...)), its means"
+        )
+    if isinstance(stiffness, GaussStiffness) and at != "gauss":
+        raise SolverError(
+            f"the stiffness is given at the Gauss points, but asked for at {at}; evaluate at "
+            "'gauss'"
         )
     return stiffness
 
 
 def require_positive(stiffness: Stiffness) -> None:
-    """Raise unless every element is stable.
+    """Raise unless every element is stable; of moments, unless each of them is.
 
     Raises
     ------
     SolverError
-        If a modulus is not positive or a matrix not positive definite.
+        If a modulus is not positive or a matrix not positive definite. Moments are positive
+        definite where the stiffness is; the reverse holds for their means only.
     """
     if isinstance(stiffness, IsotropicStiffness):
         bad = np.flatnonzero(~(stiffness.E > 0.0))

@@ -20,7 +20,7 @@ from gradedesign.fe.stiffness import (
     Stiffness,
     element_count,
     kernel_coefficients,
-    known_at_points,
+    known_at,
 )
 from gradedesign.mesh.tet_mesh import signed_volumes
 
@@ -195,7 +195,7 @@ def _evaluated(
     return stress_at_points(
         space.nodes,
         space.elements,
-        kernel_coefficients(known_at_points(stiffness)),
+        kernel_coefficients(known_at(stiffness, at)),
         shape_derivatives(space.order, barycentric(at)),
         values_at(space, thermal_strain, at),
         np.ascontiguousarray(displacement, dtype=np.float64),

@@ -90,8 +90,10 @@ def cell_fill(
     fill = _counted(value <= level, counts, subsamples)
     if share_ties:
         without = _counted(value < level, counts, subsamples)
-        whole, less = float(fill.mean()), float(without.mean())
-        fill = without + (rho - less) / (whole - less) * (fill - without)
+        less, whole = np.count_nonzero(value < level), np.count_nonzero(value <= level)
+        # Rounding in the number wanted must not take the share past all of them.
+        share = min((wanted - less) / (whole - less), 1.0)
+        fill = without + share * (fill - without)
     return _symmetric(fill) if family.symmetry == "cubic" and len(set(counts)) == 1 else fill
 
 

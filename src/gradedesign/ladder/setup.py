@@ -249,7 +249,7 @@ def with_walls(
         bounds,
         model.material.poissons_ratio,
         lambda wall: on_event(
-            Event(stage="walls", message=f"computing walls of {wall}; they are kept")
+            Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
         ),
     )
     fill = None

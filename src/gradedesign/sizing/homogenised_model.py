@@ -79,6 +79,8 @@ class HomogenisedModel:
         )
         bond = (6, 6) if np.ndim(self.rotation) == 2 else (6, 6, 4, count)
         object.__setattr__(self, "rotation", locked(self.rotation, bond, name="rotation"))
+        if self.walls is not None and self.rotation.ndim == 4:
+            raise ValueError("walls lie along the axes of the cells: expected one rotation for all")
 
 
 def homogenised_model(

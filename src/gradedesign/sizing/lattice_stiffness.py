@@ -65,8 +65,11 @@ def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
     return GaussStiffness(C=C) if model.rotation.ndim == 4 else MomentStiffness(C=C)
 
 
-def stiffness_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """d(ln C11)/d(ln rho) of the endless lattice in the axes of the cells, ``(M,)``."""
+def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """d(ln C11)/d(ln rho) in the axes of the cells, ``(M,)``.
+
+    With the correction and few cells, without walls.
+    """
     whole = _law_stiffness(model, held_density(model, rho))[0, 0]
     return rho * _relative_slope(model, rho)[0, 0] / whole
 
@@ -129,7 +132,10 @@ def _law_slope(model: HomogenisedModel, held: FloatArray) -> FloatArray:
 
 
 def _rotated(model: HomogenisedModel, relative: FloatArray) -> FloatArray:
-    """Turn ``(6, 6, ..., M)`` from cell to global axes; identity costs nothing."""
+    """Turn ``(6, 6, [10,] M)`` from cell to global axes; identity costs nothing.
+
+    Where axes turn from point to point, ``(6, 6, M)`` becomes ``(6, 6, 4, M)``.
+    """
     bond = model.rotation
     if bond.ndim == 4:
         half = np.einsum("aiqm,ijm->ajqm", bond, relative)

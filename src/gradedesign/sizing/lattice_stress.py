@@ -14,6 +14,8 @@ from gradedesign.material.density_from_stress import density_from_stress
 from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density
 from gradedesign.sizing.lattice_stiffness import as_stiffness, cell_stiffness
 
+#: How often a Voigt component stands in its tensor.
+_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 #: Places of the Voigt components xx, yy, zz, yz, xz, xy in a tensor.
 _VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 
@@ -85,10 +87,14 @@ def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
     """Turn Voigt stresses ``(6, M, 4)`` at Gauss points from global axes to those of each cell."""
     if np.array_equal(model.rotation, np.eye(6)):
         return stress
+    # The inverse of a Bond matrix is its transpose, but for the factors of engineering shear.
+    twice = _TWICE.reshape(6, *(1,) * (stress.ndim - 1))
+    whole = twice * stress
     if model.rotation.ndim == 2:
-        return np.tensordot(np.linalg.inv(model.rotation), stress, axes=1)
-    back = np.linalg.inv(model.rotation.transpose(3, 2, 0, 1))
-    return np.einsum("mqab,bmq->amq", back, stress)
+        turned = np.tensordot(model.rotation.T, whole, axes=1)
+    else:
+        turned = np.einsum("baqm,bmq->amq", model.rotation, whole)
+    return turned / twice
 
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:

@@ -24,7 +24,7 @@ from gradedesign.sizing.homogenised import (
     solve_vectors,
 )
 from gradedesign.sizing.homogenised_model import HomogenisedModel
-from gradedesign.sizing.lattice_stiffness import stiffness_exponent
+from gradedesign.sizing.lattice_stiffness import growth_exponent
 from gradedesign.sizing.lattice_stress import LatticeStress, lattice_stress
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.responses import (
@@ -245,7 +245,7 @@ def _evaluate(
 
 def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
     """Mean of d(ln C11)/d(ln rho) over the lattice, the power of the reciprocal expansion."""
-    return max(float(weights @ stiffness_exponent(model, rho) / weights.sum()), 1.0)
+    return max(float(weights @ growth_exponent(model, rho) / weights.sum()), 1.0)
 
 
 def _in_reach(use: FloatArray) -> BoolArray:

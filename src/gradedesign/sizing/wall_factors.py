@@ -74,7 +74,7 @@ def wall_class(
     """
     relative = bending / membrane - 1
     for exponent in EXPONENTS:
-        far, near = _moments(exponent)
+        far, near = _second_moments(exponent)
         outward = np.maximum(relative, 0.0) / (far - 1)
         inward = np.maximum(-relative, 0.0) / (1 - near)
         if max(outward.max(), inward.max()) <= MOST:
@@ -101,7 +101,7 @@ def wall_class(
     )
 
 
-def _moments(exponent: int) -> tuple[float, float]:
+def _second_moments(exponent: int) -> tuple[float, float]:
     """Second moments over a uniform profile's: outward, inward."""
     return 3 * (exponent + 1) / (exponent + 3), 3 / (2 * exponent + 3)
 

@@ -15,7 +15,8 @@ class Event:
     Attributes
     ----------
     stage : str
-        Lower case with dashes: ``solid``, ``sizing``, ``lattice``, ``explicit``, ``acceptance``.
+        Lower case with dashes: ``law``, ``walls``, ``solid``, ``sizing``, ``lattice``,
+        ``explicit``, ``acceptance``.
     message : str
         One line for a person.
     seconds : float or None
