@@ -260,3 +260,44 @@ def test_gyroid_at_128_voxels_equals_the_study(sheet, expected) -> None:
     value = shapes(128)["gyroid sheet" if sheet else "gyroid network"]
     c = solve_periodic(lowest(value, 0.3), rtol=1e-4).stiffness
     np.testing.assert_allclose((c[0, 0], c[0, 1], c[3, 3]), expected, rtol=2e-3)
+
+
+def blended(n, parts):
+    """Weighted gyroid and diamond at the centres of 3^3 parts of every voxel."""
+    c = (np.arange(3 * n) + 0.5) / (3 * n) * 2 * np.pi
+    sx, sy, sz = np.meshgrid(np.sin(c), np.sin(c), np.sin(c), indexing="ij")
+    cx, cy, cz = np.meshgrid(np.cos(c), np.cos(c), np.cos(c), indexing="ij")
+    gyroid = sx * cy + sy * cz + sz * cx
+    diamond = sx * sy * sz + sx * cy * cz + cx * sy * cz + cx * cy * sz
+    return parts[0] * gyroid + parts[1] * diamond
+
+
+def filled(value, rho):
+    """Solid share of voxels of 3^3 samples."""
+    n = len(value) // 3
+    return lowest(value, rho).reshape(n, 3, n, 3, n, 3).mean(axis=(1, 3, 5))
+
+
+# properties.md 4.2, 50/50 blend of the two networks, E100 over the base material's.
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rho", "expected"),
+    [(0.20, 0.00679), (0.30, 0.01692), (0.35, 0.02402), (0.40, 0.07557), (0.50, 0.17768)],
+)
+def test_a_blend_of_two_networks_loses_stiffness(registry, rho, expected) -> None:
+    # How the source weighs the two is not told. Equal parts give, by hand, 0.0071, 0.0179, 0.0242,
+    # 0.0844, 0.188; parts of equal spread (standard deviations 0.866 and 0.707) 0.0064, 0.0158,
+    # 0.0284, 0.0755, 0.178. It lies between, but for 1 % of two grids and the extrapolation.
+    found = []
+    for parts in ((0.5, 0.5), (1 / 0.866, 1 / 0.707)):
+        coarse, fine = (
+            solve_periodic(filled(blended(n, parts), rho), rtol=1e-3).stiffness for n in (32, 64)
+        )
+        found.append(engineering_constants(fine + (fine - coarse) / 3).youngs[0])
+    assert 0.99 * min(found) < expected < 1.01 * max(found)
+    assert max(found) < 1.35 * min(found)
+    if rho < 0.375:
+        # What the source warns of: three to four times softer than either network.
+        for family in NETWORKS:
+            youngs = engineering_constants(stiffness(registry, family, rho)).youngs[0]
+            assert max(found) < youngs / 2.8
