@@ -27,6 +27,8 @@ def gyroid_sheet(count: int, rho: float = 0.3) -> np.ndarray:
     c = (np.arange(count) + 0.5) / count * 2 * np.pi
     z, y, x = np.meshgrid(c, c, c, indexing="ij")
     g = np.abs(np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x))
+    # Samples that are equal by symmetry go together, as in the sampling of cells.
+    g = np.round(g, 12)
     rank = int(rho * count**3) - 1
     return (g <= np.partition(g, rank, axis=None)[rank]).astype(float)
 
