@@ -63,6 +63,22 @@ def _problem(acceleration, temperature, component, exponent=0.0):
     return model, limit, rng.uniform(0.2, 0.5, space.element_count), rng
 
 
+def assert_slope(model, limit, rho, rng):
+    """The gradient in a random direction is the difference quotient, itself good to about 1e-6."""
+    system = homogenised_system(model, rho)
+    solutions = solve_homogenised(model, rho, system)
+    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
+    derivative = stiffness_derivative(model, rho)
+    gradient = displacement_gradient(model, rho, derivative, model.cases[0], solutions[0], adjoint)
+    direction = rng.standard_normal(len(rho))
+    step = 1e-4
+    ahead, back = (
+        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
+        for s in (1, -1)
+    )
+    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+
+
 @pytest.mark.parametrize(
     ("acceleration", "temperature", "component", "exponent"),
     [
@@ -74,21 +90,8 @@ def _problem(acceleration, temperature, component, exponent=0.0):
     ids=["magnitude", "component, corrected law", "inertia", "thermal"],
 )
 def test_gradient_matches_central_differences(acceleration, temperature, component, exponent):
-    """In a random direction; the difference quotient itself is good to about 1e-6."""
     model, limit, rho, rng = _problem(acceleration, temperature, component, exponent)
-    system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    gradient = displacement_gradient(
-        model, rho, stiffness_derivative(model, rho), model.cases[0], solutions[0], adjoint
-    )
-    direction = rng.standard_normal(len(rho))
-    step = 1e-4
-    ahead, back = (
-        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
-        for s in (1, -1)
-    )
-    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+    assert_slope(model, limit, rho, rng)
 
 
 @pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
@@ -104,18 +107,7 @@ def test_gradient_where_cells_turn_inside_elements(temperature):
     turns = Rotation.random(4 * rho.size, rng=rng).as_matrix()
     axes = bond_matrix(turns.transpose(1, 2, 0).reshape(3, 3, 4, -1))
     model = replace(model, law=law, rotation=axes)
-    system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    derivative = stiffness_derivative(model, rho)
-    gradient = displacement_gradient(model, rho, derivative, model.cases[0], solutions[0], adjoint)
-    direction = rng.standard_normal(len(rho))
-    step = 1e-4
-    ahead, back = (
-        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
-        for s in (1, -1)
-    )
-    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+    assert_slope(model, limit, rho, rng)
 
 
 def test_gradient_follows_what_trimmed_cells_hold():
@@ -127,19 +119,7 @@ def test_gradient_follows_what_trimmed_cells_hold():
     assert held_density(model, rho).max() > LAW.window[1]
     # Not where the density held has a kink.
     rho = np.where(np.abs(rho - 0.3) < 0.01, 0.32, rho)
-    system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    gradient = displacement_gradient(
-        model, rho, stiffness_derivative(model, rho), model.cases[0], solutions[0], adjoint
-    )
-    direction = rng.standard_normal(len(rho))
-    step = 1e-4
-    ahead, back = (
-        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
-        for s in (1, -1)
-    )
-    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+    assert_slope(model, limit, rho, rng)
 
 
 def test_one_element_at_a_time():

@@ -18,12 +18,11 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.fe._assembly_kernels import (
     block_pattern,
-    element_energies,
-    element_energies_of_moments,
     elements_of_nodes,
     stiffness_blocks,
     stiffness_blocks_of_moments,
 )
+from gradedesign.fe._energy_kernels import element_energies, element_energies_of_moments
 from gradedesign.fe._multigrid_kernels import multiply
 from gradedesign.fe._space_kernels import LOCAL_EDGES
 from gradedesign.fe.element_points import barycentric, shape_derivatives

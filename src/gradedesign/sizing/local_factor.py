@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
-from gradedesign.errors import DensityError
+from gradedesign.sizing.density_piece import density_piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,13 +47,6 @@ class LocalFactor:
 
     def _piece(self, rho: FloatArray) -> tuple[IntArray, FloatArray, IntArray]:
         """Interval of every density, how far it lies towards its upper end, and the index."""
-        low, high = self.density[0], self.density[-1]
-        if not ((rho >= low - 1e-9) & (rho <= high + 1e-9)).all():
-            raise DensityError(
-                f"finite-size factors are known for relative densities {low:g} to {high:g}, but "
-                f"were asked for {np.min(rho):g} to {np.max(rho):g}; narrow [lattice] density"
-            )
-        place = np.searchsorted(self.density, rho, side="right") - 1
-        piece = np.clip(place, 0, self.density.size - 2)
+        piece = density_piece(self.density, rho, "finite-size factors")
         width = self.density[piece + 1] - self.density[piece]
         return piece, (rho - self.density[piece]) / width, np.arange(rho.size)

@@ -16,6 +16,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.fe.stiffness import UPPER, pair_products
+from gradedesign.sizing.density_piece import density_piece
 
 #: Exponents of profiles, the least one that reaches the asked second moment is taken: outward
 #: ``|z|^p`` raises it to ``3 (p + 1) / (p + 3)``, inward ``(1 - z^2)^p`` lowers it to
@@ -230,14 +231,7 @@ class WallFactors:
 
     def _between(self, rows: FloatArray, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows ``(k, n)`` at densities ``(t,)`` and their slopes, ``(n, t)`` each."""
-        low, high = self.density[0], self.density[-1]
-        if not ((rho >= low - 1e-9) & (rho <= high + 1e-9)).all():
-            raise DensityError(
-                f"ratios of walls are known for relative densities {low:g} to {high:g}, but were "
-                f"asked for {np.min(rho):g} to {np.max(rho):g}; narrow [lattice] density"
-            )
-        place = np.searchsorted(self.density, rho, side="right") - 1
-        piece = np.clip(place, 0, self.density.size - 2)
+        piece = density_piece(self.density, rho, "ratios of walls")
         width = self.density[piece + 1] - self.density[piece]
         slope = (rows[piece + 1] - rows[piece]) / width[:, None]
         value = rows[piece] + slope * (rho - self.density[piece])[:, None]
