@@ -136,9 +136,10 @@ class _Wall:
             )
         relaxed = -np.linalg.solve(A, coupling)
         shear = [
-            self.transverse(states, np.append(relaxed[:, k - 3], np.eye(3)[k - 3]), *which)
-            for which in _TRANSVERSE
-            for k in (which[1],)
+            self.transverse(
+                states, np.append(relaxed[:, k - 3], np.eye(3)[k - 3]), direction, component
+            )
+            for direction, k, component in _TRANSVERSE
         ]
         return WallStiffness(membrane=A, bending=D + coupling.T @ relaxed, shear=np.array(shear))
 
@@ -170,7 +171,6 @@ class _Wall:
         states: list[FloatArray],
         weights: FloatArray,
         direction: int,
-        _curvature: int,
         component: int,
     ) -> float:
         """Shear stiffness along a direction, from a curvature that grows by 1 per voxel."""

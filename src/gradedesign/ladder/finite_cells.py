@@ -183,7 +183,7 @@ def _settled(
     for tet, found, closest in zip(asked, near, nearest, strict=True):
         here = found or [closest]
         for k in range(2):
-            result[k, tet] = weighted_median(thin[k, here], volumes[known[here]])
+            result[k, tet] = _median(thin[k, here], volumes[known[here]])
     worst = int(np.argmax(result[0]))
     if result[0, worst] > 1 + _ROUNDING:
         at = ", ".join(f"{v:.3g}" for v in points[:, worst])
@@ -194,7 +194,7 @@ def _settled(
     return np.minimum(result, 1.0)
 
 
-def weighted_median(values: FloatArray, weights: FloatArray) -> float:
+def _median(values: FloatArray, weights: FloatArray) -> float:
     """Least value at which half of the weight is reached."""
     order = np.argsort(values, kind="stable")
     total = np.cumsum(weights[order])
