@@ -175,7 +175,12 @@ def loop(
         with announce.stage("round"):
             matrix = design_filter(setup) if matrix is None else matrix
             done, analysed = play_round(
-                setup, rounds, factors, matrix, on_step=announce.sizing_step
+                setup,
+                rounds,
+                factors,
+                matrix,
+                on_step=announce.sizing_step,
+                on_event=announce.listener,
             )
         rounds = (*rounds, done)
         save_round(out, setup, done)
@@ -188,7 +193,7 @@ def loop(
     if accepted is None:
         best = best_round(rounds)
         with announce.stage("explicit"):
-            analysed = analyse_design(setup, best.rho)
+            analysed = analyse_design(setup, best.rho, on_event=announce.listener)
             surface, _ = export_surface(setup, out, analysed)
         shown = Shown(rho=best.rho, analysed=analysed, surface=surface)
     else:
@@ -207,7 +212,7 @@ def judge(
     """Export the surface of a round's design and have it accepted or refused."""
     if analysed is None:
         with announce.stage("explicit"):
-            analysed = analyse_design(setup, done.rho)
+            analysed = analyse_design(setup, done.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
         accepted = accept_design(setup, out, done, analysed, deadline, announce)
     announce.limits("acceptance", accepted.rows)

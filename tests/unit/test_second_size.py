@@ -42,15 +42,15 @@ def test_without_a_second_grid_the_error_is_unknown():
 
 @pytest.fixture
 def grids(monkeypatch):
-    """Grids that fail, by factor; others give a displacement of ten times the factor."""
+    """Grids that fail, by mm; others give a displacement of five times their size."""
     failing = {}
     tried = []
 
-    def analyse(setup, rho, *, coarser):
-        tried.append(coarser)
-        if coarser in failing:
-            raise failing[coarser]
-        return SimpleNamespace(result=SimpleNamespace(mesh_size=2.0 * coarser, measures={}))
+    def analyse(setup, rho, *, cube):
+        tried.append(cube)
+        if cube in failing:
+            raise failing[cube]
+        return SimpleNamespace(result=SimpleNamespace(mesh_size=cube, measures={}))
 
     monkeypatch.setattr(second_size, "analyse_design", analyse)
     monkeypatch.setattr(
@@ -69,12 +69,12 @@ def analyse():
 
 def test_coarser_first(grids):
     found = analyse()
-    assert (found.mesh_size, found.refused, grids.tried) == (2.5, (), [1.25])
+    assert (found.mesh_size, found.refused, grids.tried) == (2.5, (), [2.5])
     assert found.rows[0].value == pytest.approx(12.5)
 
 
 def test_finer_where_the_coarser_loses_walls(grids):
-    grids.failing[1.25] = MeshError("lost 5 % of its volume")
+    grids.failing[2.5] = MeshError("lost 5 % of its volume")
     found = analyse()
     assert found.mesh_size == pytest.approx(1.6)
     assert found.rows[0].value == pytest.approx(8.0)
@@ -82,14 +82,14 @@ def test_finer_where_the_coarser_loses_walls(grids):
 
 
 def test_both_refused_is_said(grids):
-    grids.failing[1.25] = MeshError("walls")
-    grids.failing[0.8] = ResourceError("9 GB")
+    grids.failing[2.5] = MeshError("walls")
+    grids.failing[1.6] = ResourceError("9 GB")
     found = analyse()
     assert found.mesh_size is None
     assert [text.split(": ")[-1] for text in found.refused] == ["walls", "9 GB"]
 
 
 def test_what_is_no_matter_of_the_grid_is_raised(grids):
-    grids.failing[1.25] = ValueError("a defect")
+    grids.failing[2.5] = ValueError("a defect")
     with pytest.raises(ValueError, match="a defect"):
         analyse()

@@ -68,8 +68,9 @@ class RunSpec(Table):
     """Rounds of correction."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
-    mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] = 1.25
-    """Grid cubes of the explicit mesh across the thinnest wall."""
+    mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
+    """Grid cubes of the explicit mesh across the thinnest wall; measured on the cell by default:
+    1.25 for walls, 1.5 to 2.5 for struts."""
     window_count: Annotated[int, Whole(1, 64)] = 2
     """Windows analysed for acceptance."""
     explicit_mesh_size: Size | None = None

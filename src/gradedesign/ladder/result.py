@@ -33,6 +33,9 @@ class Iteration:
     passed : bool
     dofs : int
     mesh_size_mm : float
+    grid_share : float
+        Mesh size over the one that the thinnest wall asks for: less than 1 where that grid lost
+        volume or pieces and was refined.
     seconds : float
     stiffness_factor, stress_factor : float
         Corrections that this round's sizing used.
@@ -59,6 +62,7 @@ class Iteration:
     stress_factor: float
     sizing_iterations: int
     sizing_converged: bool
+    grid_share: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,6 +13,7 @@ from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import ElasticSystem
+from gradedesign.ladder.analysable import grid_cube
 from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.thinnest_wall import thinnest_wall
@@ -221,11 +222,10 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
 
 def explicit_cube_for(setup: Setup, thinnest: float) -> float:
     """Grid that the case asks for, or that follows the thinnest wall, skin or kept layer, mm."""
-    run, skin = setup.case.run, setup.case.lattice.skin
-    if run.explicit_mesh_size is not None:
-        return run.explicit_mesh_size
-    solids = [k.margin for k in setup.kept] + ([skin] if skin else [])
-    return min([thinnest, *solids]) / run.mesh_cubes_per_wall
+    case = setup.case
+    if case.run.explicit_mesh_size is not None:
+        return case.run.explicit_mesh_size
+    return float(grid_cube(case, thinnest, setup.cubes_per_wall))
 
 
 def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction:

@@ -52,8 +52,12 @@ from gradedesign.verify.explicit import (
     analyse_printed_solid,
     governing_measure,
 )
-from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
+from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice, mesh_within_budget
+from gradedesign.workspace.progress import Event, Listener, ignore
 
+#: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
+#: mesh must hold its volume on it as on any other.
+COARSEST = 1.25
 #: A density counts as at its lower bound within this relative distance.
 AT_BOUND = 1e-3
 
@@ -102,21 +106,44 @@ class Analysed:
     layout: CellLayout
 
 
-def analyse_design(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> Analysed:
-    """Build the lattice of element densities, mesh it and solve it."""
-    return analyse_cells(with_cells(setup, rho), rho, coarser=coarser)
+def analyse_design(
+    setup: Setup, rho: FloatArray, *, cube: float | None = None, on_event: Listener = ignore
+) -> Analysed:
+    """Build the lattice of element densities, mesh it and solve it.
+
+    ``cube``, mm, is taken as it is; without it the grid follows the thinnest wall and is refined
+    until it holds what the field holds.
+    """
+    return analyse_cells(with_cells(setup, rho), rho, cube=cube, on_event=on_event)
 
 
-def analyse_cells(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> Analysed:
-    """Build the lattice of element densities in the cells of the setup, mesh it and solve it."""
+def analyse_cells(
+    setup: Setup,
+    rho: FloatArray,
+    *,
+    cube: float | None = None,
+    finer: float = 1.0,
+    on_event: Listener = ignore,
+) -> Analysed:
+    """Build the lattice of element densities in the cells of the setup, mesh it and solve it.
+
+    ``finer`` is the share of the grid of the thinnest wall that an earlier round had to go down to.
+    """
     grid = density_grid(setup, rho)
     design = build_design(setup, grid)
     judged = judged_solid(setup, design)
-    mesh = mesh_lattice(
-        design,
-        coarser * explicit_cube(setup, grid),
-        memory_limit_bytes=setup.case.run.memory,
-    )
+    memory = setup.case.run.memory
+    if cube is not None:
+        mesh = mesh_lattice(design, cube, memory_limit_bytes=memory)
+    else:
+        asked = explicit_cube(setup, grid)
+        mesh = mesh_within_budget(
+            design,
+            finer * asked,
+            coarsest=asked * COARSEST,
+            memory_limit_bytes=memory,
+            on_refusal=lambda message: on_event(Event(stage="explicit", message=message)),
+        )
     result = analyse_printed_solid(
         mesh.mesh, judged, mesh_size=mesh.cube, surface_tolerance=0.5 * mesh.cube
     )
@@ -132,6 +159,7 @@ def play_round(
     matrix: csr_matrix,
     *,
     on_step: Callable[[SizingStep], None] | None = None,
+    on_event: Listener = ignore,
 ) -> tuple[Round, Analysed]:
     """Size with what earlier rounds taught, analyse explicitly, and learn.
 
@@ -160,7 +188,8 @@ def play_round(
     )
     setup = with_cells(setup, sized.rho)
     predicted = predict(setup, correction, sized.rho)
-    analysed = analyse_cells(setup, sized.rho)
+    finer = previous[-1].iteration.grid_share if previous else 1.0
+    analysed = analyse_cells(setup, sized.rho, finer=finer, on_event=on_event)
     result = analysed.result
     displacements = explicit_displacements(setup, result)
     rows = (
@@ -189,6 +218,7 @@ def play_round(
         passed=all(row.passed for row in rows),
         dofs=result.space.dof_count,
         mesh_size_mm=result.mesh_size,
+        grid_share=min(analysed.mesh.asked / explicit_cube(setup, analysed.grid), 1.0),
         seconds=time.perf_counter() - began,
         stiffness_factor=correction.stiffness,
         stress_factor=correction.stress,

@@ -17,6 +17,7 @@ from gradedesign.fe.element_points import element_points
 from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
+from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
 from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
@@ -80,6 +81,8 @@ class Setup:
     exclusion_radius : float, mm
     kept : tuple of KeptRegion
     layout : CellLayout
+    cubes_per_wall : float
+        Grid cubes of the explicit mesh across the thinnest wall.
     frames : callable, optional
         Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     warnings : tuple of str
@@ -105,6 +108,7 @@ class Setup:
     exclusion_radius: float
     kept: tuple[KeptRegion, ...]
     layout: CellLayout
+    cubes_per_wall: float
     warnings: tuple[str, ...]
     frames: Field | None = None
     buckling_factor: float | None = None
@@ -148,6 +152,17 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"):
         mesh, attempts = part_tets(case, part)
+    shares = solid_share(mesh, distance, case.lattice.skin, kept)
+    volumes = signed_volumes(mesh)
+    analysable = analysable_bounds(
+        case,
+        calibration,
+        bounds,
+        layout.least,
+        latticed=float(volumes @ (1 - shares)),
+        solid=float(volumes @ shares),
+    )
+    bounds = analysable.bounds
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)
     clamped_names = sorted({f.region for spec in case.load_case for f in spec.fix})
@@ -155,7 +170,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     radius = exclusion_radius(case)
     model = homogenised_model(
         space,
-        solid_share(mesh, distance, case.lattice.skin, kept),
+        shares,
         material,
         law,
         held_loads(case, space, part, facets),
@@ -196,8 +211,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         exclusion_radius=radius,
         kept=kept,
         layout=layout,
+        cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
             *(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
+            *analysable.warnings,
             *layout_warnings(layout, law.name),
             *(() if table is None else spread_warnings(table)),
         ),

@@ -1,14 +1,19 @@
-"""Body-fitted tetrahedra of a lattice design, on a grid that follows its thinnest wall."""
+"""Body-fitted tetrahedra of a lattice design, on a grid that follows its thinnest wall.
+
+A grid that loses volume or pieces, or makes flat tetrahedra, is refined as far as the memory
+budget goes.
+"""
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.errors import MeshError, ResourceError
+from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.lattice.islands import largest_piece
 from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
@@ -27,6 +32,15 @@ VOLUME_TOLERANCE = 0.04
 VOLUME_SAMPLES = 3
 #: Smallest dihedral angle that is accepted, degrees.
 LEAST_DIHEDRAL = 5.0
+#: Of the allowed volume error, what a refined grid aims at: errors fall with the cube's square.
+AIM = 0.6
+#: A refined cube over the last one: neither so little that meshing is repeated for nothing, nor so
+#: much that the budget is missed where less would have done.
+LEAST_STEP, LARGEST_STEP = 0.85, 0.55
+#: Refined where volume says nothing about how far.
+PLAIN_STEP = 0.8
+#: Loose pieces that keep this share of their volume on a finer grid are no fault of the grid.
+SAME_PIECES = 0.8
 #: Quadratic dofs per tetrahedron of a thin-walled lattice, measured 5.6 to 5.8.
 DOFS_PER_TET = 5.8
 #: Tetrahedra per solid volume of one grid cube: twelve of the body-centred grid, and what
@@ -44,22 +58,143 @@ class ExplicitMesh:
     report : TetReport
     cube : float, mm
         Edge of the grid cubes.
+    asked : float, mm
+        The edge before it was fitted to the box of the part.
     dropped_pieces : int
     dropped_share : float
         Volume share of the loose pieces that were removed.
     field_volume : float, mm^3
         Volume of the field by sampling.
+    refused : tuple of str
+        What was wrong with the coarser grids that were tried first.
     """
 
     mesh: TetMesh
     report: TetReport
     cube: float
+    asked: float
     dropped_pieces: int
     dropped_share: float
     field_volume: float
+    refused: tuple[str, ...] = ()
 
 
-def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: float) -> ExplicitMesh:
+class CoarseGridError(MeshError):
+    """A grid on which the lattice lost volume or pieces, or became flat tetrahedra.
+
+    Attributes
+    ----------
+    step : float
+        Cube that should do, over the one that did not.
+    loose_share : float
+        Share of the volume in loose pieces; 0 where another gate failed.
+    """
+
+    def __init__(self, message: str, *, step: float, loose_share: float = 0.0) -> None:
+        super().__init__(message)
+        self.step = step
+        self.loose_share = loose_share
+
+
+def predict_unknowns(solid_volume: float, cube: float) -> int:
+    """Predict the unknowns of quadratic tetrahedra on a grid.
+
+    Parameters
+    ----------
+    solid_volume : float, mm^3
+    cube : float, mm
+        Edge of the grid cubes.
+    """
+    return int(TETS_PER_CUBE * solid_volume / cube**3 * DOFS_PER_TET)
+
+
+def mesh_within_budget(
+    design: LatticeDesign,
+    cube: float,
+    *,
+    coarsest: float,
+    memory_limit_bytes: float,
+    on_refusal: Callable[[str], None] | None = None,
+) -> ExplicitMesh:
+    """Mesh a design on the first grid that passes the gates and fits the memory.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    cube : float, mm
+        Edge of the grid cubes to begin with.
+    coarsest : float, mm
+        Where ``cube`` does not fit the memory, the largest cube to try instead.
+    memory_limit_bytes : float
+        Budget that the following solve must fit.
+    on_refusal : callable, optional
+        Hears why a grid was refused and what comes next.
+
+    Raises
+    ------
+    ResourceError
+        If no grid that fits the memory passes the gates.
+    LatticeError
+        If the lattice falls apart on a finer grid as it does on a coarser one.
+    """
+    volume = field_volume(design, fitted_cube(design, cube))
+    fitting = fitting_cube(volume, memory_limit_bytes)
+    refused: list[str] = []
+
+    def refuse(message: str) -> None:
+        refused.append(message)
+        log.info("%s", message)
+        if on_refusal is not None:
+            on_refusal(message)
+
+    if cube < fitting <= coarsest:
+        refuse(
+            f"a grid of {cube:.3g} mm needs {_need_words(volume, cube)}, more than [run] memory "
+            f"{memory_limit_bytes / 1e9:.3g} GB; taking {fitting:.3g} mm"
+        )
+        cube = fitting
+    loose = np.inf
+    while True:
+        try:
+            made = mesh_lattice(design, cube, memory_limit_bytes=memory_limit_bytes, volume=volume)
+            return replace(made, refused=tuple(refused))
+        except CoarseGridError as error:
+            if error.loose_share > SAME_PIECES * loose:
+                raise LatticeError(
+                    f"{error} (a coarser grid lost as much: it is the design that falls apart, "
+                    f"not its mesh; raise the lower density, enlarge the cells, or add a skin)"
+                ) from error
+            loose = error.loose_share or loose
+            finer = cube * error.step
+            if finer < fitting:
+                raise ResourceError(
+                    f"{error}; the next grid of {finer:.3g} mm needs {_need_words(volume, finer)}, "
+                    f"but [run] memory is {memory_limit_bytes / 1e9:.3g} GB: allow more memory, "
+                    f"raise the lower density, or use larger cells"
+                ) from error
+            refuse(f"{error}; refined to {finer:.3g} mm, {_need_words(volume, finer)}")
+            cube = finer
+
+
+def _need_words(volume: float, cube: float) -> str:
+    dofs = predict_unknowns(volume, cube)
+    return f"about {dofs / 1e6:.2g} M unknowns and {predict_memory_bytes(dofs, 2) / 1e9:.2g} GB"
+
+
+def fitting_cube(solid_volume: float, memory_limit_bytes: float) -> float:
+    """Smallest cube whose solve fits the memory, mm; infinite where nothing fits."""
+    room = memory_limit_bytes - predict_memory_bytes(0, 2)
+    if room <= 0:
+        return np.inf
+    each = (predict_memory_bytes(10**6, 2) - predict_memory_bytes(0, 2)) / 1e6
+    cubes = room / (each * TETS_PER_CUBE * DOFS_PER_TET)
+    # A little above, so that a cube nudged to divide the part's box still fits.
+    return float(1.01 * (solid_volume / cubes) ** (1 / 3))
+
+
+def mesh_lattice(
+    design: LatticeDesign, cube: float, *, memory_limit_bytes: float, volume: float | None = None
+) -> ExplicitMesh:
     """Mesh a design by isosurface stuffing and refuse what lost pieces or volume.
 
     Parameters
@@ -69,21 +204,23 @@ def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: floa
         Edge of the grid cubes; the thinnest wall should span at least 1.25 of them.
     memory_limit_bytes : float
         Budget that the following solve must fit.
+    volume : float, optional, mm^3
+        Of the field, where it is known.
 
     Raises
     ------
     ResourceError
         If the solve would not fit the memory budget.
-    MeshError
+    CoarseGridError
         If pieces, volume or angles are out of their gates.
     """
-    cube = fitted_cube(design, cube)
+    volume = field_volume(design, fitted_cube(design, cube)) if volume is None else volume
+    _require_memory(volume, cube, memory_limit_bytes)
+    asked, cube = cube, fitted_cube(design, cube, fitting_cube(volume, memory_limit_bytes))
     lower, shape = grid_for(design, cube)
     field = lattice_field(design, band=3 * cube)
-    volume = field_volume(design, cube)
-    _require_memory(volume, cube, memory_limit_bytes)
     raw = sharpen(stuff(field, lower, shape, cube), design.part, body_field(design), cube)
-    mesh, dropped, share = largest_piece(raw, max_share=LOOSE_SHARE)
+    mesh, dropped, share = _main_piece(raw)
     report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
@@ -91,20 +228,36 @@ def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: floa
         mesh=mesh,
         report=report,
         cube=cube,
+        asked=asked,
         dropped_pieces=dropped,
         dropped_share=share,
         field_volume=volume,
     )
 
 
-def fitted_cube(design: LatticeDesign, cube: float) -> float:
+def _main_piece(raw: TetMesh) -> tuple[TetMesh, int, float]:
+    """The largest piece; more than crumbs beside it may be the grid's fault."""
+    if raw.tets.shape[1] == 0:
+        raise CoarseGridError("no tetrahedron is left on this grid", step=PLAIN_STEP)
+    mesh, dropped, share = largest_piece(raw, max_share=1.0)
+    if share > LOOSE_SHARE:
+        raise CoarseGridError(
+            f"the lattice falls apart: {dropped} loose pieces hold {share:.2%} of its volume, at "
+            f"most {LOOSE_SHARE:.0%} may be dropped",
+            step=PLAIN_STEP,
+            loose_share=share,
+        )
+    return mesh, dropped, share
+
+
+def fitted_cube(design: LatticeDesign, cube: float, least: float = 0.0) -> float:
     """Largest cube, at most 12 % below the asked one, that divides the design's box best, mm.
 
     Faces of the part on grid planes come out flat and sharp; others are chamfered by a third of
-    a cube where they meet.
+    a cube where they meet. ``least`` is the smallest cube that the memory holds, mm.
     """
     size = np.asarray(design.upper) - np.asarray(design.lower)
-    candidates = cube * np.linspace(1.0, 0.88, 241)
+    candidates = cube * np.linspace(1.0, min(max(0.88, least / cube), 1.0), 241)
     count = size[:, None] / candidates
     misfit = np.abs(count - np.round(count)).max(axis=0)
     good = misfit <= max(float(misfit.min()), 1e-3) * 1.0001
@@ -143,10 +296,10 @@ def field_volume(design: LatticeDesign, cube: float) -> float:
 
 
 def _require_memory(volume: float, cube: float, limit: float) -> None:
-    dofs = int(TETS_PER_CUBE * volume / cube**3 * DOFS_PER_TET)
+    dofs = predict_unknowns(volume, cube)
     need = predict_memory_bytes(dofs, 2)
     if need > limit:
-        coarser = cube * (need / limit) ** (1 / 3)
+        coarser = fitting_cube(volume, limit)
         raise ResourceError(
             f"the explicit analysis needs about {dofs / 1e6:.2g} M unknowns and "
             f"{need / 1e9:.3g} GB at a grid of {cube:.3g} mm, but [run] memory is "
@@ -158,14 +311,18 @@ def _require_memory(volume: float, cube: float, limit: float) -> None:
 def _require_gates(report: TetReport, volume: float, cube: float) -> None:
     off = report.volume / volume - 1.0
     if abs(off) > VOLUME_TOLERANCE:
-        raise MeshError(
+        raise CoarseGridError(
             f"the lattice mesh holds {report.volume:.6g} mm^3, the field {volume:.6g} mm^3 "
-            f"({off:+.1%}, allowed {VOLUME_TOLERANCE:.0%}); the grid of {cube:.3g} mm is too "
-            f"coarse for the walls: raise [run] mesh_cubes_per_wall or the lower density"
+            f"({off:+.1%}, allowed {VOLUME_TOLERANCE:.0%}): the grid of {cube:.3g} mm is too "
+            f"coarse for the walls",
+            step=float(
+                np.clip(np.sqrt(AIM * VOLUME_TOLERANCE / abs(off)), LARGEST_STEP, LEAST_STEP)
+            ),
         )
     if report.inverted or report.min_dihedral < LEAST_DIHEDRAL:
-        raise MeshError(
-            f"the lattice mesh has {report.inverted} inverted tetrahedra and a smallest dihedral "
-            f"angle of {report.min_dihedral:.2f} degrees, expected none and at least "
-            f"{LEAST_DIHEDRAL:g}; change [run] mesh_cubes_per_wall slightly"
+        raise CoarseGridError(
+            f"the lattice mesh on a grid of {cube:.3g} mm has {report.inverted} inverted "
+            f"tetrahedra and a smallest dihedral angle of {report.min_dihedral:.2f} degrees, "
+            f"expected none and at least {LEAST_DIHEDRAL:g}",
+            step=LEAST_STEP,
         )

@@ -1,0 +1,97 @@
+"""How many grid cubes the thinnest wall or strut of a cell needs, measured on the cell itself.
+
+Isosurface stuffing keeps a wall of 1.25 cubes, but rounds a strut of 2 cubes to an eighth less
+volume and loses one of 1.25: what a feature needs depends on its shape. One period of the cell is
+meshed on ever finer grids until its volume is near enough to the density it stands for.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.errors import MeshError
+from gradedesign.mesh.stuffing import stuff
+from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+
+#: Cubes across a solid layer with plane faces, and at least across anything.
+LAYER_CUBES = 1.25
+#: Cubes across the thinnest wall that are tried, coarsest first.
+TRIED = (LAYER_CUBES, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
+#: Relative error of the volume that the thinnest walls of a design may have. Denser cells have
+#: less, so that the whole lattice keeps within the tolerance of its mesh.
+CELL_TOLERANCE = 0.06
+#: Corners of a cell at which the grid begins, in cubes: where struts lie on planes of the grid or
+#: between them changes the volume, so the mean over some places counts.
+PLACES = ((0.13, 0.27, 0.41), (0.61, 0.83, 0.07), (0.37, 0.53, 0.71))
+#: Grids of more cubes per edge are not tried: cells as thin as this are sheets, which need least.
+MOST_CUBES = 110
+
+
+def cubes_per_wall(calibration: Calibration, rho: float) -> float:
+    """Grid cubes across the thinnest wall with which a cell keeps its volume.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        Of the cell, with its parameters.
+    rho : float
+        Relative density; the least of a design needs most.
+
+    Returns
+    -------
+    float
+        The least of `TRIED` with which the volume of a period is within `CELL_TOLERANCE`, or the
+        finest that `MOST_CUBES` allow.
+    """
+    return _cubes_per_wall(calibration, round(float(rho), 4))
+
+
+@lru_cache(maxsize=64)
+def _cubes_per_wall(calibration: Calibration, rho: float) -> float:
+    wall = float(wall_mm(calibration.family, dict(calibration.parameters), rho, 1.0))
+    found = TRIED[0]
+    for cubes in TRIED:
+        if wall <= 0 or calibration.family.period * cubes / wall > MOST_CUBES:
+            break
+        found = cubes
+        # A long period shows its struts in many places of the grid by itself.
+        places = PLACES if calibration.family.period == 1 else PLACES[:1]
+        volumes = [_volume(calibration, rho, wall / cubes, np.array(place)) for place in places]
+        if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
+            break
+    return found
+
+
+def _volume(calibration: Calibration, rho: float, h: float, place: FloatArray) -> float:
+    """Share of a period that its mesh on cubes of ``h`` cells holds."""
+    family, period = calibration.family, float(calibration.family.period)
+    level = float(calibration.level_of(rho))
+    count = int(np.ceil(period / h)) + 9
+    lower = (place - 5.0) * h
+    middle, half = lower + 0.5 * count * h, (0.5 * count - 1.0) * h
+
+    def field(points: FloatArray) -> FloatArray:
+        beside = (1,) * (points.ndim - 1)
+        box = np.abs(points - middle.reshape(3, *beside)).max(axis=0) - half
+        return np.maximum(family.shape(points, **calibration.parameters) - level, box)
+
+    try:
+        mesh = stuff(field, lower, (count, count, count), h)
+    except MeshError:
+        return 0.0  # nothing was left of it
+    return float((signed_volumes(mesh) * _share_inside(mesh, period)).sum()) / period**3
+
+
+def _share_inside(mesh: TetMesh, period: float) -> FloatArray:
+    """Share of every tetrahedron inside the period, from its corners and centre, ``(M,)``."""
+    inside = np.all((mesh.points >= 0) & (mesh.points < period), axis=0)
+    corners = mesh.tets
+    centre = mesh.points[:, corners].mean(axis=1)
+    at_centre = np.all((centre >= 0) & (centre < period), axis=0)
+    # The rule of degree two for tetrahedra: 4/5 at the centre, 1/20 at every corner.
+    return np.asarray(0.8 * at_centre + 0.05 * np.asarray(inside)[corners].sum(axis=0))
