@@ -77,6 +77,7 @@ def partial_result(
             "sizing": {
                 "iterations": len(sized.history),
                 "converged": sized.converged,
+                "feasible": sized.feasible,
                 "displacement_use": list(last.displacement_use),
                 "stress_use": last.stress_use,
                 **({} if buckling_limit(setup) is None else {"buckling_use": last.buckling_use}),

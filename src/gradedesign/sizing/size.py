@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gradedesign.arrays import BoolArray, FloatArray, locked
-from gradedesign.errors import DensityError
-from gradedesign.sizing.buckling_limit import (
-    BucklingLimit,
-    buckling_use,
-    density_for_buckling,
-)
+from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.sizing.buckling_limit import buckling_use, density_for_buckling
 from gradedesign.sizing.homogenised import (
     homogenised_system,
     lattice_mass,
@@ -27,72 +21,25 @@ from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
 from gradedesign.sizing.lattice_stress import LatticeStress, lattice_stress
 from gradedesign.sizing.optimality import optimality_step
+from gradedesign.sizing.problem import (
+    SizingProblem,
+    SizingResult,
+    SizingStep,
+    sizing_result,
+)
 from gradedesign.sizing.responses import (
-    DisplacementLimit,
     adjoint_loads,
     displacement_gradient,
     displacement_values,
     stiffness_derivative,
 )
-from gradedesign.sizing.stress_limit import StressLimit, density_for_stress, stress_use
+from gradedesign.sizing.stress_limit import density_for_stress, stress_use
+from gradedesign.sizing.uniform import size_uniform
 
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SizingStep:
-    """One line of the history: values are divided by their limits."""
-
-    iteration: int
-    mass_g: float
-    mean_density: float
-    displacement_use: tuple[float, ...]
-    stress_use: float
-    change: float
-    move: float
-    buckling_use: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SizingProblem:
-    """What is minimised and what must hold.
-
-    Attributes
-    ----------
-    model : HomogenisedModel
-    displacement_limits : tuple of DisplacementLimit
-    stress_limit : StressLimit or None
-    bounds : (float, float)
-        Density bounds: the intersection of user, family and law.
-    filter : (M, n) sparse matrix
-        From design variables to element densities, rows summing to 1.
-    target : float
-        Use of the governing limit that sizing aims at, just below 1.
-    buckling_limit : BucklingLimit or None
-    """
-
-    model: HomogenisedModel
-    displacement_limits: tuple[DisplacementLimit, ...]
-    stress_limit: StressLimit | None
-    bounds: tuple[float, float]
-    filter: csr_matrix
-    target: float = 1.0
-    buckling_limit: BucklingLimit | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SizingResult:
-    """A density per tetrahedron with the history that led to it."""
-
-    rho: FloatArray
-    variables: FloatArray
-    history: tuple[SizingStep, ...]
-    converged: bool
-    feasible: bool
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
-        object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
+__all__ = ["SizingProblem", "SizingResult", "SizingStep", "active_elements", "size"]
 
 
 def size(
@@ -113,8 +60,8 @@ def size(
         Design variables to begin from; the middle of the bounds by default.
     max_iterations : int
     tolerance : float
-        Converged when no density changes by more, relative to the upper bound, and every
-        limit is met to this accuracy.
+        Converged when no density changes by more, relative to the upper bound, or mass and uses
+        stand still; whether the limits hold then is `SizingResult.feasible`.
     move : float
         Largest relative change of a variable per iteration.
     on_step : callable, optional
@@ -123,21 +70,22 @@ def size(
     -------
     SizingResult
 
-    Raises
-    ------
-    DensityError
-        If the bounds are empty.
-
     Notes
     -----
-    Displacements enter by adjoints through an optimality criterion; the stress limit enters
-    as a lower bound of each density, the stress ratio (Ramirez 2022, A.2.3), and so does buckling;
-    the higher of the two governs. Iterates that
-    jump to and fro are recognised and damped by halving the move limit.
+    A filter of one column is a uniform density, see `size_uniform`. Else displacements enter by
+    adjoints through an optimality criterion; the stress limit enters as a lower bound of each
+    density, the stress ratio (Ramirez 2022, A.2.3), and so does buckling; the higher of the two
+    governs. Iterates that jump to and fro are recognised and damped by halving the move limit.
     """
+    if problem.filter.shape[1] == 1:
+        return size_uniform(
+            problem,
+            start=None if start is None else float(start[0]),
+            max_iterations=max_iterations,
+            tolerance=tolerance,
+            on_step=on_step,
+        )
     lo, hi = problem.bounds
-    if not 0 < lo <= hi < 1:
-        raise DensityError(f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1")
     model = problem.model
     weights = model.volumes * (1 - model.solid_share)
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
@@ -201,15 +149,14 @@ def size(
         history.append(step)
         if on_step is not None:
             on_step(step)
-        met = all(v <= problem.target * (1 + tolerance) for v in (*use, worst, buckled))
         settled = change < tolerance or _mass_settled(history, tolerance)
         if settled and iteration > 2:
-            return _result(problem, x, history, converged=True, feasible=met)
+            return sizing_result(problem, x, history, converged=True)
         if len(previous) > 1 and _is_two_cycle(new, x, previous[-1]):
             move *= 0.5
         previous.append(x)
         x = new
-    return _result(problem, x, history, converged=False, feasible=met)
+    return sizing_result(problem, x, history, converged=False)
 
 
 def _evaluate(
@@ -272,11 +219,8 @@ def _variable_floor(
 ) -> FloatArray:
     """Lower bound of each variable: the filter-weighted mean of what its elements need.
 
-    ``sums`` are the filter's column sums. A uniform design has one variable; it must serve its
-    neediest element.
+    ``sums`` are the filter's column sums.
     """
-    if matrix.shape[1] == 1:
-        return np.array([floor.max()])
     mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
     return np.maximum(np.where(sums > 0, mean, lo), floor)
 
@@ -297,24 +241,6 @@ def _is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
     forward, back = new - now, now - before
     size_back = float(np.linalg.norm(back))
     return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back
-
-
-def _result(
-    problem: SizingProblem,
-    x: FloatArray,
-    history: Sequence[SizingStep],
-    *,
-    converged: bool,
-    feasible: bool,
-) -> SizingResult:
-    log.info("sizing ended after %d iterations, converged=%s", len(history), converged)
-    return SizingResult(
-        rho=np.asarray(problem.filter @ x).ravel(),
-        variables=x,
-        history=tuple(history),
-        converged=converged,
-        feasible=feasible,
-    )
 
 
 def active_elements(model: HomogenisedModel) -> BoolArray:
