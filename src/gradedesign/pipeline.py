@@ -26,7 +26,7 @@ from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.ladder.setup import Setup, prepare
-from gradedesign.ladder.solid import solid_rows, solve_solid
+from gradedesign.ladder.solid import solve_solid, with_solid
 from gradedesign.ladder.stages import default_folder, load_rounds, open_stages, save_round
 from gradedesign.ladder.summary import (
     best_round,
@@ -117,7 +117,8 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     announce.part(setup)
     with announce.stage("solid"):
         solutions = solve_solid(setup)
-        rows = solid_rows(setup, solutions)
+        setup = with_solid(setup, solutions)
+        rows = setup.solid
     announce.limits("solid", rows)
     if not all_hold(rows):
         result = infeasible_result(setup, registry, rows)
