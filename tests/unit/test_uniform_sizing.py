@@ -166,6 +166,19 @@ def test_feasible_means_that_the_limits_hold_not_that_the_aim_was_met():
     assert not result.feasible
 
 
+def test_a_graded_bracket_ends_within_its_stress_limit():
+    """Steps that shrink are no reason to stop a per cent above the aim."""
+    model, limit = l_bracket()
+    matrix = cone_filter(centroids(model.space.mesh), model.volumes, 10.0)
+    problem = replace(problem_of(model, limit, stress=25.0, target=0.998), filter=matrix)
+    result = size(problem)
+    assert result.converged
+    assert result.feasible
+    assert 0.99 <= result.history[-1].stress_use <= 1.0
+    uniform = size(problem_of(model, limit, stress=25.0, target=0.998))
+    assert result.history[-1].mass_g < uniform.history[-1].mass_g
+
+
 CASE = """
 [case]
 name = "l-bracket"

@@ -38,6 +38,9 @@ from gradedesign.sizing.uniform import size_uniform
 
 log = logging.getLogger(__name__)
 
+#: Changes below this share of the tolerance are none.
+STILL = 0.05
+
 
 __all__ = ["SizingProblem", "SizingResult", "SizingStep", "active_elements", "size"]
 
@@ -61,7 +64,8 @@ def size(
     max_iterations : int
     tolerance : float
         Converged when no density changes by more, relative to the upper bound, or mass and uses
-        stand still; whether the limits hold then is `SizingResult.feasible`.
+        stand still, and no use is farther above its aim; or when nothing moves at all, as where
+        bounds keep a limit from being met. Whether the limits hold is `SizingResult.feasible`.
     move : float
         Largest relative change of a variable per iteration.
     on_step : callable, optional
@@ -150,7 +154,8 @@ def size(
         if on_step is not None:
             on_step(step)
         settled = change < tolerance or _mass_settled(history, tolerance)
-        if settled and iteration > 2:
+        still = change < STILL * tolerance
+        if iteration > 2 and (still or (settled and step.use <= _near_enough(problem, tolerance))):
             return sizing_result(problem, x, history, converged=True)
         if len(previous) > 1 and _is_two_cycle(new, x, previous[-1]):
             move *= 0.5
@@ -223,6 +228,12 @@ def _variable_floor(
     """
     mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
     return np.maximum(np.where(sums > 0, mean, lo), floor)
+
+
+def _near_enough(problem: SizingProblem, tolerance: float) -> float:
+    """Largest use at which a design that stands still is taken: near the aim and within limits."""
+    near = problem.target * (1 + tolerance)
+    return near if problem.target >= 1.0 else min(near, 1.0)
 
 
 def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
