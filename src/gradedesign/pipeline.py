@@ -1,8 +1,8 @@
 """The ladder: from a case to the lightest lattice that was found to meet its limits.
 
 Read this first. Part, solid analysis; then rounds of sizing on the homogenised part, explicit
-analysis and correction; then acceptance on the exported surface, whose values decide; a miss goes
-round again.
+analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
+most stressed windows correct the stress of the explicit analysis; a miss goes round again.
 """
 
 from __future__ import annotations
