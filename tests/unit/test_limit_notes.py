@@ -5,6 +5,8 @@ from html import unescape
 
 import pytest
 
+from gradedesign.cli.run import print_verdict
+from gradedesign.ladder.result import RunResult
 from gradedesign.output.limit_notes import measures_note, scope_words, solid_section, stress_note
 from gradedesign.output.report import render_report
 
@@ -100,3 +102,12 @@ def test_windows_do_not_claim_the_whole_surface(report):
 def test_results_without_values_have_no_notes(note):
     assert note({"limits": [], "status": "failed"}) == ""
     assert scope_words({}) == ""
+
+
+def test_the_last_lines_of_a_run_say_the_share(capsys):
+    result = RunResult(status="met", lightest=True, reason="holds", acceptance=RESULT["acceptance"])
+    print_verdict(result)
+    printed = capsys.readouterr().out
+    assert "of the printed surface 2.1% of the printed volume was read back" in printed
+    print_verdict(RunResult(status="partial", lightest=False, reason="stopped"))
+    assert "printed surface" not in capsys.readouterr().out
