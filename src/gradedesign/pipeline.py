@@ -1,8 +1,8 @@
 """The ladder: from a case to the lightest lattice that was found to meet its limits.
 
 Read this first. Part, solid analysis; then rounds of sizing on the homogenised part, explicit
-analysis and correction; then acceptance on the exported surface, whose values decide; a miss goes
-round again.
+analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
+most stressed windows correct the stress of the explicit analysis; a miss goes round again.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.ladder.setup import Setup, prepare
-from gradedesign.ladder.solid import solid_rows, solve_solid
+from gradedesign.ladder.solid import solve_solid, with_solid
 from gradedesign.ladder.stages import default_folder, load_rounds, open_stages, save_round
 from gradedesign.ladder.summary import (
     best_round,
@@ -117,7 +117,8 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     announce.part(setup)
     with announce.stage("solid"):
         solutions = solve_solid(setup)
-        rows = solid_rows(setup, solutions)
+        setup = with_solid(setup, solutions)
+        rows = setup.solid
     announce.limits("solid", rows)
     if not all_hold(rows):
         result = infeasible_result(setup, registry, rows)

@@ -23,12 +23,15 @@ from gradedesign.case.value_types import (
     check_range,
 )
 
+_TIMES_SOLID = re.compile(
+    r"\s*(\d{1,6}(?:\.\d{0,6})?|\.\d{1,6})\s*[x\u00d7*]\s*solid\s*", re.ASCII | re.IGNORECASE
+)
 _MESH_SIZES = re.compile(r"\s*(\d{1,4}(?:\.\d{0,6})?)\s+mesh[ _]sizes?\s*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusion:
-    """Radius around clamped edges and point loads where stress is not judged.
+    """Radius around held regions, whole faces and not their edges only, where stress is not judged.
 
     Attributes
     ----------
@@ -64,25 +67,87 @@ class _Exclusion(Reader):
 _ExclusionField: TypeAlias = Annotated[Exclusion, _Exclusion()]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SolidMultiple:
+    """So many times the value that the fully solid part has in the same load case.
+
+    Attributes
+    ----------
+    factor : float
+        At least 1.
+    """
+
+    factor: float
+
+    @property
+    def words(self) -> str:
+        """As it is written: ``2 x solid``."""
+        return f"{self.factor:g} x solid"
+
+
+class _Magnitude(Reader):
+    """A length, or ``"2 x solid"``."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> float | SolidMultiple:
+        short = isinstance(value, str) and len(value) < 60
+        match = _TIMES_SOLID.fullmatch(value) if isinstance(value, str) and short else None
+        if match is not None:
+            factor = float(match[1])
+            if factor < 1.0:
+                raise Refused(
+                    f"found {shown(value)}, which the solid part itself breaks; expected a "
+                    f'multiple of at least 1, such as "2 x solid"'
+                )
+            check_range(factor, shown(value), at_most=1e6)
+            return SolidMultiple(factor=factor)
+        try:
+            return Quantity("length", above=0.0).read(value)
+        except Refused as error:
+            raise Refused(
+                f'{error}, or a multiple of what the solid part has, such as "2 x solid"'
+            ) from None
+
+    def json_schema(self) -> JsonSchema:
+        text = "a length above 0, or a multiple of the solid part's value, at least 1"
+        return {"type": "string", "description": text, "examples": ["2 mm", "1.5 x solid"]}
+
+
 class DisplacementLimit(Table):
-    """Largest displacement of a region: of the whole vector, or of one component of it.
+    """Largest nodal displacement of a region: of the whole vector, or of one component of it.
 
     ``magnitude`` is always the allowed absolute value; ``component`` narrows it to one direction.
     """
 
     region: RegionName = Field(examples=["tip"])
     """Name of the region."""
-    magnitude: Annotated[float, Quantity("length", above=0.0)] = Field(examples=["2 mm"])
-    """Allowed absolute value, mm."""
+    magnitude: Annotated[float | SolidMultiple, _Magnitude()] = Field(
+        examples=["2 mm", "1.5 x solid"]
+    )
+    """Allowed absolute value: mm, or so many times that of the solid part, each load case its
+    own."""
     component: AxisIndex | None = None
     """0, 1 or 2 when only x, y or z is limited."""
     load_case: Name | None = None
     """Name of the only load case it holds for; None for all."""
 
     @property
-    def value(self) -> float:
-        """The allowed absolute value, mm."""
-        return self.magnitude
+    def value(self) -> float | None:
+        """The allowed absolute value, mm; None where only the solid analysis can tell."""
+        return None if isinstance(self.magnitude, SolidMultiple) else self.magnitude
+
+    @property
+    def times_solid(self) -> float | None:
+        """Multiple of the solid part's value; None where a length is stated."""
+        return self.magnitude.factor if isinstance(self.magnitude, SolidMultiple) else None
+
+    @property
+    def words(self) -> str:
+        """The allowed value as a person reads it: ``2 mm`` or ``2 x solid``."""
+        if isinstance(self.magnitude, SolidMultiple):
+            return self.magnitude.words
+        return f"{self.magnitude:g} mm"
 
 
 class LimitsSpec(Table):
@@ -99,7 +164,7 @@ class LimitsSpec(Table):
     percentile: Annotated[float, Number(above=50.0, at_most=100.0)] = 99.5
     """Share of the volume, in per cent, that must stay below the stress limit."""
     exclusion: _ExclusionField = Field(default=Exclusion(mesh_sizes=2.0), alias="exclusion_radius")
-    """Radius around clamped edges and point loads that is not judged."""
+    """Radius around the regions that supports hold, in which stress is not judged."""
     displacement: tuple[DisplacementLimit, ...] = ()
     """Displacement limits."""
 

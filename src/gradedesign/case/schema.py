@@ -12,7 +12,12 @@ from typing import Any
 from pydantic import Field
 
 from gradedesign.case.lattice_schema import KeepSpec, LatticeSpec, PrintSpec
-from gradedesign.case.limits_schema import DisplacementLimit, Exclusion, LimitsSpec
+from gradedesign.case.limits_schema import (
+    DisplacementLimit,
+    Exclusion,
+    LimitsSpec,
+    SolidMultiple,
+)
 from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.part_schema import PartSpec, ShapeSpec
@@ -44,6 +49,7 @@ __all__ = [
     "RegionSpec",
     "RunSpec",
     "ShapeSpec",
+    "SolidMultiple",
     "case_schema_json",
 ]
 

@@ -77,7 +77,7 @@ def run(
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Run the whole loop: the lightest lattice that meets the limits, proven."""
+    """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
     raise typer.Exit(
         run_command.run(
             case,

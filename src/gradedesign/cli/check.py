@@ -43,6 +43,11 @@ def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: boo
             for r in data["regions"]
         ],
     )
+    print_table(
+        "Limits",
+        ("limit", "load case", "allowed"),
+        [(r["name"], r["load_case"], r["allowed"]) for r in data["limits"]],
+    )
     typer.echo("free rigid motions: none")
     p = data["prediction"]
     typer.echo(
@@ -101,6 +106,7 @@ def describe(setup: Setup) -> dict[str, Any]:
             }
             for name, region in sorted(setup.part.regions.items())
         ],
+        "limits": stated_limits(setup),
         "free_rigid_motions": [],
         "prediction": {
             "density": list(setup.bounds),
@@ -113,3 +119,20 @@ def describe(setup: Setup) -> dict[str, Any]:
         },
         "warnings": list(setup.warnings),
     }
+
+
+def stated_limits(setup: Setup) -> list[dict[str, str]]:
+    """Limits as the case states them; those relative to the solid part are not in mm yet."""
+    rows = [
+        {
+            "name": f"displacement of {limit.name}",
+            "load_case": limit.load_case,
+            "allowed": limit.stated or f"{limit.limit:g} mm",
+        }
+        for limit in setup.displacement_limits
+    ]
+    if setup.stress_limit is not None:
+        rows.append(
+            {"name": "stress", "load_case": "every", "allowed": f"{setup.stress_limit:.4g} MPa"}
+        )
+    return rows

@@ -12,6 +12,7 @@ from gradedesign.cli.show import ProgressLines, limit_columns, print_json, print
 from gradedesign.ladder.files import RESULT_NAME
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.stages import default_folder
+from gradedesign.output.limit_notes import scope_words
 from gradedesign.pipeline import run as run_case
 from gradedesign.workspace.manifest import read_manifest
 from gradedesign.workspace.progress import ignore
@@ -88,6 +89,8 @@ def print_verdict(result: RunResult) -> None:
             f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid "
             f"({result.relative_density:.1%}){lattice}"
         )
+    if result.acceptance:
+        typer.echo(scope_words(result.acceptance))
     for warning in result.warnings:
         typer.echo(f"warning: {warning}")
     names = sorted(set(result.files.values()))

@@ -49,7 +49,7 @@ def limit_columns(rows: Sequence[LimitRow]) -> tuple[tuple[str, ...], list[tuple
             row.name,
             row.load_case,
             f"{row.value:.4g} {row.unit}",
-            f"{row.limit:.4g} {row.unit}",
+            f"{row.limit:.4g} {row.unit}" + (f" ({row.stated})" if row.stated else ""),
             f"{1 - row.use:+.1%}",
             "-" if row.resolution_error is None else f"{row.resolution_error:+.1%}",
             "holds" if row.passed else "BROKEN",

@@ -1,4 +1,4 @@
-"""Judge a design on the surface that is printed: export, read back, re-mesh, analyse."""
+"""Judge a design: export its surface, read it back, mesh it again whole or in windows, analyse."""
 
 from __future__ import annotations
 
@@ -81,7 +81,11 @@ def accept_design(
     deadline: Deadline,
     announce: Announcer,
 ) -> Accepted:
-    """Export the surface of a design and let an independent mesh of it decide."""
+    """Export the surface of a design and have it accepted or refused.
+
+    With scope "whole" an independent mesh of the surface judges every limit. With "windows" the
+    explicit analysis does, its stress in the lattice times the ratio of the windows.
+    """
     surface, islands = export_surface(setup, out, analysed)
     second = analyse_second_size(setup, done, analysed)
     budget = max(deadline.remaining(), 0.25 * setup.case.run.time)

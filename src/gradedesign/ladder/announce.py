@@ -58,10 +58,11 @@ class Announcer:
     def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:
         """Say how much of each limit is used."""
         for row in rows:
+            stated = f" ({row.stated})" if row.stated else ""
             self.say(
                 stage,
-                f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}, "
-                f"{row.use:.1%}{'' if row.passed else '  BROKEN'}",
+                f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}"
+                f"{stated}, {row.use:.1%}{'' if row.passed else '  BROKEN'}",
                 use=row.use,
             )
 

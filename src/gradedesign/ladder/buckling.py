@@ -38,6 +38,7 @@ def buckling_rows(setup: Setup, use: BucklingUse | None) -> tuple[LimitRow, ...]
             limit=1.0,
             unit="of the critical stress",
             judged_by=f"homogenised prediction, most used at ({at}) mm",
+            measure="most used element of the part",
         ),
     )
 

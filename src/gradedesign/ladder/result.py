@@ -76,6 +76,8 @@ class RunResult:
     reason : str
         One sentence for a person.
     limits : tuple of LimitRow
+    solid : tuple of LimitRow
+        The same limits with their values on the fully solid part.
     mass_g, solid_mass_g, lattice_mass_g : float or None
     relative_density : float or None
         Mass over solid mass.
@@ -119,13 +121,13 @@ class RunResult:
     case_name: str = ""
     folder: Path = Path()
     law: Mapping[str, Any] = field(default_factory=dict)
+    solid: tuple[LimitRow, ...] = ()
 
 
 def as_json(result: RunResult) -> dict[str, Any]:
     """Plain data for result.json; every number keeps its unit in its name."""
     data = asdict(result)
     data["folder"] = str(result.folder)
-    data["limits"] = [
-        {**asdict(row), "use": row.use, "passed": row.passed} for row in result.limits
-    ]
+    for key, rows in (("limits", result.limits), ("solid", result.solid)):
+        data[key] = [{**asdict(row), "use": row.use, "passed": row.passed} for row in rows]
     return data

@@ -284,13 +284,10 @@ def lattice_share(
 
 def explicit_displacements(setup: Setup, result: ExplicitResult) -> tuple[float, ...]:
     """Value of every displacement limit in an explicit analysis, mm."""
-    regions = [spec for spec in setup.case.limits.displacement]
-    values = []
-    for spec in regions:
-        for load_case in setup.case.load_case:
-            if spec.load_case in (None, load_case.name):
-                values.append(displacement_on(result, spec.region, load_case.name, spec.component))
-    return tuple(values)
+    return tuple(
+        displacement_on(result, limit.region, limit.load_case, limit.component)
+        for limit in setup.displacement_limits
+    )
 
 
 def explicit_masses(setup: Setup, mesh: ExplicitMesh, result: ExplicitResult) -> dict[str, float]:

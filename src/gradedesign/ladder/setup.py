@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +15,13 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, SolverError
 from gradedesign.fe.element_points import element_points
-from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
+from gradedesign.fe.load_case import PartLoadCase, case_loads
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
+from gradedesign.ladder.displacement_limits import displacement_limits
+from gradedesign.ladder.exclusion import exclusion_warnings
 from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.graded_map import require_one_thickness
@@ -46,6 +49,9 @@ from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import Event, Listener, ignore
 
+if TYPE_CHECKING:
+    from gradedesign.ladder.verdict import LimitRow
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Setup:
@@ -72,6 +78,7 @@ class Setup:
     model : HomogenisedModel
         Without corrections.
     displacement_limits : tuple of DisplacementLimit
+        Those relative to the solid part are resolved by `solid.with_solid`.
     stress_limit : float or None, MPa
     buckling_factor : float or None
         Critical stress over the acting one, at least; None where buckling is not judged.
@@ -86,6 +93,8 @@ class Setup:
     frames : callable, optional
         Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     warnings : tuple of str
+    solid : tuple of LimitRow
+        Every limit with its value on the fully solid part, once that is analysed.
     """
 
     case: Case
@@ -112,6 +121,7 @@ class Setup:
     warnings: tuple[str, ...]
     frames: Field | None = None
     buckling_factor: float | None = None
+    solid: tuple[LimitRow, ...] = ()
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
@@ -168,12 +178,15 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     clamped_names = sorted({f.region for spec in case.load_case for f in spec.fix})
     clamped = tuple(region_distance(part.regions[name].corners) for name in clamped_names)
     radius = exclusion_radius(case)
+    considered = considered_at(centroids(mesh), clamped, radius)
+    loads = held_loads(case, space, part, facets)
+    limits, limit_warnings = displacement_limits(case, space, facets, loads)
     model = homogenised_model(
         space,
         shares,
         material,
         law,
-        held_loads(case, space, part, facets),
+        loads,
         rotation=cell_axes(layout, space),
     )
     if case.lattice.faces == "measured":
@@ -203,18 +216,23 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         space=space,
         facets=facets,
         model=model,
-        displacement_limits=displacement_limits(case, space, facets),
+        displacement_limits=limits,
         stress_limit=stress_limit(case, material),
         buckling_factor=buckling_factor(case),
-        considered=considered_at(centroids(mesh), clamped, radius),
+        considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
         kept=kept,
         layout=layout,
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
-            *(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
             *analysable.warnings,
+            *(*case.warnings, *part.report.warnings, *law_warnings, *warnings, *limit_warnings),
+            *(
+                ()
+                if stress_limit(case, material) is None
+                else exclusion_warnings(model, considered, radius)
+            ),
             *layout_warnings(layout, law.name),
             *(() if table is None else spread_warnings(table)),
         ),
@@ -378,27 +396,6 @@ def buckling_factor(case: Case) -> float | None:
     if limits.safety_factor is not None:
         return limits.safety_factor
     return None if limits.stress is None else 1.0
-
-
-def displacement_limits(
-    case: Case, space: TetSpace, facets: Mapping[str, IntArray]
-) -> tuple[DisplacementLimit, ...]:
-    """One limit per region, direction and load case it holds for."""
-    limits = []
-    for spec in case.limits.displacement:
-        what = "magnitude" if spec.component is None else "xyz"[spec.component]
-        for load_case in case.load_case:
-            if spec.load_case in (None, load_case.name):
-                limits.append(
-                    DisplacementLimit(
-                        name=f"{spec.region} {what}",
-                        load_case=load_case.name,
-                        nodes=region_nodes(space, facets[spec.region]),
-                        component=spec.component,
-                        limit=spec.value,
-                    )
-                )
-    return tuple(limits)
 
 
 def part_volume(setup: Setup) -> float:

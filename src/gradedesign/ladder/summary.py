@@ -18,12 +18,13 @@ from gradedesign.ladder.buckling import (
     buckling_rows,
     thin_warning,
 )
+from gradedesign.ladder.exclusion import exclusion_data
 from gradedesign.ladder.resolve_law import stress_basis
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import predict
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup, part_volume
-from gradedesign.ladder.verdict import LimitRow, all_hold, is_tight
+from gradedesign.ladder.verdict import LARGEST_NODAL, LimitRow, all_hold, is_tight
 from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
@@ -77,6 +78,7 @@ def partial_result(
             "sizing": {
                 "iterations": len(sized.history),
                 "converged": sized.converged,
+                "feasible": sized.feasible,
                 "displacement_use": list(last.displacement_use),
                 "stress_use": last.stress_use,
                 **({} if buckling_limit(setup) is None else {"buckling_use": last.buckling_use}),
@@ -91,6 +93,8 @@ def partial_result(
                 limit=limit.limit,
                 unit="mm",
                 judged_by="homogenised prediction",
+                measure=LARGEST_NODAL,
+                stated=limit.stated,
             )
             for limit, use in zip(setup.displacement_limits, last.displacement_use, strict=True)
         )
@@ -195,6 +199,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
     return {
         "scope": a.scope,
         "share_of_volume": a.share,
+        "exclusion": exclusion_data((a.whole or accepted.analysed.result).exclusion),
         "limits": entries,
         "windows": [
             {
@@ -275,6 +280,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
     law = setup.law
     return {
         "solid_mass_g": _solid_mass(setup),
+        "solid": setup.solid,
         "warnings": (*setup.warnings, *(f"disabled {failure}" for failure in registry.failures)),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),

@@ -10,6 +10,8 @@ from gradedesign.verify.measures import PHASES, StressMeasure
 
 #: A limit used to this share makes the design the lightest that was found.
 TIGHT = 0.97
+#: What a displacement limit is judged by.
+LARGEST_NODAL = "largest nodal value on the region"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +29,10 @@ class LimitRow:
         Analysis behind the value.
     resolution_error : float or None
         Relative change of the explicit value from the first mesh size to the second.
+    measure : str
+        How the value is taken from the analysis, such as ``largest nodal value on the region``.
+    stated : str
+        How the case states the limit where that is no number, such as ``2 x solid``.
     """
 
     name: str
@@ -36,6 +42,8 @@ class LimitRow:
     unit: str
     judged_by: str
     resolution_error: float | None = None
+    measure: str = ""
+    stated: str = ""
 
     @property
     def use(self) -> float:
@@ -63,6 +71,8 @@ def limit_rows(
             limit=limit.limit,
             unit="mm",
             judged_by=judged_by,
+            measure=LARGEST_NODAL,
+            stated=limit.stated,
         )
         for limit, value in zip(setup.displacement_limits, displacements, strict=True)
     ]
@@ -81,9 +91,15 @@ def limit_rows(
                         limit=setup.stress_limit,
                         unit="MPa",
                         judged_by=judged_by,
+                        measure=percentile_words(setup.case.limits.percentile),
                     )
                 )
     return tuple(rows)
+
+
+def percentile_words(percentile: float) -> str:
+    """What a stress limit is judged by: the percentile by volume, outside the exclusion radius."""
+    return f"percentile {percentile:g} of the volume outside the exclusion radius"
 
 
 def scaled_rows(

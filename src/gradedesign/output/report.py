@@ -8,6 +8,13 @@ from html import escape
 from typing import Any
 
 from gradedesign.output._html import percent, plain, table
+from gradedesign.output.limit_notes import (
+    allowed,
+    measures_note,
+    scope_words,
+    solid_section,
+    stress_note,
+)
 
 #: Nothing is loaded from outside and no script runs.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -100,7 +107,7 @@ def _limits(result: Mapping[str, Any]) -> str:
             row["name"],
             row["load_case"],
             f"{row['value']:.4g} {row['unit']}",
-            f"{row['limit']:.4g} {row['unit']}",
+            allowed(row),
             f"{1 - row['use']:+.1%}",
             percent(row["resolution_error"]),
             "holds" if row["passed"] else "BROKEN",
@@ -118,7 +125,8 @@ def _limits(result: Mapping[str, Any]) -> str:
         "",
         "judged by",
     )
-    return "<h2>Limits</h2>" + table(header, rows, numbers={2, 3, 4, 5})
+    limits = table(header, rows, numbers={2, 3, 4, 5})
+    return "<h2>Limits</h2>" + limits + measures_note(result) + solid_section(result)
 
 
 def _masses(result: Mapping[str, Any]) -> str:
@@ -175,10 +183,7 @@ def _acceptance(result: Mapping[str, Any]) -> str:
     data = result.get("acceptance") or {}
     if not data:
         return ""
-    parts = [
-        f"<p>Scope: {escape(data['scope'])}; {data['share_of_volume']:.1%} of the printed volume "
-        f"was meshed again from the exported file.</p>"
-    ]
+    parts = [f"<p>Scope: {escape(data['scope'])}; {escape(scope_words(data))}.</p>"]
     rows = [
         (
             entry["limit"],
@@ -251,7 +256,8 @@ def _measures(result: Mapping[str, Any]) -> str:
         "worst cell MPa",
         "at mm",
     )
-    return "<h2>Stress by phase</h2>" + table(header, rows, numbers={2, 3, 4, 5})
+    stresses = table(header, rows, numbers={2, 3, 4, 5})
+    return "<h2>Stress by phase</h2>" + stresses + stress_note(result)
 
 
 def _figures(pictures: Mapping[str, bytes]) -> str:

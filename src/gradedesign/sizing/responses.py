@@ -23,7 +23,7 @@ from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DisplacementLimit:
-    """The largest displacement of a region must stay below a limit.
+    """The largest nodal displacement of a region must stay below a limit.
 
     Attributes
     ----------
@@ -35,8 +35,14 @@ class DisplacementLimit:
     component : int or None
         0, 1, 2 limits the absolute value of one component, None the magnitude.
     limit : float, mm
+        Not a number where it is ``times_solid`` and the solid part is not analysed yet.
     factor : float
         Correction of the predicted value from explicit analyses; 1 at first.
+    region : str
+        Name of the region.
+    times_solid : float or None
+        Where the limit is stated relative to the fully solid part: the multiple of its value in
+        the same load case.
     """
 
     name: str
@@ -45,6 +51,8 @@ class DisplacementLimit:
     component: int | None
     limit: float
     factor: float = 1.0
+    region: str = ""
+    times_solid: float | None = None
 
     def __post_init__(self) -> None:
         nodes = locked(self.nodes, (None,), dtype=np.int64, name="nodes")
@@ -54,6 +62,11 @@ class DisplacementLimit:
                 f"displacement limit '{self.name}' has no nodes: its region is not on the mesh; "
                 f"refine [part] mesh_size or choose another region"
             )
+
+    @property
+    def stated(self) -> str:
+        """How the case states the limit where that is no length, such as ``2 x solid``."""
+        return "" if self.times_solid is None else f"{self.times_solid:g} x solid"
 
 
 def largest_displacement(

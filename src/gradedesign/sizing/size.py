@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gradedesign.arrays import BoolArray, FloatArray, locked
-from gradedesign.errors import DensityError
-from gradedesign.sizing.buckling_limit import (
-    BucklingLimit,
-    buckling_use,
-    density_for_buckling,
+from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.sizing.buckling_limit import buckling_use, density_for_buckling
+from gradedesign.sizing.governing_points import (
+    GoverningPoints,
+    no_points,
+    point_limits,
+    remember_points,
 )
 from gradedesign.sizing.homogenised import (
     homogenised_system,
@@ -27,72 +28,28 @@ from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
 from gradedesign.sizing.lattice_stress import LatticeStress, lattice_stress
 from gradedesign.sizing.optimality import optimality_step
+from gradedesign.sizing.problem import (
+    SizingProblem,
+    SizingResult,
+    SizingStep,
+    sizing_result,
+)
 from gradedesign.sizing.responses import (
-    DisplacementLimit,
     adjoint_loads,
     displacement_gradient,
     displacement_values,
     stiffness_derivative,
 )
-from gradedesign.sizing.stress_limit import StressLimit, density_for_stress, stress_use
+from gradedesign.sizing.stress_limit import density_for_stress, stress_use
+from gradedesign.sizing.uniform import size_uniform
 
 log = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SizingStep:
-    """One line of the history: values are divided by their limits."""
-
-    iteration: int
-    mass_g: float
-    mean_density: float
-    displacement_use: tuple[float, ...]
-    stress_use: float
-    change: float
-    move: float
-    buckling_use: float = 0.0
+#: Changes below this share of the tolerance are none.
+STILL = 0.05
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SizingProblem:
-    """What is minimised and what must hold.
-
-    Attributes
-    ----------
-    model : HomogenisedModel
-    displacement_limits : tuple of DisplacementLimit
-    stress_limit : StressLimit or None
-    bounds : (float, float)
-        Density bounds: the intersection of user, family and law.
-    filter : (M, n) sparse matrix
-        From design variables to element densities, rows summing to 1.
-    target : float
-        Use of the governing limit that sizing aims at, just below 1.
-    buckling_limit : BucklingLimit or None
-    """
-
-    model: HomogenisedModel
-    displacement_limits: tuple[DisplacementLimit, ...]
-    stress_limit: StressLimit | None
-    bounds: tuple[float, float]
-    filter: csr_matrix
-    target: float = 1.0
-    buckling_limit: BucklingLimit | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SizingResult:
-    """A density per tetrahedron with the history that led to it."""
-
-    rho: FloatArray
-    variables: FloatArray
-    history: tuple[SizingStep, ...]
-    converged: bool
-    feasible: bool
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
-        object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
+__all__ = ["SizingProblem", "SizingResult", "SizingStep", "active_elements", "size"]
 
 
 def size(
@@ -113,8 +70,9 @@ def size(
         Design variables to begin from; the middle of the bounds by default.
     max_iterations : int
     tolerance : float
-        Converged when no density changes by more, relative to the upper bound, and every
-        limit is met to this accuracy.
+        Converged when no density changes by more, relative to the upper bound, or mass and uses
+        stand still, and no use is farther above its aim; or when nothing moves at all, as where
+        bounds keep a limit from being met. Whether the limits hold is `SizingResult.feasible`.
     move : float
         Largest relative change of a variable per iteration.
     on_step : callable, optional
@@ -123,21 +81,22 @@ def size(
     -------
     SizingResult
 
-    Raises
-    ------
-    DensityError
-        If the bounds are empty.
-
     Notes
     -----
-    Displacements enter by adjoints through an optimality criterion; the stress limit enters
-    as a lower bound of each density, the stress ratio (Ramirez 2022, A.2.3), and so does buckling;
-    the higher of the two governs. Iterates that
-    jump to and fro are recognised and damped by halving the move limit.
+    A filter of one column is a uniform density, see `size_uniform`. Else displacements enter by
+    adjoints through an optimality criterion; the stress limit enters as a lower bound of each
+    density, the stress ratio (Ramirez 2022, A.2.3), and so does buckling; the higher of the two
+    governs. Iterates that jump to and fro are recognised and damped by halving the move limit.
     """
+    if problem.filter.shape[1] == 1:
+        return size_uniform(
+            problem,
+            start=None if start is None else float(start[0]),
+            max_iterations=max_iterations,
+            tolerance=tolerance,
+            on_step=on_step,
+        )
     lo, hi = problem.bounds
-    if not 0 < lo <= hi < 1:
-        raise DensityError(f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1")
     model = problem.model
     weights = model.volumes * (1 - model.solid_share)
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
@@ -153,9 +112,10 @@ def size(
     previous: list[FloatArray] = []
     floor = np.full(model.volumes.shape, lo)
     allowance, room = 1.0, 1.0
+    places = no_points(len(problem.displacement_limits))
     for iteration in range(max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
-        use, gradients, stress = _evaluate(problem, rho)
+        use, pointwise, stress, places = _evaluate(problem, rho, places)
         worst = stress_use(problem.stress_limit, model, rho, stress)
         if problem.stress_limit is not None:
             allowance = _next_allowance(allowance, problem.target, worst)
@@ -175,12 +135,11 @@ def size(
         new = x
         if len(use):
             new = x.copy()
-            near = _in_reach(use)
             new[active] = optimality_step(
                 x[active],
                 cost[active],
-                use[near] / problem.target,
-                (gradients / problem.target) @ felt,
+                pointwise.use / problem.target,
+                (pointwise.gradients / problem.target) @ felt,
                 step_lower[active],
                 step_upper[active],
                 exponent=_mean_exponent(model, rho, weights),
@@ -201,21 +160,29 @@ def size(
         history.append(step)
         if on_step is not None:
             on_step(step)
-        met = all(v <= problem.target * (1 + tolerance) for v in (*use, worst, buckled))
         settled = change < tolerance or _mass_settled(history, tolerance)
-        if settled and iteration > 2:
-            return _result(problem, x, history, converged=True, feasible=met)
+        still = change < STILL * tolerance
+        if iteration > 2 and (still or (settled and step.use <= _near_enough(problem, tolerance))):
+            return sizing_result(problem, x, history, converged=True)
         if len(previous) > 1 and _is_two_cycle(new, x, previous[-1]):
             move *= 0.5
         previous.append(x)
         x = new
-    return _result(problem, x, history, converged=False, feasible=met)
+    return sizing_result(problem, x, history, converged=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Pointwise:
+    """Uses ``(k,)`` and gradients ``(k, M)`` of limits at the points that govern them."""
+
+    use: FloatArray
+    gradients: FloatArray
 
 
 def _evaluate(
-    problem: SizingProblem, rho: FloatArray
-) -> tuple[FloatArray, FloatArray, tuple[LatticeStress, ...]]:
-    """Use of every displacement limit, gradients of those in reach, stress per load case."""
+    problem: SizingProblem, rho: FloatArray, places: GoverningPoints
+) -> tuple[FloatArray, _Pointwise, tuple[LatticeStress, ...], GoverningPoints]:
+    """Use of every displacement limit, what governs those in reach, stress per load case."""
     model, limits = problem.model, problem.displacement_limits
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
@@ -223,10 +190,15 @@ def _evaluate(
     judged = problem.stress_limit is not None or problem.buckling_limit is not None
     stress = lattice_stress(model, rho, solutions) if judged else ()
     if not limits:
-        return np.zeros(0), np.zeros((0, count)), stress
+        nothing = _Pointwise(use=np.zeros(0), gradients=np.zeros((0, count)))
+        return np.zeros(0), nothing, stress, places
     values = displacement_values(limits, solutions)
     use = values / np.array([limit.limit for limit in limits])
-    near = [limit for limit, chosen in zip(limits, _in_reach(use), strict=True) if chosen]
+    places = remember_points(places, limits, solutions, model.space.nodes)
+    every = point_limits(places, limits)
+    held = displacement_values(every, solutions) / np.array([limit.limit for limit in every])
+    reach = _in_reach(held)
+    near = [limit for limit, chosen in zip(every, reach, strict=True) if chosen]
     adjoints = solve_vectors(system, adjoint_loads(model, near, solutions))
     cases = {case.name: case for case in model.cases}
     by_name = {s.name: s for s in solutions}
@@ -240,7 +212,7 @@ def _evaluate(
             for limit, adjoint in zip(near, adjoints, strict=True)
         ]
     )
-    return use, gradients, stress
+    return use, _Pointwise(use=held[reach], gradients=gradients), stress, places
 
 
 def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
@@ -272,13 +244,16 @@ def _variable_floor(
 ) -> FloatArray:
     """Lower bound of each variable: the filter-weighted mean of what its elements need.
 
-    ``sums`` are the filter's column sums. A uniform design has one variable; it must serve its
-    neediest element.
+    ``sums`` are the filter's column sums.
     """
-    if matrix.shape[1] == 1:
-        return np.array([floor.max()])
     mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
     return np.maximum(np.where(sums > 0, mean, lo), floor)
+
+
+def _near_enough(problem: SizingProblem, tolerance: float) -> float:
+    """Largest use at which a design that stands still is taken: near the aim and within limits."""
+    near = problem.target * (1 + tolerance)
+    return near if problem.target >= 1.0 else min(near, 1.0)
 
 
 def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
@@ -297,24 +272,6 @@ def _is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
     forward, back = new - now, now - before
     size_back = float(np.linalg.norm(back))
     return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back
-
-
-def _result(
-    problem: SizingProblem,
-    x: FloatArray,
-    history: Sequence[SizingStep],
-    *,
-    converged: bool,
-    feasible: bool,
-) -> SizingResult:
-    log.info("sizing ended after %d iterations, converged=%s", len(history), converged)
-    return SizingResult(
-        rho=np.asarray(problem.filter @ x).ravel(),
-        variables=x,
-        history=tuple(history),
-        converged=converged,
-        feasible=feasible,
-    )
 
 
 def active_elements(model: HomogenisedModel) -> BoolArray:

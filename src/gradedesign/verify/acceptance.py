@@ -1,4 +1,7 @@
-"""Acceptance: the exported surface, read back, meshed by an independent route and analysed."""
+"""Acceptance: the exported surface, whole or in windows, meshed by an independent route.
+
+Whole, its analysis judges every limit. Windows judge stress only, in a few cells.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ TETWILD_RATE = 400.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Acceptance:
-    """What the independent route says.
+    """What the independent route says, of the whole printed surface or of windows of it.
 
     Attributes
     ----------

@@ -24,6 +24,7 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part_mesh import region_facets
 from gradedesign.part.regions import Region
+from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import considered_at, phase_at
@@ -72,6 +73,8 @@ class ExplicitResult:
     measures : dict of load case to tuple of StressMeasure
     facets : dict of region to (k, 3) int array
     phase : (M,) int array
+    exclusion : ExclusionZone
+        What the exclusion radius leaves out of the measures.
     volume : float, mm^3
     mesh_size : float, mm
     seconds : float
@@ -83,6 +86,7 @@ class ExplicitResult:
     measures: dict[str, tuple[StressMeasure, ...]]
     facets: dict[str, IntArray]
     phase: IntArray
+    exclusion: ExclusionZone
     volume: float
     mesh_size: float
     seconds: float
@@ -154,6 +158,14 @@ def analyse_printed_solid(
         measures=measures,
         facets=facets,
         phase=phase,
+        exclusion=exclusion_zone(
+            volumes,
+            von_mises,
+            phase,
+            considered,
+            radius=judged.exclusion_radius,
+            percentile=judged.percentile,
+        ),
         volume=float(volumes.sum()),
         mesh_size=mesh_size,
         seconds=time.perf_counter() - start,
@@ -185,7 +197,7 @@ def found_regions(
 def displacement_on(
     result: ExplicitResult, region: str, load_case: str, component: int | None
 ) -> float:
-    """Largest displacement of a region, magnitude or absolute component, mm."""
+    """Largest nodal displacement of a region, magnitude or absolute component, mm."""
     solution = next(s for s in result.solutions if s.name == load_case)
     u = solution.displacement[:, region_nodes(result.space, result.facets[region])]
     values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])

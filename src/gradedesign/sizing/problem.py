@@ -1,0 +1,132 @@
+"""What sizing is asked, one line of its history, and what it answers."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.errors import DensityError
+from gradedesign.sizing.buckling_limit import BucklingLimit
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+from gradedesign.sizing.responses import DisplacementLimit
+from gradedesign.sizing.stress_limit import StressLimit
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SizingStep:
+    """One line of the history: values are divided by their limits."""
+
+    iteration: int
+    mass_g: float
+    mean_density: float
+    displacement_use: tuple[float, ...]
+    stress_use: float
+    change: float
+    move: float
+    buckling_use: float = 0.0
+
+    @property
+    def use(self) -> float:
+        """Largest use of any limit."""
+        return max(*self.displacement_use, self.stress_use, self.buckling_use)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingProblem:
+    """What is minimised and what must hold.
+
+    Attributes
+    ----------
+    model : HomogenisedModel
+    displacement_limits : tuple of DisplacementLimit
+    stress_limit : StressLimit or None
+    bounds : (float, float)
+        Density bounds: the intersection of user, family and law.
+    filter : (M, n) sparse matrix
+        From design variables to element densities, rows summing to 1. One column is a uniform
+        density.
+    target : float
+        Use of the governing limit that sizing aims at, just below 1.
+    buckling_limit : BucklingLimit or None
+
+    Raises
+    ------
+    DensityError
+        If the bounds are empty.
+    ValueError
+        If a displacement limit is no positive length: one relative to the solid part that its
+        analysis has not resolved yet.
+    """
+
+    model: HomogenisedModel
+    displacement_limits: tuple[DisplacementLimit, ...]
+    stress_limit: StressLimit | None
+    bounds: tuple[float, float]
+    filter: csr_matrix
+    target: float = 1.0
+    buckling_limit: BucklingLimit | None = None
+
+    def __post_init__(self) -> None:
+        lo, hi = self.bounds
+        if not 0 < lo <= hi < 1:
+            raise DensityError(
+                f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1"
+            )
+        for limit in self.displacement_limits:
+            if not limit.limit > 0:
+                raise ValueError(
+                    f"displacement limit '{limit.name}' ({limit.load_case}) is {limit.limit:g} mm; "
+                    f"expected a positive length"
+                )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingResult:
+    """A density per tetrahedron with the history that led to it.
+
+    Attributes
+    ----------
+    rho : (M,) array
+        Density of every tetrahedron.
+    variables : (n,) array
+        Design variables: ``rho = filter @ variables``.
+    history : tuple of SizingStep
+        The last step is that of ``rho``.
+    converged : bool
+        Iteration ended because nothing changed any more, not because iterations ran out.
+    feasible : bool
+        Every limit holds at ``rho`` on the homogenised part with its corrections: each use is at
+        most 1. The aim, `SizingProblem.target`, does not enter: a design between aim and limit is
+        feasible, one a thousandth beyond a limit is not.
+    """
+
+    rho: FloatArray
+    variables: FloatArray
+    history: tuple[SizingStep, ...]
+    converged: bool
+    feasible: bool
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rho", locked(self.rho, (None,), name="rho"))
+        object.__setattr__(self, "variables", locked(self.variables, (None,), name="variables"))
+
+
+def sizing_result(
+    problem: SizingProblem, x: FloatArray, history: Sequence[SizingStep], *, converged: bool
+) -> SizingResult:
+    """Result for design variables ``(n,)`` that the last step of the history evaluated."""
+    log.info("sizing ended after %d iterations, converged=%s", len(history), converged)
+    return SizingResult(
+        rho=np.asarray(problem.filter @ x).ravel(),
+        variables=x,
+        history=tuple(history),
+        converged=converged,
+        feasible=history[-1].use <= 1.0,
+    )

@@ -1,0 +1,80 @@
+"""What the exclusion radius around held regions leaves out of the stress limit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.fe.stress import weighted_percentile
+from gradedesign.verify.measures import PHASES
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExclusionZone:
+    """Volume that is not judged, and the stress with it.
+
+    Attributes
+    ----------
+    radius : float, mm
+    percentile : float
+    share : dict of phase to float
+        Share of the phase's volume within the radius; phases that the solid has.
+    everywhere : dict of load case to dict of phase to float, MPa
+        The percentile that is judged, over the whole phase instead of the part outside.
+    """
+
+    radius: float
+    percentile: float
+    share: dict[str, float] = field(default_factory=dict)
+    everywhere: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+def exclusion_zone(
+    volumes: FloatArray,
+    von_mises: Mapping[str, FloatArray],
+    phase: IntArray,
+    considered: BoolArray,
+    *,
+    radius: float,
+    percentile: float,
+) -> ExclusionZone:
+    """Measure what a radius leaves out.
+
+    Parameters
+    ----------
+    volumes : (M,) array, mm^3
+    von_mises : mapping of load case to (M, 4) array, MPa
+        At the four Gauss points, each standing for a quarter of the volume.
+    phase : (M,) int array
+        Index into `measures.PHASES`.
+    considered : (M,) bool array
+        Outside the radius.
+    radius : float, mm
+    percentile : float
+
+    Returns
+    -------
+    ExclusionZone
+    """
+    present = {name: phase == number for number, name in enumerate(PHASES)}
+    present = {name: chosen for name, chosen in present.items() if chosen.any()}
+    return ExclusionZone(
+        radius=radius,
+        percentile=percentile,
+        share={
+            name: float(1.0 - volumes[chosen & considered].sum() / volumes[chosen].sum())
+            for name, chosen in present.items()
+        },
+        everywhere={
+            case: {
+                name: weighted_percentile(
+                    stress[chosen].ravel(), np.repeat(volumes[chosen] / 4.0, 4), percentile
+                )
+                for name, chosen in present.items()
+            }
+            for case, stress in von_mises.items()
+        },
+    )

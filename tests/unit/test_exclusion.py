@@ -1,0 +1,82 @@
+"""The exclusion radius: how much it leaves out, and the stress with it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gradedesign.ladder.exclusion import exclusion_data, share_left_out
+from gradedesign.verify.exclusion import exclusion_zone
+from gradedesign.verify.measures import stress_measures
+
+CASE = """\
+[case]
+name = "block"
+[part]
+box = ["30 mm", "10 mm", "10 mm"]
+mesh_size = "5 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "PA12"
+[[load_case]]
+name = "pull"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+[limits]
+stress = "20 MPa"
+exclusion_radius = "10 mm"
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = [0.2, 0.5]
+"""
+
+
+def test_share_and_stress_with_everything_are_measured_by_phase():
+    rng = np.random.default_rng(811)
+    x, volumes = rng.uniform(0, 40, 20_000), np.full(20_000, 0.5)
+    phase = np.where(x < 4, 2, 0)  # kept up to 4 mm, wholly inside the radius
+    considered = x > 10
+    stress = np.where(x < 10, 90.0, 10.0)[:, None] * np.ones(4)
+    zone = exclusion_zone(
+        volumes, {"pull": stress}, phase, considered, radius=10.0, percentile=99.5
+    )
+    # By lengths: 6 of 36 mm of the lattice lie within 10 mm, and all 4 of what is kept.
+    assert zone.share == {"lattice": pytest.approx(6 / 36, abs=0.01), "kept": 1.0}
+    assert zone.everywhere == {"pull": {"lattice": 90.0, "kept": 90.0}}
+    (measure,) = stress_measures(
+        np.stack([x, x, x]), volumes, stress, phase, considered, limit=50.0, percentile=99.5,
+        cells=10.0,
+    )  # fmt: skip
+    assert (measure.phase, measure.value) == ("lattice", 10.0)
+    assert exclusion_data(zone) == {
+        "radius_mm": 10.0,
+        "percentile": 99.5,
+        "share_of_volume": zone.share,
+        "stress_everywhere_MPa": zone.everywhere,
+    }
+
+
+def test_share_of_the_part_counts_where_lattice_is():
+    model = SimpleNamespace(volumes=np.array([1.0, 2.0, 3.0]), solid_share=np.array([1.0, 0.5, 0]))
+    assert share_left_out(model, np.array([False, False, True])) == pytest.approx(0.25)
+    assert share_left_out(model, np.ones(3, bool)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("swap", "warned"),
+    [
+        (("", ""), True),  # a third of the block lies within 10 mm
+        (('"10 mm"\n[lattice]', '"5 mm"\n[lattice]'), False),
+        (('stress = "20 MPa"\n', 'displacement = [{region = "tip", magnitude = "9 mm"}]\n'), False),
+    ],
+)
+def test_a_radius_that_leaves_out_much_is_said(cli, tmp_path, swap, warned):
+    assert swap[0] in CASE
+    (tmp_path / "case.toml").write_text(CASE.replace(*swap), encoding="utf-8")
+    ended = cli("check", tmp_path)
+    assert ended.code == 0
+    assert ("exclusion radius of 10 mm around held regions leaves 3" in ended.out) == warned
