@@ -165,7 +165,7 @@ def loop(
     while True:
         if rounds and rounds[-1].iteration.round not in tried and _ready(rounds[-1], factors):
             tried.add(rounds[-1].iteration.round)
-            latest = judge(setup, out, announce, deadline, rounds[-1], analysed)
+            latest = judge(setup, out, announce, rounds[-1], analysed)
             accepted = _better(accepted, latest)
             if latest.holds and is_tight(latest.rows, at_lower_bound=rounds[-1].at_lower_bound):
                 break
@@ -183,7 +183,7 @@ def loop(
         if _stuck(rounds):
             break
     if accepted is None or not accepted.holds:
-        accepted = best_left(setup, out, announce, deadline, rounds, factors, tried) or accepted
+        accepted = best_left(setup, out, announce, rounds, factors, tried) or accepted
     result = verdict_result(setup, registry, rounds, accepted, deadline)
     if accepted is None:
         best = best_round(rounds)
@@ -200,7 +200,6 @@ def judge(
     setup: Setup,
     out: RunFolder,
     announce: Announcer,
-    deadline: Deadline,
     done: Round,
     analysed: Analysed | None,
 ) -> Accepted:
@@ -209,7 +208,7 @@ def judge(
         with announce.stage("explicit"):
             analysed = analyse_design(setup, done.rho)
     with announce.stage("acceptance"):
-        accepted = accept_design(setup, out, done, analysed, deadline, announce)
+        accepted = accept_design(setup, out, done, analysed, announce)
     announce.limits("acceptance", accepted.rows)
     return accepted
 
@@ -218,7 +217,6 @@ def best_left(
     setup: Setup,
     out: RunFolder,
     announce: Announcer,
-    deadline: Deadline,
     rounds: Sequence[Round],
     factors: dict[str, float],
     tried: set[int],
@@ -226,7 +224,7 @@ def best_left(
     """Accept the lightest earlier design that held every limit, if there is one left."""
     left = [r for r in rounds if r.iteration.round not in tried and _holds(r.rows, factors)]
     for done in sorted(left, key=lambda r: r.iteration.mass_g):
-        accepted = judge(setup, out, announce, deadline, done, None)
+        accepted = judge(setup, out, announce, done, None)
         if accepted.holds:
             return accepted
     return None

@@ -31,7 +31,6 @@ from gradedesign.verify.acceptance import (
     accept_windows,
     choose_scope,
 )
-from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the cube of the explicit mesh.
@@ -78,14 +77,14 @@ def accept_design(
     out: RunFolder,
     done: Round,
     analysed: Analysed,
-    deadline: Deadline,
     announce: Announcer,
 ) -> Accepted:
     """Export the surface of a design and let an independent mesh of it decide."""
     surface, islands = export_surface(setup, out, analysed)
     second = analyse_second_size(setup, done, analysed)
-    budget = max(deadline.remaining(), 0.25 * setup.case.run.time)
-    scope = choose_scope(setup.case.run.acceptance, analysed.result, budget)
+    # Stated budgets alone decide what is judged and how: never the time that is left.
+    budget = setup.case.run.time
+    scope = choose_scope(setup.case.run.acceptance, analysed.result.space.element_count, budget)
     if scope == "whole":
         acceptance = accept_whole(surface, analysed.judged, analysed.result, time_limit_s=budget)
         rows, factors = _whole_rows(setup, done, acceptance)
