@@ -169,7 +169,7 @@ def loop(
     for done in rounds:
         announce.round(done, resumed=True)
     deadline = cost.deadline(rounds)
-    refused, factors = load_acceptance(out, setup)
+    refused, factors = load_acceptance(out, setup, len(rounds))
     tried = set(refused)
     accepted: Accepted | None = None
     analysed: Analysed | None = None
@@ -201,6 +201,9 @@ def loop(
         cost.learn(rounds, announce)
     if accepted is None or not accepted.holds:
         accepted = best_left(setup, out, announce, rounds, factors, tried) or accepted
+    if accepted is None and refused:
+        # Refused before this process: its rows are what decided.
+        accepted = judge(setup, out, announce, rounds[refused[-1] - 1], None)
     result = verdict_result(setup, registry, rounds, accepted, ended)
     result = replace(result, predicted=cost.data())
     return write_outputs(

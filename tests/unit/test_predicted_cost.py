@@ -50,8 +50,9 @@ def test_work_counts_where_it_is_done():
     more = predict_cost(replace(MINI, load_cases=3))
     assert base.explicit_solve_s < more.explicit_solve_s < 3 * base.explicit_solve_s
     assert more.sizing_s == pytest.approx(2 * base.sizing_s)  # 4 solves instead of 2
+    # Ten iterations size; prediction and correction take the time of two more.
     assert base.round_s == pytest.approx(
-        base.sizing_s + base.explicit_mesh_s + base.explicit_solve_s
+        1.2 * base.sizing_s + base.explicit_mesh_s + base.explicit_solve_s
     )
 
 
@@ -62,7 +63,7 @@ def test_a_run_holds_its_rounds_and_one_acceptance():
         MEASURED.start + one.round_s + one.second_mesh_s + one.acceptance_s
     )
     # Sizing plays 10, 20 and 8 iterations (`ladder.round`).
-    rounds = 3.8 * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
+    rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
     assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)
 
 
@@ -73,7 +74,7 @@ def test_the_first_round_replaces_the_measured_speeds():
     assert found.sizing_s == pytest.approx(40.0)
     assert found.explicit_mesh_s == pytest.approx(30.0)
     assert found.explicit_solve_s == pytest.approx(100.0)
-    assert found.round_s == pytest.approx(170.0)
+    assert found.round_s == pytest.approx(178.0)
     assert found.learned
     # Nothing was learned about the mesher.
     assert speed.tet == MEASURED.tet

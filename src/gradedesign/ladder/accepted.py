@@ -139,7 +139,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     write_stl(path, surface)
     out.adopt(STL_NAME)
     triangles = read_stl(path, "mm")
-    back, _ = build_surface(triangles.corners, repair="safe", bodies="one")
+    back, _ = build_surface(triangles.corners, repair="safe", bodies=setup.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(

@@ -116,6 +116,7 @@ def analyse_cells(setup: Setup, rho: FloatArray, *, coarser: float = 1.0) -> Ana
         design,
         coarser * explicit_cube(setup, grid),
         memory_limit_bytes=setup.case.run.memory,
+        bodies=setup.part.report.bodies,
     )
     result = analyse_printed_solid(
         mesh.mesh, judged, mesh_size=mesh.cube, surface_tolerance=0.5 * mesh.cube

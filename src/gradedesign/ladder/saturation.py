@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.fe.solution import Solution
+from gradedesign.fe.solve import ElasticSystem
 from gradedesign.ladder.buckling import BUCKLING, buckling_limit
 from gradedesign.ladder.round import (
     corrected_limits,
@@ -19,6 +21,7 @@ from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import Factors, LimitRow, with_factors
 from gradedesign.sizing.buckling_limit import density_for_buckling
 from gradedesign.sizing.homogenised import homogenised_system, solve_homogenised, solve_vectors
+from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stress import lattice_stress
 from gradedesign.sizing.responses import (
     DisplacementLimit,
@@ -28,10 +31,12 @@ from gradedesign.sizing.responses import (
     stiffness_derivative,
 )
 from gradedesign.sizing.stress_limit import density_for_stress
+from gradedesign.verify.correction import Correction
 
-#: Densities count as at their upper bound where raising them all would take less than this share
-#: of the displacement away.
-LEAST_GAIN = 0.02
+#: A limit is out of reach if this many times what the model says could be gained is not enough.
+SAFETY = 2.0
+#: Below this gain, the densities that matter for a displacement are told to stand at their bound.
+NO_GAIN = 0.02
 #: A density counts as at its upper bound within this relative distance.
 AT_BOUND = 1e-2
 #: A stress missed by less may still fall by what happens around it.
@@ -42,8 +47,8 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
     """Say which limit no density of this lattice can hold, or None.
 
     Of a displacement every density matters by its sensitivity: a limit is out of reach once all
-    densities at their upper bound would gain next to nothing, and not what is missing. Of stress
-    and buckling those tetrahedra matter whose own stress asks for a higher density.
+    densities at their bounds would not gain what is missing. Of stress and buckling those
+    tetrahedra matter whose own stress asks for a higher density.
 
     Parameters
     ----------
@@ -59,71 +64,96 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
         One sentence: the limit, and what would help.
     """
     missed = [row for row in with_factors(done.rows, factors) if not row.passed]
-    if not missed:
+    judged = [row for row in missed if _depends_on_density(row)]
+    if not judged:
         return None
-    correction = done.correction
-    model = corrected_model(setup, correction)
-    system = homogenised_system(model, done.rho)
-    solutions = solve_homogenised(model, done.rho, system)
-    limits = {displacement_key(one): one for one in corrected_limits(setup, correction)}
-    derivative = stiffness_derivative(model, done.rho)
-    cases = {case.name: case for case in model.cases}
-    by_name = {s.name: s for s in solutions}
-
-    def gradient(limit: DisplacementLimit) -> FloatArray:
-        """Of one displacement by all densities, over its value."""
-        adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-        name = limit.load_case
-        slope = displacement_gradient(
-            model, done.rho, derivative, cases[name], by_name[name], adjoint
-        )
-        return slope / displacement_values([limit], solutions)[0]
-
-    for row in sorted(missed, key=lambda r: -r.use):
-        limit = limits.get((row.name, row.load_case))
-        if limit is not None:
-            out = displacement_out_of_reach(row, gradient(limit), done.rho, setup.bounds[1])
-        elif row.name == "stress in lattice" and row.use > STRESS_MARGIN:
-            asked = corrected_stress_limit(setup, correction)
-            tight = None if asked is None else replace(asked, limit=asked.limit / _factor(factors))
-            carried = lattice_stress(model, done.rho, solutions)
-            out = tight is not None and needy_at_bound(
-                density_for_stress(tight, model, carried), done.rho, setup
-            )
-        elif row.name == BUCKLING:
-            resists = buckling_limit(setup)
-            carried = lattice_stress(model, done.rho, solutions)
-            out = resists is not None and needy_at_bound(
-                density_for_buckling(resists, model, carried), done.rho, setup
-            )
-        else:
-            out = False
-        if out:
-            return sentence(setup, row)
+    solved = _solved(setup, done)
+    for row in sorted(judged, key=lambda r: -r.use):
+        gain = _gain(setup, solved, row, factors)
+        if gain is not None and row.use * (1.0 - SAFETY * gain) > 1.0:
+            return sentence(setup, row, gain)
     return None
 
 
-def displacement_out_of_reach(
-    row: LimitRow, slope: FloatArray, rho: FloatArray, upper: float
-) -> bool:
-    """Whether all densities at their upper bound would leave a missed displacement missed.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Solved:
+    """A design in the corrected homogenised model."""
+
+    correction: Correction
+    model: HomogenisedModel
+    rho: FloatArray
+    system: ElasticSystem
+    solutions: tuple[Solution, ...]
+
+
+def _solved(setup: Setup, done: Round) -> _Solved:
+    model = corrected_model(setup, done.correction)
+    system = homogenised_system(model, done.rho)
+    return _Solved(
+        correction=done.correction,
+        model=model,
+        rho=done.rho,
+        system=system,
+        solutions=solve_homogenised(model, done.rho, system),
+    )
+
+
+def _depends_on_density(row: LimitRow) -> bool:
+    if row.name == "stress in lattice":
+        return row.use > STRESS_MARGIN
+    return row.unit == "mm" or row.name == BUCKLING
+
+
+def _gain(setup: Setup, solved: _Solved, row: LimitRow, factors: Factors) -> float | None:
+    """Share of a row's value that densities at their bounds could take away; None: unknown."""
+    model, rho = solved.model, solved.rho
+    for limit in corrected_limits(setup, solved.correction):
+        if displacement_key(limit) == (row.name, row.load_case):
+            return displacement_gain(relative_slope(solved, limit), rho, setup.bounds)
+    carried = lattice_stress(model, rho, solved.solutions)
+    wanted = None
+    stress, buckling = corrected_stress_limit(setup, solved.correction), buckling_limit(setup)
+    if row.name == BUCKLING and buckling is not None:
+        wanted = density_for_buckling(buckling, model, carried)
+    elif stress is not None:
+        factor = factors.get(("stress in lattice", ""), 1.0)
+        wanted = density_for_stress(replace(stress, limit=stress.limit / factor), model, carried)
+    if wanted is None or not needy_at_bound(wanted, rho, setup):
+        return None
+    return 0.0
+
+
+def relative_slope(solved: _Solved, limit: DisplacementLimit) -> FloatArray:
+    """Derivative of a displacement by every density, over the displacement, ``(M,)``."""
+    model, name = solved.model, limit.load_case
+    adjoint = solve_vectors(solved.system, adjoint_loads(model, [limit], solved.solutions))[0]
+    slope = displacement_gradient(
+        model,
+        solved.rho,
+        stiffness_derivative(model, solved.rho),
+        next(case for case in model.cases if case.name == name),
+        next(s for s in solved.solutions if s.name == name),
+        adjoint,
+    )
+    return slope / displacement_values([limit], solved.solutions)[0]
+
+
+def displacement_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]) -> float:
+    """Share of a displacement that densities at the better of their bounds would take away.
 
     Parameters
     ----------
-    row : LimitRow
-        With its judged value.
     slope : (M,) array
         Derivative of the displacement by every density, over the displacement.
     rho : (M,) array
-    upper : float
+    bounds : (float, float)
 
     Notes
     -----
-    The gain is taken at first order. Displacements are convex in the densities, so that this
-    overrates it.
+    At first order. A displacement is convex in the densities, so that this overrates it.
     """
-    gain = float(np.maximum(-slope, 0.0) @ np.maximum(upper - rho, 0.0))
-    return gain < LEAST_GAIN and row.use * (1.0 - gain) > 1.0
+    low, high = bounds
+    return float(np.maximum(-slope * (high - rho), slope * (rho - low)).sum())
 
 
 def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
@@ -133,7 +163,7 @@ def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
     return bool(needy.any() and (rho[needy] >= setup.bounds[1] * (1 - AT_BOUND)).all())
 
 
-def sentence(setup: Setup, row: LimitRow) -> str:
+def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
     """The limit that is out of reach, and what would help."""
     upper = setup.bounds[1]
     window = min(setup.calibration.window[1], setup.law.window[1])
@@ -142,13 +172,13 @@ def sentence(setup: Setup, row: LimitRow) -> str:
         helps.insert(1, "a skin")
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")
-    return (
-        f"{row.name} ({row.load_case}) is {row.value:.4g} {row.unit}, {row.use:.1%} of the allowed "
-        f"{row.limit:.4g} {row.unit}, with every density that matters for it at the upper bound of "
-        f"{upper:.3g}: this lattice cannot reach the limit; {', '.join(helps[:-1])} or {helps[-1]} "
-        f"would help"
+    why = (
+        f"every density that matters for it stands at the upper bound of {upper:.3g}"
+        if gain < NO_GAIN
+        else f"raising every density to the upper bound of {upper:.3g} would take about {gain:.0%} "
+        f"of it away"
     )
-
-
-def _factor(factors: Factors) -> float:
-    return factors.get(("stress in lattice", ""), 1.0)
+    return (
+        f"this lattice cannot reach the limit on {row.name} ({row.load_case}): {why}; "
+        f"{', '.join(helps[:-1])} or {helps[-1]} would help"
+    )

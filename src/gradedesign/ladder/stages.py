@@ -67,14 +67,17 @@ def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factor
     out.save_stage("acceptance", round_key(setup, 0), {}, meta)
 
 
-def load_acceptance(out: RunFolder, setup: Setup) -> tuple[tuple[int, ...], Factors]:
-    """Rounds that acceptance refused, and its factors; none before the first acceptance."""
+def load_acceptance(out: RunFolder, setup: Setup, played: int) -> tuple[tuple[int, ...], Factors]:
+    """Rounds that acceptance refused, and its factors; none before the first acceptance.
+
+    Rounds after the ``played`` ones that are stored will be played again, and are not refused yet.
+    """
     stored = out.load_stage("acceptance", round_key(setup, 0))
     if stored is None:
         return (), {}
     meta = stored[1]
     factors = {(str(name), str(case)): float(value) for name, case, value in meta["factors"]}
-    return tuple(int(number) for number in meta["refused"]), factors
+    return tuple(int(number) for number in meta["refused"] if number <= played), factors
 
 
 def load_rounds(out: RunFolder, setup: Setup) -> tuple[Round, ...]:

@@ -248,8 +248,6 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
 
 def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     """Which limit fails, what ended the loop, and what would help."""
-    if ended.by == "saturated":
-        return ended.words
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
     worst = max(rows, key=lambda row: row.use)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from gradedesign.arrays import BoolArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
-from gradedesign.lattice.islands import largest_piece
+from gradedesign.lattice.islands import largest_pieces
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.tet_mesh import centroids, signed_volumes
@@ -99,7 +99,7 @@ def accept_whole(
         time_limit_s=time_limit_s,
         memory_limit_bytes=judged.case.run.memory,
     )
-    mesh, _, _ = largest_piece(meshed.mesh, max_share=0.01)
+    mesh, _, _ = largest_pieces(meshed.mesh, keep=judged.bodies, max_share=0.01)
     result = analyse_printed_solid(
         mesh, judged, mesh_size=EDGE_PER_CUBE * cube, surface_tolerance=0.5 * cube
     )

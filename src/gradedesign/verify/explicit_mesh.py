@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.lattice.islands import largest_piece
+from gradedesign.lattice.islands import largest_pieces
 from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
 from gradedesign.mesh.quality import TetReport, tet_report
 from gradedesign.mesh.sharpen import sharpen
@@ -59,7 +59,9 @@ class ExplicitMesh:
     field_volume: float
 
 
-def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: float) -> ExplicitMesh:
+def mesh_lattice(
+    design: LatticeDesign, cube: float, *, memory_limit_bytes: float, bodies: int = 1
+) -> ExplicitMesh:
     """Mesh a design by isosurface stuffing and refuse what lost pieces or volume.
 
     Parameters
@@ -69,6 +71,8 @@ def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: floa
         Edge of the grid cubes; the thinnest wall should span at least 1.25 of them.
     memory_limit_bytes : float
         Budget that the following solve must fit.
+    bodies : int
+        Of the part: as many pieces are kept.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: floa
     volume = field_volume(design, cube)
     _require_memory(volume, cube, memory_limit_bytes)
     raw = sharpen(stuff(field, lower, shape, cube), design.part, body_field(design), cube)
-    mesh, dropped, share = largest_piece(raw, max_share=LOOSE_SHARE)
+    mesh, dropped, share = largest_pieces(raw, keep=bodies, max_share=LOOSE_SHARE)
     report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
