@@ -86,7 +86,7 @@ def why_ended(
     if left < needed:
         return Ended(
             by="time",
-            words=f"[run] time of {deadline.seconds:.0f} s ended the run after "
+            words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
             f"{counted(len(rounds), 'round')}; about {_rounded(needed - left)} s more allow "
             f"another round",
         )
