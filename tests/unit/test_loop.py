@@ -10,10 +10,12 @@ import pytest
 from gradedesign import pipeline
 from gradedesign.ladder import accepted as accepting
 from gradedesign.ladder import ended as ending
+from gradedesign.ladder import round as sizing_round
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.result import Iteration, RunResult
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.verdict import LimitRow, all_hold, learned_factors, with_factors
+from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.correction import Correction, Gap
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
@@ -286,3 +288,36 @@ def test_both_load_cases_of_a_region_learn_from_the_whole_lattice(monkeypatch):
     assert not found.holds
     assert [r.value for r in with_factors(done.rows, found.factors)] == pytest.approx([0.98, 1.02])
     assert not pipeline._ready(done, found.factors)
+
+
+# --- sizing ---------------------------------------------------------------------------------------
+
+
+def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
+    """A limit of 2 mm in two load cases, accepted 1.25 times the explicit value in one."""
+    limits = tuple(
+        DisplacementLimit(
+            name="tip magnitude", load_case=case, nodes=np.arange(3), component=None, limit=2.0
+        )
+        for case in ("pull", "side")
+    )
+    setup = SimpleNamespace(
+        displacement_limits=limits,
+        stress_limit=100.0,
+        considered=np.ones(1, dtype=bool),
+        case=SimpleNamespace(limits=SimpleNamespace(percentile=99.5)),
+        bounds=(0.2, 0.6),
+    )
+    monkeypatch.setattr(sizing_round, "corrected_model", lambda *_: None)
+    monkeypatch.setattr(sizing_round, "buckling_limit", lambda _: None)
+    monkeypatch.setattr(sizing_round, "size", lambda problem, **_: problem)
+    problem = sizing_round.size_round(
+        setup,
+        Correction(displacement=(1.0, 1.0)),
+        {(NAME, "side"): 1.25, ("stress in lattice", ""): 1.6},
+        None,
+        start=None,
+        most_iterations=1,
+    )
+    assert [one.limit for one in problem.displacement_limits] == pytest.approx([2.0, 1.6])
+    assert problem.stress_limit.limit == pytest.approx(62.5)
