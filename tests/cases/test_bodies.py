@@ -76,6 +76,20 @@ def test_two_bodies_run_to_a_verdict(cli, folder):
     assert (folder / "run" / "lattice.stl").is_file()
 
 
+@pytest.mark.slow
+def test_two_bodies_are_accepted(cli, folder):
+    # 0.0173 mm at a density of 0.58 in the run above: 0.02 mm is within reach.
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    text = text.replace('magnitude = "0.006 mm"', 'magnitude = "0.02 mm"')
+    text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_rounds = 4')
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("run", folder, "-o", folder / "run")
+    assert ended.code == 0, ended.err + ended.out
+    result = json.loads((folder / "run" / "result.json").read_text(encoding="utf-8"))
+    assert result["status"] == "met"
+    assert result["acceptance"]["share_of_volume"] == pytest.approx(1.0, rel=0.02)
+
+
 def test_a_body_without_a_support_is_refused_before_anything_is_sized(cli, folder):
     text = (folder / "case.toml").read_text(encoding="utf-8")
     text = text.replace(

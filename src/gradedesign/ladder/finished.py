@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+from dataclasses import replace
 
 from gradedesign.case.schema import Case
 from gradedesign.ladder.files import RESULT_NAME
@@ -29,7 +30,9 @@ def finished_result(out: RunFolder, case: Case) -> RunResult | None:
     except (KeyError, TypeError, ValueError) as cause:
         log.warning("the result in %s is of another layout (%r); going on", out.path, cause)
         return None
-    return stored if is_final(stored, case) and stored.case_hash == case.case_hash else None
+    if stored.case_hash != case.case_hash or not is_final(stored, case):
+        return None
+    return replace(stored, folder=out.path)
 
 
 def is_final(stored: RunResult, case: Case) -> bool:
