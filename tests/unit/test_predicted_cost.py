@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.ladder.predicted_cost import (
     MEASURED,
     WITHIN,
@@ -13,6 +14,7 @@ from gradedesign.ladder.predicted_cost import (
     predict_cost,
 )
 from gradedesign.verify.acceptance import EDGE_PER_CUBE, choose_scope
+from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
 
 #: Of `cases/mini`: its own numbers of the second round, whole lattice re-meshed.
 MINI = RunWork(
@@ -83,6 +85,15 @@ def test_the_first_round_replaces_the_measured_speeds():
 def test_a_stage_that_is_missing_teaches_nothing():
     assert learned_speed(MINI, 10, {}) == MEASURED
     assert learned_speed(MINI, 10, {"sizing": 0.0}) == MEASURED
+
+
+def test_memory_is_what_the_gate_of_the_explicit_mesh_asks():
+    # 100 cubes of solid: 14 x 5.1 unknowns each are expected, 12 x 1.4 x 5.8 are allowed for.
+    expected = replace(MINI, explicit_dofs=int(100 * 14.0 * 5.1))
+    allowed = int(100 * TETS_PER_CUBE * DOFS_PER_TET)
+    assert predict_cost(expected).memory_bytes == pytest.approx(
+        predict_memory_bytes(allowed, 2), rel=1e-5
+    )
 
 
 def test_scope_follows_stated_budgets():

@@ -7,7 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.ladder.predicted_cost import RunWork, mesher_tets
+from gradedesign.ladder.predicted_cost import (
+    DOFS_PER_TET,
+    TETS_PER_SOLID_CUBE,
+    RunWork,
+    mesher_tets,
+)
 from gradedesign.ladder.round import build_design, density_grid, explicit_cube_for
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import LimitRow
@@ -15,9 +20,6 @@ from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.explicit_mesh import fitted_cube, grid_for
 from gradedesign.verify.windows import MARGIN
 
-#: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
-#: three cubes thick: measured 13.8 and 5.0 on the case mini. The gates on memory take more.
-TETS_PER_SOLID_CUBE, DOFS_PER_TET = 14.0, 5.1
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
 #: Densities between which the law is read.
