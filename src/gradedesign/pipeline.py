@@ -11,42 +11,46 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.case.schema import Case
 from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.ended import TIGHT_END, why_ended
 from gradedesign.ladder.files import Shown, write_outputs, write_result
+from gradedesign.ladder.finished import finished_result
 from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.oriented import oriented
 from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
+from gradedesign.ladder.run_cost import RunCost
 from gradedesign.ladder.setup import Setup, prepare
 from gradedesign.ladder.solid import solve_solid, with_solid
-from gradedesign.ladder.stages import default_folder, load_rounds, open_stages, save_round
+from gradedesign.ladder.stages import (
+    default_folder,
+    load_acceptance,
+    load_rounds,
+    open_stages,
+    save_acceptance,
+    save_round,
+)
 from gradedesign.ladder.summary import (
     best_round,
     infeasible_result,
     partial_result,
     verdict_result,
 )
-from gradedesign.ladder.verdict import LimitRow, all_hold, is_tight
+from gradedesign.ladder.verdict import Factors, all_hold, is_tight, with_factors
 from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.verify.correction import Correction
-from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
-#: A round after the second is only begun if this many times the last one's duration is left.
-ROUND_RESERVE = 1.3
 #: Use that sizing aims at when no explicit analysis follows it.
 FULL_USE = 0.998
-#: Densities that differ by less are the same design.
-SAME_DENSITY = 1e-4
 
 
 def run(
@@ -71,7 +75,8 @@ def run(
     on_event : callable, optional
         Receives every progress event.
     resume : bool
-        Go on from the last finished stage of an interrupted run.
+        Go on from the last finished stage of a run that was interrupted, failed, or was ended by
+        time or rounds of which there are more now; a finished one returns its result at once.
     overwrite : bool
         Replace the results of an earlier run.
 
@@ -89,6 +94,10 @@ def run(
     target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=resume, overwrite=overwrite) as out:
         announce = Announcer(on_event)
+        done = finished_result(out, case) if resume else None
+        if done is not None:
+            announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
+            return done
         try:
             result = climb(case, registry, out, announce)
         except GradeDesignError as error:
@@ -96,6 +105,7 @@ def run(
                 out,
                 RunResult(
                     status="failed",
+                    ended_by="error",
                     lightest=False,
                     reason=str(error),
                     case_hash=case.case_hash,
@@ -110,7 +120,7 @@ def run(
 
 def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Climb the rungs in order and write what was found."""
-    deadline = Deadline(case.run.time)
+    cost = RunCost(budget=case.run)
     registry = with_own_cell(case, registry)
     with announce.stage("part"):
         setup = prepare(case, registry, announce.listener)
@@ -129,7 +139,8 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     setup = oriented(setup, solutions)
     if case.run.stop_after in ("sizing", "lattice"):
         return stop_early(setup, registry, out, announce)
-    return loop(setup, registry, out, announce, deadline)
+    cost.predict(setup, rows, announce)
+    return loop(setup, registry, out, announce, cost)
 
 
 def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
@@ -152,26 +163,33 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
 
 
 def loop(
-    setup: Setup, registry: Registry, out: RunFolder, announce: Announcer, deadline: Deadline
+    setup: Setup, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
 ) -> RunResult:
-    """Play rounds until a design is accepted, or rounds or time run out."""
+    """Play rounds until a design is accepted, no round can help, or rounds or time run out."""
     rounds = load_rounds(out, setup)
     for done in rounds:
         announce.round(done, resumed=True)
-    factors: dict[str, float] = {}
+    deadline = cost.deadline(rounds)
+    refused, factors = load_acceptance(out, setup, len(rounds))
+    tried = set(refused)
     accepted: Accepted | None = None
     analysed: Analysed | None = None
-    tried: set[int] = set()
     matrix: csr_matrix | None = None
     while True:
         if rounds and rounds[-1].iteration.round not in tried and _ready(rounds[-1], factors):
             tried.add(rounds[-1].iteration.round)
-            latest = judge(setup, out, announce, deadline, rounds[-1], analysed)
+            latest = judge(setup, out, announce, rounds[-1], analysed)
             accepted = _better(accepted, latest)
             if latest.holds and is_tight(latest.rows, at_lower_bound=rounds[-1].at_lower_bound):
+                ended = TIGHT_END
                 break
             factors = latest.factors
-        if len(rounds) >= setup.case.run.max_rounds or _out_of_time(rounds, deadline):
+            if not latest.holds:
+                refused = (*refused, rounds[-1].iteration.round)
+            save_acceptance(out, setup, refused, factors)
+        stop = why_ended(setup, rounds, factors, deadline)
+        if stop is not None:
+            ended = stop
             break
         with announce.stage("round"):
             matrix = design_filter(setup) if matrix is None else matrix
@@ -186,27 +204,40 @@ def loop(
         rounds = (*rounds, done)
         save_round(out, setup, done)
         announce.round(done)
-        if _stuck(rounds):
-            break
+        cost.learn(rounds, announce)
     if accepted is None or not accepted.holds:
-        accepted = best_left(setup, out, announce, deadline, rounds, factors, tried) or accepted
-    result = verdict_result(setup, registry, rounds, accepted, deadline)
-    if accepted is None:
-        best = best_round(rounds)
-        with announce.stage("explicit"):
-            analysed = analyse_design(setup, best.rho, on_event=announce.listener)
-            surface, _ = export_surface(setup, out, analysed)
-        shown = Shown(rho=best.rho, analysed=analysed, surface=surface)
-    else:
-        shown = Shown(rho=accepted.round.rho, analysed=accepted.analysed, surface=accepted.surface)
-    return write_outputs(out, setup, result, announce, shown=shown)
+        accepted = best_left(setup, out, announce, rounds, factors, tried) or accepted
+    if accepted is None and refused:
+        # Refused before this process: its rows are what decided.
+        accepted = judge(setup, out, announce, rounds[refused[-1] - 1], None)
+    result = verdict_result(setup, registry, rounds, accepted, ended)
+    result = replace(result, predicted=cost.data())
+    return write_outputs(
+        out, setup, result, announce, shown=shown_design(setup, out, announce, rounds, accepted)
+    )
+
+
+def shown_design(
+    setup: Setup,
+    out: RunFolder,
+    announce: Announcer,
+    rounds: Sequence[Round],
+    accepted: Accepted | None,
+) -> Shown:
+    """The judged design, or the best that was found, whose surface is then exported."""
+    if accepted is not None:
+        return Shown(rho=accepted.round.rho, analysed=accepted.analysed, surface=accepted.surface)
+    best = best_round(rounds)
+    with announce.stage("explicit"):
+        analysed = analyse_design(setup, best.rho, on_event=announce.listener)
+        surface, _ = export_surface(setup, out, analysed)
+    return Shown(rho=best.rho, analysed=analysed, surface=surface)
 
 
 def judge(
     setup: Setup,
     out: RunFolder,
     announce: Announcer,
-    deadline: Deadline,
     done: Round,
     analysed: Analysed | None,
 ) -> Accepted:
@@ -215,7 +246,7 @@ def judge(
         with announce.stage("explicit"):
             analysed = analyse_design(setup, done.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
-        accepted = accept_design(setup, out, done, analysed, deadline, announce)
+        accepted = accept_design(setup, out, done, analysed, announce)
     announce.limits("acceptance", accepted.rows)
     return accepted
 
@@ -224,15 +255,18 @@ def best_left(
     setup: Setup,
     out: RunFolder,
     announce: Announcer,
-    deadline: Deadline,
     rounds: Sequence[Round],
-    factors: dict[str, float],
+    factors: Factors,
     tried: set[int],
 ) -> Accepted | None:
     """Accept the lightest earlier design that held every limit, if there is one left."""
-    left = [r for r in rounds if r.iteration.round not in tried and _holds(r.rows, factors)]
+    left = [
+        r
+        for r in rounds
+        if r.iteration.round not in tried and all_hold(with_factors(r.rows, factors))
+    ]
     for done in sorted(left, key=lambda r: r.iteration.mass_g):
-        accepted = judge(setup, out, announce, deadline, done, None)
+        accepted = judge(setup, out, announce, done, None)
         if accepted.holds:
             return accepted
     return None
@@ -247,26 +281,7 @@ def _better(one: Accepted | None, other: Accepted) -> Accepted:
     return min(one, other, key=lambda a: a.round.iteration.mass_g)
 
 
-def _holds(rows: Sequence[LimitRow], factors: dict[str, float]) -> bool:
-    return all(row.use * factors.get(row.name, 1.0) <= 1.0 for row in rows)
-
-
-def _ready(done: Round, factors: dict[str, float]) -> bool:
+def _ready(done: Round, factors: Factors) -> bool:
     """Limits hold in the explicit analysis, with what acceptance taught, and one is used."""
-    rows = [replace(r, value=r.value * factors.get(r.name, 1.0)) for r in done.rows]
+    rows = with_factors(done.rows, factors)
     return all_hold(rows) and is_tight(rows, at_lower_bound=done.at_lower_bound)
-
-
-def _stuck(rounds: Sequence[Round]) -> bool:
-    """The design breaks a limit and is the last one again: no round can change it."""
-    if len(rounds) < 2 or rounds[-1].iteration.passed:
-        return False
-    return bool(np.abs(rounds[-1].rho - rounds[-2].rho).max() < SAME_DENSITY)
-
-
-def _out_of_time(rounds: Sequence[Round], deadline: Deadline) -> bool:
-    if not rounds:
-        return False
-    # The first round of all also compiles, so it is reserve enough for the second.
-    reserve = ROUND_RESERVE if len(rounds) > 1 else 1.0
-    return deadline.remaining() < reserve * rounds[-1].iteration.seconds

@@ -10,7 +10,8 @@ import pytest
 
 from gradedesign.workspace.run_folder import open_run_folder
 
-#: A box of two thick-walled cells whose limit no density can hold: two rounds, no acceptance.
+#: A box of two thick-walled cells whose limit no density can hold, which the first round cannot
+#: know yet: two rounds, no acceptance.
 CASE = """
 [case]
 name = "killed"
@@ -34,7 +35,7 @@ name = "shear"
 fix = [{region = "root"}]
 load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
 [limits]
-displacement = [{region = "tip", magnitude = "0.006 mm"}]
+displacement = [{region = "tip", magnitude = "0.012 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "8 mm"
@@ -115,3 +116,34 @@ def test_a_killed_run_resumes(tmp_path, number):
     assert not [p.name for p in run.iterdir() if p.name.startswith(".")]
     with open_run_folder(run, result["case_hash"], resume=True, overwrite=False) as folder:
         assert folder.damaged_artefacts() == ()
+
+
+def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(CASE.replace("[run]", '[run]\ntime = "0.001 s"'), encoding="utf-8")
+    run = tmp_path / "run"
+    short = cli("run", tmp_path, "-o", run)
+    assert short.code == 4, short.err
+    assert "[run] time of 0.001 s ended the run after 1 round; about" in short.out
+    assert "more allow another round" in short.out
+    result = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    assert (result["ended_by"], len(result["iterations"])) == ("time", 1)
+    assert set(result["predicted"]) == {"at_start", "after_first_round"}
+    # Parts of the round, as the prediction has them.
+    assert {"sizing", "explicit mesh", "explicit solve"} <= set(result["timing_s"])
+
+    assert "nothing is run" in cli("run", tmp_path, "-o", run, "--resume").out
+
+    case.write_text(CASE, encoding="utf-8")
+    longer = cli("run", tmp_path, "-o", run, "--resume")
+    assert longer.code == 4
+    assert "round 1 (resumed)" in longer.out
+    assert "this lattice cannot reach the limit on displacement of tip magnitude" in longer.out
+    result = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    assert (result["ended_by"], len(result["iterations"])) == ("saturated", 2)
+
+    before = (run / "run.json").read_bytes()
+    again = cli("run", tmp_path, "-o", run, "--resume")
+    assert (again.code, "nothing is run" in again.out) == (4, True)
+    assert result["reason"] in again.out
+    assert (run / "run.json").read_bytes() == before

@@ -70,3 +70,16 @@ def test_exponent_does_not_depend_on_units_of_the_factor():
     samples = [(a, 0.5), (b, 0.5 * (b / a) ** 0.4)]
     scaled = [(r, 7 * f) for r, f in samples]
     assert stiffness_exponent(samples) == pytest.approx(stiffness_exponent(scaled))
+
+
+def test_the_gap_of_the_most_used_displacement_decides_on_damping():
+    # The second limit governs and swings; the first one, barely used, does not.
+    swings = [Gap(displacement=(0.1, s), governing=1) for s in (0.3, -0.2, 0.2)]
+    assert damping_for(swings) == 0.5
+    # The first one swings, and does not matter.
+    steady = [Gap(displacement=(s, 0.1), governing=1) for s in (0.3, -0.2, 0.2)]
+    assert damping_for(steady) == 1.0
+
+
+def test_a_gap_names_the_most_used_displacement():
+    assert gap_between([2.0, 4.0], [2.2, 3.0], None, None, governing=1).governing == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,10 @@ from gradedesign.ladder.rounds import Analysed, Round
 from gradedesign.ladder.second_size import SecondSize, analyse_second_size, with_resolution
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import (
+    Factors,
     LimitRow,
     all_hold,
+    learned_factors,
     limit_rows,
     scaled_rows,
 )
@@ -31,7 +34,6 @@ from gradedesign.verify.acceptance import (
     accept_windows,
     choose_scope,
 )
-from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the cube of the explicit mesh.
@@ -57,8 +59,8 @@ class Accepted:
         The same design on another grid.
     rows : tuple of LimitRow
         The values that decide.
-    factors : dict of limit name to float
-        Accepted over explicit values where they differ.
+    factors : dict of (name, load case) to float
+        Accepted over explicit values; see `factor_key`.
     holds : bool
     """
 
@@ -69,7 +71,7 @@ class Accepted:
     acceptance: Acceptance
     second: SecondSize
     rows: tuple[LimitRow, ...]
-    factors: dict[str, float]
+    factors: Factors
     holds: bool
 
 
@@ -78,7 +80,6 @@ def accept_design(
     out: RunFolder,
     done: Round,
     analysed: Analysed,
-    deadline: Deadline,
     announce: Announcer,
 ) -> Accepted:
     """Export the surface of a design and have it accepted or refused.
@@ -87,9 +88,12 @@ def accept_design(
     explicit analysis does, its stress in the lattice times the ratio of the windows.
     """
     surface, islands = export_surface(setup, out, analysed)
+    began = time.perf_counter()
     second = analyse_second_size(setup, done, analysed)
-    budget = max(deadline.remaining(), 0.25 * setup.case.run.time)
-    scope = choose_scope(setup.case.run.acceptance, analysed.result, budget)
+    announce.took("second mesh", time.perf_counter() - began)
+    # Stated budgets alone decide what is judged and how: never the time that is left.
+    budget = setup.case.run.time
+    scope = choose_scope(setup.case.run.acceptance, analysed.result.space.element_count, budget)
     if scope == "whole":
         acceptance = accept_whole(surface, analysed.judged, analysed.result, time_limit_s=budget)
         rows, factors = _whole_rows(setup, done, acceptance)
@@ -101,7 +105,7 @@ def accept_design(
             time_limit_s=budget,
             on_window=announce.window,
         )
-        factors = {"stress in lattice": acceptance.stress_factor}
+        factors = {("stress in lattice", ""): acceptance.stress_factor}
         rows = scaled_rows(
             done.rows,
             factors,
@@ -139,7 +143,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     write_stl(path, surface)
     out.adopt(STL_NAME)
     triangles = read_stl(path, "mm")
-    back, _ = build_surface(triangles.corners, repair="safe", bodies="one")
+    back, _ = build_surface(triangles.corners, repair="safe", bodies=setup.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
@@ -152,7 +156,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
 
 def _whole_rows(
     setup: Setup, done: Round, acceptance: Acceptance
-) -> tuple[tuple[LimitRow, ...], dict[str, float]]:
+) -> tuple[tuple[LimitRow, ...], Factors]:
     """Rows judged by the re-meshed whole lattice, and their ratios to the explicit values."""
     whole = acceptance.whole
     if whole is None:
@@ -160,16 +164,6 @@ def _whole_rows(
     rows = limit_rows(
         setup, explicit_displacements(setup, whole), whole.measures, "re-meshed whole lattice"
     )
-    explicit: dict[str, float] = {}
-    for row in done.rows:
-        explicit[row.name] = max(row.value, explicit.get(row.name, 0.0))
-    accepted: dict[str, float] = {}
-    for row in rows:
-        accepted[row.name] = max(row.value, accepted.get(row.name, 0.0))
-    factors = {
-        name: value / explicit[name]
-        for name, value in accepted.items()
-        if explicit.get(name, 0.0) > 0
-    }
+    factors = learned_factors(done.rows, rows)
     # No analysis of the printed solid says anything about buckling.
     return (*rows, *(row for row in done.rows if row.name == BUCKLING)), factors

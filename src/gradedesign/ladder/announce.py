@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from gradedesign.case.run_schema import RunSpec
+from gradedesign.ladder.predicted_cost import CostPrediction
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup, part_volume
 from gradedesign.ladder.verdict import LimitRow
@@ -37,6 +39,36 @@ class Announcer:
             took = time.perf_counter() - began
             self.seconds[name] = self.seconds.get(name, 0.0) + took
         self.listener(Event(stage=name, message="done", seconds=took))
+
+    def took(self, name: str, seconds: float) -> None:
+        """Add seconds of a part of a stage, without an event."""
+        self.seconds[name] = self.seconds.get(name, 0.0) + seconds
+
+    def cost(self, found: CostPrediction, budget: RunSpec) -> None:
+        """Say what a run is predicted to take, beside what it is allowed."""
+        basis = "by its first round" if found.learned else "within a factor of two"
+        rounds = f"{found.rounds} round{'' if found.rounds == 1 else 's'}"
+        self.say(
+            "cost",
+            f"predicted {basis}: {found.explicit_dofs / 1e6:.2g} M unknowns, "
+            f"{found.memory_bytes / 1e9:.2g} of {budget.memory / 1e9:.3g} GB; a round "
+            f"{found.round_s:.0f} s, acceptance {found.second_mesh_s + found.acceptance_s:.0f} s, "
+            f"a run of {rounds} {found.run_s:.0f} of {budget.time:.0f} s",
+            seconds_per_round_s=found.round_s,
+            seconds_per_run_s=found.run_s,
+        )
+        if found.run_s > budget.time:
+            self.say(
+                "warning",
+                f"a run of {rounds} is predicted to take {found.run_s:.0f} s, more than [run] "
+                f"time of {budget.time:.0f} s, which may then end it before its lightest design",
+            )
+        if found.memory_bytes > budget.memory:
+            self.say(
+                "warning",
+                f"the explicit analysis is predicted to take {found.memory_bytes / 1e9:.3g} GB, "
+                f"more than [run] memory of {budget.memory / 1e9:.3g} GB",
+            )
 
     def say(self, stage: str, message: str, **values: float) -> None:
         """Send one line."""
@@ -80,6 +112,9 @@ class Announcer:
     def round(self, done: Round, *, resumed: bool = False) -> None:
         """Report one finished round."""
         it = done.iteration
+        if not resumed:
+            for name, seconds in it.timing_s.items():
+                self.took(name, seconds)
         moved = "" if not it.displacement_gap else f", displacement gap {governing_gap(done):+.1%}"
         stress = "" if it.stress_gap is None else f", stress gap {it.stress_gap:+.1%}"
         self.say(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,8 @@ class Iteration:
         Corrections that this round's sizing used.
     sizing_iterations : int
     sizing_converged : bool
+    timing_s : mapping of stage to seconds
+        ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
     """
 
     round: int
@@ -63,6 +65,7 @@ class Iteration:
     sizing_iterations: int
     sizing_converged: bool
     grid_share: float = 1.0
+    timing_s: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +78,11 @@ class RunResult:
     lightest : bool
     reason : str
         One sentence for a person.
+    ended_by : str
+        ``tight``: a design that uses a limit was accepted. ``rounds``, ``time``: that budget.
+        ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice can
+        hold a limit. ``solid``: the solid part breaks one. ``stop_after``: as the case asks.
+        ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
@@ -90,6 +98,13 @@ class RunResult:
         Stress measures by phase, worst neighbourhood included.
     files : mapping of what to path below the run folder
     timing_s : mapping of stage to seconds
+        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
+        mesh`` one of ``acceptance``.
+    predicted : mapping
+        What ``timing_s`` compares with: a `CostPrediction` before the first round and another
+        after it.
+    budget : mapping
+        Time and rounds that the run was allowed.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -103,6 +118,7 @@ class RunResult:
     status: str
     lightest: bool
     reason: str
+    ended_by: str = ""
     limits: tuple[LimitRow, ...] = ()
     mass_g: float | None = None
     solid_mass_g: float | None = None
@@ -114,6 +130,8 @@ class RunResult:
     measures: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     timing_s: Mapping[str, float] = field(default_factory=dict)
+    predicted: Mapping[str, Any] = field(default_factory=dict)
+    budget: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -122,6 +140,33 @@ class RunResult:
     folder: Path = Path()
     law: Mapping[str, Any] = field(default_factory=dict)
     solid: tuple[LimitRow, ...] = ()
+
+
+def from_json(data: Mapping[str, Any]) -> RunResult:
+    """The result that `as_json` wrote.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the data is of another layout.
+    """
+    known = {one.name for one in fields(RunResult)}
+    plain = {name: value for name, value in data.items() if name in known}
+    rows = {one.name for one in fields(LimitRow)}
+    plain["limits"] = tuple(
+        LimitRow(**{k: v for k, v in row.items() if k in rows}) for row in data["limits"]
+    )
+    plain["iterations"] = tuple(_iteration(one) for one in data["iterations"])
+    for name in ("warnings", "plugins"):
+        plain[name] = tuple(data[name])
+    return RunResult(**{**plain, "folder": Path(data["folder"])})
+
+
+def _iteration(data: Mapping[str, Any]) -> Iteration:
+    plain: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in data.items()
+    }
+    return Iteration(**plain)
 
 
 def as_json(result: RunResult) -> dict[str, Any]:

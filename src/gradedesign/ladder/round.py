@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from gradedesign.ladder.analysable import grid_cube
 from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.thinnest_wall import thinnest_wall
+from gradedesign.ladder.verdict import Factors
 from gradedesign.lattice.density_grid import (
     DensityGrid,
     density_grid_from_elements,
@@ -105,6 +106,11 @@ def corrected_limits(setup: Setup, correction: Correction) -> tuple[Displacement
     )
 
 
+def displacement_key(limit: DisplacementLimit) -> tuple[str, str]:
+    """Name and load case of the limit's row."""
+    return (f"displacement of {limit.name}", limit.load_case)
+
+
 def corrected_stress_limit(setup: Setup, correction: Correction) -> StressLimit | None:
     """The lattice stress limit with its factor."""
     if setup.stress_limit is None:
@@ -130,7 +136,7 @@ def design_filter(setup: Setup) -> csr_matrix:
 def size_round(
     setup: Setup,
     correction: Correction,
-    factors: Mapping[str, float],
+    factors: Factors,
     matrix: csr_matrix,
     *,
     start: FloatArray | None,
@@ -140,16 +146,16 @@ def size_round(
 ) -> SizingResult:
     """Size the corrected homogenised part, densities filtered by ``matrix``.
 
-    ``factors`` are accepted over explicit values by limit name, where acceptance found more than
-    the explicit analysis did: the limits are that much tighter here.
+    ``factors`` are accepted over explicit values by name and load case, where acceptance found
+    more than the explicit analysis did: the limits are that much tighter here.
     """
     limits = tuple(
-        replace(limit, limit=limit.limit / factors.get(f"displacement of {limit.name}", 1.0))
+        replace(limit, limit=limit.limit / factors.get(displacement_key(limit), 1.0))
         for limit in corrected_limits(setup, correction)
     )
     stress = corrected_stress_limit(setup, correction)
     if stress is not None:
-        stress = replace(stress, limit=stress.limit / factors.get("stress in lattice", 1.0))
+        stress = replace(stress, limit=stress.limit / factors.get(("stress in lattice", ""), 1.0))
     problem = SizingProblem(
         model=corrected_model(setup, correction),
         displacement_limits=limits,
@@ -199,6 +205,7 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         exclusion_radius=setup.exclusion_radius,
         stress_limit=setup.stress_limit,
         percentile=setup.case.limits.percentile,
+        bodies=setup.part.report.bodies,
     )
 
 

@@ -33,7 +33,7 @@ from gradedesign.ladder.round import (
     size_round,
 )
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import LimitRow, limit_rows
+from gradedesign.ladder.verdict import Factors, LimitRow, limit_rows
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.sizing.size import SizingStep
@@ -132,9 +132,9 @@ def analyse_cells(
     grid = density_grid(setup, rho)
     design = build_design(setup, grid)
     judged = judged_solid(setup, design)
-    memory = setup.case.run.memory
+    memory, bodies = setup.case.run.memory, setup.part.report.bodies
     if cube is not None:
-        mesh = mesh_lattice(design, cube, memory_limit_bytes=memory)
+        mesh = mesh_lattice(design, cube, memory_limit_bytes=memory, bodies=bodies)
     else:
         asked = explicit_cube(setup, grid)
         mesh = mesh_within_budget(
@@ -142,6 +142,7 @@ def analyse_cells(
             finer * asked,
             coarsest=asked * COARSEST,
             memory_limit_bytes=memory,
+            bodies=bodies,
             on_refusal=lambda message: on_event(Event(stage="explicit", message=message)),
         )
     result = analyse_printed_solid(
@@ -155,7 +156,7 @@ def analyse_cells(
 def play_round(
     setup: Setup,
     previous: tuple[Round, ...],
-    factors: Mapping[str, float],
+    factors: Factors,
     matrix: csr_matrix,
     *,
     on_step: Callable[[SizingStep], None] | None = None,
@@ -163,10 +164,11 @@ def play_round(
 ) -> tuple[Round, Analysed]:
     """Size with what earlier rounds taught, analyse explicitly, and learn.
 
-    ``factors`` are accepted over explicit values by limit name: sizing leaves that much room.
-    ``matrix`` is the design filter.
+    ``factors`` are accepted over explicit values by name and load case: sizing leaves that much
+    room. ``matrix`` is the design filter.
     """
     began = time.perf_counter()
+    timing: dict[str, float] = {}
     correction = (
         previous[-1].correction
         if previous
@@ -186,11 +188,15 @@ def play_round(
         ),
         on_step=on_step,
     )
+    timing["sizing"] = time.perf_counter() - began
     setup = with_cells(setup, sized.rho)
     predicted = predict(setup, correction, sized.rho)
     finer = previous[-1].iteration.grid_share if previous else 1.0
+    meshing = time.perf_counter()
     analysed = analyse_cells(setup, sized.rho, finer=finer, on_event=on_event)
     result = analysed.result
+    timing["explicit solve"] = result.seconds
+    timing["explicit mesh"] = time.perf_counter() - meshing - result.seconds
     displacements = explicit_displacements(setup, result)
     rows = (
         *limit_rows(setup, displacements, result.measures, "explicit analysis"),
@@ -198,7 +204,13 @@ def play_round(
     )
     lattice = governing_measure(result.measures, "lattice")
     stress = None if lattice is None else lattice[1].value
-    gap = gap_between(predicted.displacement, displacements, predicted.stress, stress)
+    gap = gap_between(
+        predicted.displacement,
+        displacements,
+        predicted.stress,
+        stress,
+        governing=_most_used(setup, displacements),
+    )
     gaps = (*(r.gap for r in previous), gap)
     learned = _learn(setup, correction, predicted, displacements, gap, gaps, sized.rho)
     masses = explicit_masses(setup, analysed.mesh, result)
@@ -224,6 +236,7 @@ def play_round(
         stress_factor=correction.stress,
         sizing_iterations=len(sized.history),
         sizing_converged=sized.converged,
+        timing_s={name: round(value, 3) for name, value in timing.items()},
     )
     low = setup.bounds[0]
     active = weights > 0
@@ -237,6 +250,12 @@ def play_round(
         gap=gap,
     )
     return done, analysed
+
+
+def _most_used(setup: Setup, displacements: tuple[float, ...]) -> int:
+    """Number of the displacement limit that is used most; 0 without any."""
+    limits = np.array([limit.limit for limit in setup.displacement_limits])
+    return int(np.argmax(np.asarray(displacements) / limits)) if displacements else 0
 
 
 def _learn(
@@ -255,8 +274,7 @@ def _learn(
         stress = damped(stress, stress * (1.0 + gap.stress), damping)
     if not displacements:
         return replace(correction, stress=stress)
-    limits = np.array([limit.limit for limit in setup.displacement_limits])
-    worst = int(np.argmax(np.asarray(displacements) / limits))
+    worst = gap.governing
     ratio = stiffness_update(
         displacements[worst], predicted.displacement[worst], predicted.lattice_share
     )
@@ -313,5 +331,5 @@ def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) 
         variables=arrays["variables"],
         rho=arrays["rho"],
         at_lower_bound=bool(meta["at_lower_bound"]),
-        gap=Gap(displacement=tuple(gap["displacement"]), stress=gap["stress"]),
+        gap=Gap(**{**gap, "displacement": tuple(gap["displacement"])}),
     )

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import CaseError
 from gradedesign.ladder.rounds import Round, round_from_stage, round_to_stage
 from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.verdict import Factors
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what a round stores changes its meaning.
-ROUND_VERSION = 1
+ROUND_VERSION = 2
 
 
 def default_folder(case: CaseIdentity) -> Path:
@@ -54,6 +56,28 @@ def save_round(out: RunFolder, setup: Setup, done: Round) -> None:
     number = done.iteration.round
     arrays, meta = round_to_stage(done)
     out.save_stage(f"round-{number}", round_key(setup, number), arrays, meta)
+
+
+def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
+    """Store what acceptance taught: rounds whose design it refused, and factors on limits."""
+    meta = {
+        "refused": list(refused),
+        "factors": [[name, load_case, value] for (name, load_case), value in factors.items()],
+    }
+    out.save_stage("acceptance", round_key(setup, 0), {}, meta)
+
+
+def load_acceptance(out: RunFolder, setup: Setup, played: int) -> tuple[tuple[int, ...], Factors]:
+    """Rounds that acceptance refused, and its factors; none before the first acceptance.
+
+    Rounds after the ``played`` ones that are stored will be played again, and are not refused yet.
+    """
+    stored = out.load_stage("acceptance", round_key(setup, 0))
+    if stored is None:
+        return (), {}
+    meta = stored[1]
+    factors = {(str(name), str(case)): float(value) for name, case, value in meta["factors"]}
+    return tuple(int(number) for number in meta["refused"] if number <= played), factors
 
 
 def load_rounds(out: RunFolder, setup: Setup) -> tuple[Round, ...]:

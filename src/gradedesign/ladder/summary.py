@@ -18,18 +18,25 @@ from gradedesign.ladder.buckling import (
     buckling_rows,
     thin_warning,
 )
+from gradedesign.ladder.ended import TIGHT_END, Ended
 from gradedesign.ladder.exclusion import exclusion_data
 from gradedesign.ladder.resolve_law import stress_basis
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import predict
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup, part_volume
-from gradedesign.ladder.verdict import LARGEST_NODAL, LimitRow, all_hold, is_tight
+from gradedesign.ladder.verdict import (
+    LARGEST_NODAL,
+    LimitRow,
+    all_hold,
+    factor_key,
+    is_tight,
+    worst_use,
+)
 from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.correction import Correction
-from gradedesign.workspace.limits import Deadline
 
 #: Libraries whose versions the report names.
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
@@ -41,6 +48,7 @@ def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ..
     return RunResult(
         status="infeasible",
         lightest=False,
+        ended_by="solid",
         reason=(
             f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
             f"{worst.value:.4g} {worst.unit}, {worst.use:.2f} times the allowed "
@@ -104,6 +112,7 @@ def partial_result(
     return RunResult(
         status="partial",
         lightest=False,
+        ended_by="stop_after",
         reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
         limits=rows,
         measures={**measures, "cell_map": dict(setup.layout.report)},
@@ -117,7 +126,7 @@ def verdict_result(
     registry: Registry,
     rounds: Sequence[Round],
     accepted: Accepted | None,
-    deadline: Deadline,
+    ended: Ended,
 ) -> RunResult:
     """Met or not, with the best design that was found."""
     common = _common(setup, registry)
@@ -126,7 +135,7 @@ def verdict_result(
     if accepted is None:
         best = best_round(rounds)
         rows, design, tight = best.rows, best, False
-        status, reason = "not_met", _why_not(rows, rounds, deadline)
+        status, reason = "not_met", _why_not(rows, ended)
     else:
         rows, design = accepted.rows, accepted.round
         tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
@@ -134,15 +143,14 @@ def verdict_result(
             status = "met"
             reason = (
                 f"every limit holds in the accepted analysis; the most used one to "
-                f"{max(r.use for r in rows):.1%}"
+                f"{worst_use(rows):.1%}"
             )
-            if not tight:
-                warnings.append(
-                    "a lighter design may exist: no limit is used to 97 % and rounds or time "
-                    "ran out; raise [run] max_rounds or time"
-                )
+            if tight:
+                ended = TIGHT_END
+            else:
+                reason += f"; not the lightest: {ended.words}, and a lighter design may exist"
         else:
-            status, reason = "not_met", _why_not(rows, rounds, deadline)
+            status, reason = "not_met", _why_not(rows, ended)
         warnings += _acceptance_warnings(accepted)
     warnings += thin_warning(setup, design.rho)
     it = design.iteration
@@ -150,6 +158,7 @@ def verdict_result(
         status=status,
         lightest=status == "met" and tight,
         reason=reason,
+        ended_by=ended.by,
         limits=rows,
         mass_g=it.mass_g,
         lattice_mass_g=it.lattice_mass_g,
@@ -181,7 +190,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
     for row in accepted.rows:
         if row.name == BUCKLING:
             continue
-        remeshed = a.scope == "whole" or row.name in accepted.factors
+        remeshed = a.scope == "whole" or factor_key(row) in accepted.factors
         entries.append(
             {
                 "limit": row.name,
@@ -249,20 +258,14 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
     return warnings
 
 
-def _why_not(rows: Sequence[LimitRow], rounds: Sequence[Round], deadline: Deadline) -> str:
-    """Which limit fails, where the loop ended, and what would help."""
-    ended = (
-        f"{len(rounds)} rounds"
-        if deadline.remaining() > 0
-        else f"the time of {deadline.seconds:.0f} s"
-    )
+def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
+    """Which limit fails, what ended the loop, and what would help."""
     if not rows or all_hold(rows):
-        return f"no design was accepted within {ended}; raise [run] max_rounds or time"
+        return f"no design was accepted; {ended.words}"
     worst = max(rows, key=lambda row: row.use)
     return (
         f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
-        f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}, after {ended}; a higher "
-        f"upper density, smaller cells, a skin, or more rounds would help"
+        f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
     )
 
 
@@ -286,6 +289,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
         "versions": library_versions(),
         "case_hash": setup.case.case_hash,
         "case_name": setup.case.name,
+        "budget": {"time_s": setup.case.run.time, "max_rounds": setup.case.run.max_rounds},
         "law": {
             "name": law.name,
             "source": law.source,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from gradedesign.ladder.setup import Setup
 from gradedesign.verify.measures import PHASES, StressMeasure
@@ -12,6 +13,8 @@ from gradedesign.verify.measures import PHASES, StressMeasure
 TIGHT = 0.97
 #: What a displacement limit is judged by.
 LARGEST_NODAL = "largest nodal value on the region"
+#: Accepted over explicit value by name and load case of a limit; see `factor_key`.
+Factors: TypeAlias = Mapping[tuple[str, str], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,16 +105,41 @@ def percentile_words(percentile: float) -> str:
     return f"percentile {percentile:g} of the volume outside the exclusion radius"
 
 
-def scaled_rows(
-    rows: Sequence[LimitRow], factors: Mapping[str, float], judged_by: str
-) -> tuple[LimitRow, ...]:
-    """Rows whose values carry a factor by name."""
+def factor_key(row: LimitRow) -> tuple[str, str]:
+    """Name and load case under which acceptance learns of a limit.
+
+    A displacement is limited in every load case of its own; the row of a stress is that of the
+    load case that governs, which may change, so its load case is left empty.
+    """
+    return (row.name, "" if row.unit == "MPa" else row.load_case)
+
+
+def with_factors(rows: Sequence[LimitRow], factors: Factors) -> tuple[LimitRow, ...]:
+    """Rows whose values carry what acceptance found over the explicit analysis."""
+    return tuple(replace(r, value=r.value * factors.get(factor_key(r), 1.0)) for r in rows)
+
+
+def scaled_rows(rows: Sequence[LimitRow], factors: Factors, judged_by: str) -> tuple[LimitRow, ...]:
+    """Rows with their factors, judged by another analysis where there is one."""
     return tuple(
-        replace(row, value=row.value * factors[row.name], judged_by=judged_by)
-        if row.name in factors
-        else row
-        for row in rows
+        replace(new, judged_by=judged_by) if factor_key(new) in factors else new
+        for new in with_factors(rows, factors)
     )
+
+
+def learned_factors(
+    explicit: Sequence[LimitRow], accepted: Sequence[LimitRow]
+) -> dict[tuple[str, str], float]:
+    """Accepted over explicit value of every limit that both judged; the largest of each."""
+    before, after = _largest(explicit), _largest(accepted)
+    return {key: value / before[key] for key, value in after.items() if before.get(key, 0.0) > 0}
+
+
+def _largest(rows: Sequence[LimitRow]) -> dict[tuple[str, str], float]:
+    values: dict[tuple[str, str], float] = {}
+    for row in rows:
+        values[factor_key(row)] = max(row.value, values.get(factor_key(row), 0.0))
+    return values
 
 
 def all_hold(rows: Sequence[LimitRow]) -> bool:

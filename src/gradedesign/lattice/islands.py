@@ -108,12 +108,16 @@ def remove_islands(
     return _faces_only(surface, kept[shell]), report
 
 
-def largest_piece(mesh: TetMesh, *, max_share: float = MAX_SHARE) -> tuple[TetMesh, int, float]:
-    """Keep the largest face-connected piece of a tetrahedral mesh.
+def largest_pieces(
+    mesh: TetMesh, *, keep: int = 1, max_share: float = MAX_SHARE
+) -> tuple[TetMesh, int, float]:
+    """Keep the largest face-connected pieces of a tetrahedral mesh.
 
     Parameters
     ----------
     mesh : TetMesh
+    keep : int
+        Number of pieces to keep, by volume; the number of bodies of the part.
     max_share : float
         Largest share of the volume that may be dropped.
 
@@ -135,14 +139,14 @@ def largest_piece(mesh: TetMesh, *, max_share: float = MAX_SHARE) -> tuple[TetMe
         raise LatticeError("the mesh holds no tetrahedra; use a finer grid")
     label = np.asarray(piece_labels(mesh))
     volume = np.bincount(label, weights=signed_volumes(mesh))
-    main = int(np.argmax(volume))
-    dropped = int(np.count_nonzero(np.bincount(label))) - 1
-    share = 1.0 - float(volume[main] / volume.sum())
+    main = np.argsort(-volume, kind="stable")[:keep]
+    dropped = max(int(np.count_nonzero(np.bincount(label))) - keep, 0)
     if not dropped:
         return mesh, 0, 0.0
+    share = 1.0 - float(volume[main].sum() / volume.sum())
     _refuse_large(dropped, share, max_share)
     log.info("dropped %d loose pieces of tets, %.2g of the volume", dropped, share)
-    tets = mesh.tets[:, label == main]
+    tets = mesh.tets[:, np.isin(label, main)]
     used, packed = np.unique(tets, return_inverse=True)
     kept = TetMesh(points=mesh.points[:, used], tets=packed.reshape(tets.shape))
     return kept, dropped, share

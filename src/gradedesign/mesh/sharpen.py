@@ -126,7 +126,7 @@ def _is_bad(points: FloatArray, tets: IntArray) -> BoolArray:
     p = points[:, tets]
     volume = np.einsum("im,im->m", p[:, 1] - p[:, 0], _cross(p, 0, 2, 3))
     normals = [_cross(p, 1, 2, 3), _cross(p, 0, 3, 2), _cross(p, 0, 1, 3), _cross(p, 0, 2, 1)]
-    lengths = [np.maximum(np.linalg.norm(n, axis=0), 1e-300) for n in normals]
+    lengths = [np.maximum(np.linalg.norm(n, axis=0), 1e-150) for n in normals]
     bad = volume <= 0
     for i in range(3):
         for j in range(i + 1, 4):

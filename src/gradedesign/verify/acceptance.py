@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from gradedesign.arrays import BoolArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
-from gradedesign.lattice.islands import largest_piece
+from gradedesign.lattice.islands import largest_pieces
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.tet_mesh import centroids, signed_volumes
@@ -34,6 +34,8 @@ log = logging.getLogger(__name__)
 EDGE_PER_CUBE = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
+#: Share of the stated time that the mesher may be predicted to take for the whole lattice.
+MESHER_SHARE = 1.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,12 +67,23 @@ class Acceptance:
     attempts: tuple[str, ...]
 
 
-def choose_scope(asked: str, explicit: ExplicitResult, remaining_s: float) -> str:
-    """Whole where the mesher is likely to end in half of the time that is left, else windows."""
+def choose_scope(asked: str, explicit_tets: float, time_s: float) -> str:
+    """Whole where the mesher is predicted to end in a third of the time the case states.
+
+    The time that is left plays no part: what is judged must not depend on how busy the machine is.
+
+    Parameters
+    ----------
+    asked : {"auto", "whole", "windows"}
+    explicit_tets : float
+        Tetrahedra of the explicit mesh.
+    time_s : float, s
+        [run] time.
+    """
     if asked != "auto":
         return asked
-    seconds = explicit.space.element_count / EDGE_PER_CUBE**3 / TETWILD_RATE
-    return "whole" if seconds < 0.5 * remaining_s else "windows"
+    seconds = explicit_tets / EDGE_PER_CUBE**3 / TETWILD_RATE
+    return "whole" if seconds < MESHER_SHARE * time_s else "windows"
 
 
 def accept_whole(
@@ -89,7 +102,7 @@ def accept_whole(
         time_limit_s=time_limit_s,
         memory_limit_bytes=judged.case.run.memory,
     )
-    mesh, _, _ = largest_piece(meshed.mesh, max_share=0.01)
+    mesh, _, _ = largest_pieces(meshed.mesh, keep=judged.bodies, max_share=0.01)
     result = analyse_printed_solid(
         mesh, judged, mesh_size=EDGE_PER_CUBE * cube, surface_tolerance=0.5 * cube
     )

@@ -57,10 +57,13 @@ class Gap:
         explicit / predicted - 1 for every displacement limit.
     stress : float or None
         The same for the lattice's stress measure; None without a stress limit.
+    governing : int
+        Number of the displacement limit that the explicit analysis uses most.
     """
 
     displacement: tuple[float, ...] = field(default_factory=tuple)
     stress: float | None = None
+    governing: int = 0
 
 
 def gap_between(
@@ -68,14 +71,17 @@ def gap_between(
     explicit: Sequence[float],
     predicted_stress: float | None,
     explicit_stress: float | None,
+    *,
+    governing: int = 0,
 ) -> Gap:
-    """Relative gaps, explicit over predicted minus one."""
+    """Relative gaps, explicit over predicted minus one; ``governing`` is the most used limit."""
     stress = None
     if predicted_stress and explicit_stress is not None:
         stress = explicit_stress / predicted_stress - 1.0
     return Gap(
         displacement=tuple(e / p - 1.0 for p, e in zip(predicted, explicit, strict=True)),
         stress=stress,
+        governing=governing,
     )
 
 
@@ -125,7 +131,13 @@ def damped(old: float, new: float, damping: float) -> float:
 
 
 def damping_for(gaps: Sequence[Gap]) -> float:
-    """Full steps, halved once the gap of the governing displacement changes its sign twice."""
-    signs = [np.sign(g.displacement[0]) for g in gaps if g.displacement]
+    """Full steps, halved once the gap of the governing displacement changes its sign twice.
+
+    The displacement that governs the last analysis is followed through all of them.
+    """
+    if not gaps or not gaps[-1].displacement:
+        return 1.0
+    governing = gaps[-1].governing
+    signs = [np.sign(g.displacement[governing]) for g in gaps]
     flips = sum(1 for a, b in pairwise(signs) if a * b < 0)
     return 0.5 if flips >= 2 else 1.0

@@ -47,6 +47,8 @@ class JudgedSolid:
     exclusion_radius : float, mm
     stress_limit : float or None, MPa
     percentile : float
+    bodies : int
+        Of the part; each is held by supports of its own.
     """
 
     case: Case
@@ -57,6 +59,7 @@ class JudgedSolid:
     exclusion_radius: float
     stress_limit: float | None
     percentile: float
+    bodies: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

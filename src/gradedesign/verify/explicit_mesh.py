@@ -15,7 +15,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.lattice.islands import largest_piece
+from gradedesign.lattice.islands import largest_pieces
 from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
 from gradedesign.mesh.quality import TetReport, tet_report
 from gradedesign.mesh.sharpen import sharpen
@@ -114,6 +114,7 @@ def mesh_within_budget(
     *,
     coarsest: float,
     memory_limit_bytes: float,
+    bodies: int = 1,
     on_refusal: Callable[[str], None] | None = None,
 ) -> ExplicitMesh:
     """Mesh a design on the first grid that passes the gates and fits the memory.
@@ -127,6 +128,8 @@ def mesh_within_budget(
         Where ``cube`` does not fit the memory, the largest cube to try instead.
     memory_limit_bytes : float
         Budget that the following solve must fit.
+    bodies : int
+        Of the part: as many pieces are kept.
     on_refusal : callable, optional
         Hears why a grid was refused and what comes next.
 
@@ -156,7 +159,13 @@ def mesh_within_budget(
     loose = np.inf
     while True:
         try:
-            made = mesh_lattice(design, cube, memory_limit_bytes=memory_limit_bytes, volume=volume)
+            made = mesh_lattice(
+                design,
+                cube,
+                memory_limit_bytes=memory_limit_bytes,
+                bodies=bodies,
+                volume=volume,
+            )
             return replace(made, refused=tuple(refused))
         except CoarseGridError as error:
             if error.loose_share > SAME_PIECES * loose:
@@ -193,7 +202,12 @@ def fitting_cube(solid_volume: float, memory_limit_bytes: float) -> float:
 
 
 def mesh_lattice(
-    design: LatticeDesign, cube: float, *, memory_limit_bytes: float, volume: float | None = None
+    design: LatticeDesign,
+    cube: float,
+    *,
+    memory_limit_bytes: float,
+    bodies: int = 1,
+    volume: float | None = None,
 ) -> ExplicitMesh:
     """Mesh a design by isosurface stuffing and refuse what lost pieces or volume.
 
@@ -204,6 +218,8 @@ def mesh_lattice(
         Edge of the grid cubes; the thinnest wall should span at least 1.25 of them.
     memory_limit_bytes : float
         Budget that the following solve must fit.
+    bodies : int
+        Of the part: as many pieces are kept.
     volume : float, optional, mm^3
         Of the field, where it is known.
 
@@ -220,7 +236,7 @@ def mesh_lattice(
     lower, shape = grid_for(design, cube)
     field = lattice_field(design, band=3 * cube)
     raw = sharpen(stuff(field, lower, shape, cube), design.part, body_field(design), cube)
-    mesh, dropped, share = _main_piece(raw)
+    mesh, dropped, share = _main_pieces(raw, bodies)
     report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
@@ -235,11 +251,11 @@ def mesh_lattice(
     )
 
 
-def _main_piece(raw: TetMesh) -> tuple[TetMesh, int, float]:
-    """The largest piece; more than crumbs beside it may be the grid's fault."""
+def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
+    """The largest piece of every body; more than crumbs beside them may be the grid's fault."""
     if raw.tets.shape[1] == 0:
         raise CoarseGridError("no tetrahedron is left on this grid", step=PLAIN_STEP)
-    mesh, dropped, share = largest_piece(raw, max_share=1.0)
+    mesh, dropped, share = largest_pieces(raw, keep=bodies, max_share=1.0)
     if share > LOOSE_SHARE:
         raise CoarseGridError(
             f"the lattice falls apart: {dropped} loose pieces hold {share:.2%} of its volume, at "

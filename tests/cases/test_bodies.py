@@ -1,0 +1,104 @@
+"""A part of several bodies runs to a verdict, and each body must be held."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.stl import write_stl
+from gradedesign.part.box import box_surface
+
+#: Two boxes side by side between two planes; a displacement that no density can hold, so that the
+#: run ends after its first round and exports what it found.
+CASE = """
+[case]
+name = "two bodies"
+[part]
+file = "two.stl"
+units = "mm"
+mesh_size = "4 mm"
+bodies = "all"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "Ti-6Al-4V"
+[[keep]]
+region = "root"
+margin = "1.5 mm"
+[[keep]]
+region = "tip"
+margin = "1.5 mm"
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-200 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.006 mm"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "8 mm"
+density = [0.45, 0.60]
+[run]
+mesh_cubes_per_wall = 1.0
+[output]
+formats = ["stl"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    box = box_surface((16.0, 8.0, 8.0))
+    apart = np.array([0.0, 10.0, 0.0])
+    write_stl(
+        tmp_path / "two.stl",
+        SurfaceMesh(
+            vertices=np.concatenate([box.vertices, box.vertices + apart]),
+            faces=np.concatenate([box.faces, box.faces + len(box.vertices)]),
+        ),
+    )
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    return tmp_path
+
+
+def test_two_bodies_run_to_a_verdict(cli, folder):
+    ended = cli("run", folder, "-o", folder / "run")
+    assert ended.code == 4, ended.err
+    result = json.loads((folder / "run" / "result.json").read_text(encoding="utf-8"))
+    assert (result["status"], result["ended_by"]) == ("not_met", "saturated")
+    # Both bodies, 2 x 16 x 8 x 8 mm^3 of 4.43 g/cm^3 (the library's density), and their lattices.
+    solid = 2 * 16 * 8 * 8 * 4.43e-3
+    assert result["solid_mass_g"] == pytest.approx(solid, rel=0.01)
+    # Densities of 0.6 beside 3 mm of 16 mm kept solid: 0.675; both bodies are in the mass.
+    assert result["mass_g"] == pytest.approx(0.675 * solid, rel=0.1)
+    assert (folder / "run" / "lattice.stl").is_file()
+
+
+@pytest.mark.slow
+def test_two_bodies_are_accepted(cli, folder):
+    # 0.0173 mm at a density of 0.58 in the run above: 0.02 mm is within reach.
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    text = text.replace('magnitude = "0.006 mm"', 'magnitude = "0.02 mm"')
+    text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_rounds = 4')
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("run", folder, "-o", folder / "run")
+    assert ended.code == 0, ended.err + ended.out
+    result = json.loads((folder / "run" / "result.json").read_text(encoding="utf-8"))
+    assert result["status"] == "met"
+    assert result["acceptance"]["share_of_volume"] == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_body_without_a_support_is_refused_before_anything_is_sized(cli, folder):
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    text = text.replace(
+        'plane = "x = min"',
+        'plane = "x = min"\nbox = {lower = ["-1 mm", "-1 mm", "-1 mm"], '
+        'upper = ["1 mm", "9 mm", "9 mm"]}',
+    )
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("check", folder)
+    assert ended.code == 2
+    assert "piece 2" in ended.err
+    assert "without any support" in ended.err

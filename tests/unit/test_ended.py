@@ -1,0 +1,224 @@
+"""What a verdict says of the end of its run, and when a stored one is the last word."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gradedesign.ladder import summary
+from gradedesign.ladder.ended import TIGHT_END, Ended
+from gradedesign.ladder.files import write_result
+from gradedesign.ladder.finished import finished_result
+from gradedesign.ladder.result import Iteration, RunResult, as_json, from_json
+from gradedesign.ladder.saturation import displacement_gain, needy_at_bound, sentence
+from gradedesign.ladder.verdict import LimitRow
+from gradedesign.workspace.run_folder import open_run_folder
+
+BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rounds; 300 s more")
+
+
+def row(value):
+    return LimitRow(
+        name="displacement of tip magnitude",
+        load_case="pull",
+        value=value,
+        limit=1.0,
+        unit="mm",
+        judged_by="explicit analysis",
+    )
+
+
+@pytest.fixture
+def verdict(monkeypatch):
+    """Verdict of a design with one limit used to the given share."""
+    monkeypatch.setattr(summary, "_common", lambda *_: {"warnings": ()})
+    for name in ("_solid_mass", "_latticed_mass"):
+        monkeypatch.setattr(summary, name, lambda _: 100.0)
+    for name in ("thin_warning", "_acceptance_warnings"):
+        monkeypatch.setattr(summary, name, lambda *_: [])
+    for name in ("acceptance_data", "measure_data"):
+        monkeypatch.setattr(summary, name, lambda _: {})
+    iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, use=1.0)
+
+    def call(use, ended):
+        layout = SimpleNamespace(report={})
+        played = SimpleNamespace(
+            iteration=iteration, rho=np.zeros(1), at_lower_bound=False, rows=(row(use),)
+        )
+        accepted = SimpleNamespace(
+            round=played,
+            rows=(row(use),),
+            holds=use <= 1.0,
+            analysed=SimpleNamespace(layout=layout),
+        )
+        return summary.verdict_result(None, None, [played], accepted, ended)
+
+    return call
+
+
+def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):
+    found = verdict(0.94, BY_TIME)
+    assert (found.status, found.lightest, found.ended_by) == ("met", False, "time")
+    assert found.reason == (
+        "every limit holds in the accepted analysis; the most used one to 94.0%; not the lightest: "
+        f"{BY_TIME.words}, and a lighter design may exist"
+    )
+    assert found.warnings == ()
+
+
+def test_a_used_limit_is_the_end_whatever_ended_the_rounds(verdict):
+    found = verdict(0.98, BY_TIME)
+    assert (found.status, found.lightest, found.ended_by) == ("met", True, "tight")
+    assert "lighter" not in found.reason
+    assert verdict(0.98, TIGHT_END).ended_by == "tight"
+
+
+def test_a_miss_names_the_limit_and_the_end(verdict):
+    found = verdict(1.075, BY_TIME)
+    assert (found.status, found.ended_by) == ("not_met", "time")
+    assert found.reason == (
+        "displacement of tip magnitude (pull) is 1.075 mm, 107.5% of the allowed 1 mm; "
+        f"{BY_TIME.words}"
+    )
+
+
+# --- out of reach ---------------------------------------------------------------------------------
+
+
+def test_what_densities_at_their_bounds_could_gain():
+    """Three densities of 0.4, 0.5 and 0.3 between 0.2 and 0.6, by hand.
+
+    0.5 * 0.2 + 1.0 * 0.1 for the two that stiffen, 0.2 * 0.1 for the one whose weight bends.
+    """
+    slope = np.array([-0.5, -1.0, 0.2])
+    rho = np.array([0.4, 0.5, 0.3])
+    assert displacement_gain(slope, rho, (0.2, 0.6)) == pytest.approx(0.22)
+    assert displacement_gain(-np.ones(2), np.full(2, 0.6), (0.2, 0.6)) == 0.0
+
+
+def test_the_first_order_overrates_what_a_bar_can_gain():
+    """A bar of n like pieces in series, u = sum rho^-2: relative slope -2 / (n rho)."""
+    rho = np.full(4, 0.3)
+    gain = displacement_gain(np.full(4, -2.0 / (4 * 0.3)), rho, (0.1, 0.4))
+    assert gain > 1.0 - (0.3 / 0.4) ** 2
+
+
+def lattice(skin=None, window=0.8):
+    return SimpleNamespace(
+        bounds=(0.2, 0.6),
+        calibration=SimpleNamespace(window=(0.1, 0.9)),
+        law=SimpleNamespace(window=(0.1, window)),
+        case=SimpleNamespace(lattice=SimpleNamespace(skin=skin)),
+        model=SimpleNamespace(solid_share=np.array([0.0, 0.0, 1.0])),
+    )
+
+
+def test_stress_is_out_of_reach_where_all_that_need_more_have_all():
+    asked = np.array([0.8, 0.3, 0.8])
+    assert needy_at_bound(asked, np.array([0.6, 0.4, 0.2]), lattice())
+    # The first could still rise; the third holds no lattice.
+    assert not needy_at_bound(asked, np.array([0.5, 0.4, 0.6]), lattice())
+    # Nobody asks for more.
+    assert not needy_at_bound(np.full(3, 0.1), np.full(3, 0.6), lattice())
+
+
+def test_the_sentence_names_what_would_help():
+    assert sentence(lattice(), row(1.3), 0.0) == (
+        "this lattice cannot reach the limit on displacement of tip magnitude (pull): every "
+        "density that matters for it stands at the upper bound of 0.6; [lattice] density up to "
+        "0.8, another cell, a skin or smaller cells would help"
+    )
+    told = sentence(lattice(skin=1.0, window=0.6), row(1.3), 0.05)
+    assert "would take about 5% of it away" in told
+    assert told.endswith("; another cell or smaller cells would help")
+
+
+# --- resuming -------------------------------------------------------------------------------------
+
+
+STORED = RunResult(
+    status="met",
+    lightest=False,
+    reason="by rounds",
+    ended_by="rounds",
+    limits=(row(0.94),),
+    mass_g=12.5,
+    iterations=(
+        Iteration(
+            round=1,
+            lattice_mass_g=1.0,
+            mass_g=2.0,
+            mean_density=0.3,
+            predicted_displacement=(0.9,),
+            explicit_displacement=(0.94,),
+            predicted_stress=None,
+            explicit_stress=None,
+            displacement_gap=(0.04,),
+            stress_gap=None,
+            use=0.94,
+            passed=True,
+            dofs=10,
+            mesh_size_mm=1.0,
+            seconds=3.0,
+            stiffness_factor=1.0,
+            stress_factor=1.0,
+            sizing_iterations=10,
+            sizing_converged=False,
+            timing_s={"sizing": 1.0},
+        ),
+    ),
+    warnings=("a", "b"),
+    plugins=("p 1.0",),
+    timing_s={"round": 3.0},
+    budget={"time_s": 1200.0, "max_rounds": 1},
+    case_hash="same",
+    case_name="bar",
+)
+
+
+def test_a_result_survives_its_file(tmp_path):
+    assert from_json(as_json(replace(STORED, folder=tmp_path))) == replace(STORED, folder=tmp_path)
+
+
+@pytest.fixture
+def resumed(tmp_path):
+    """What resuming a folder with a stored result returns, for a case with these budgets."""
+
+    def call(stored, *, time=1200.0, max_rounds=1, spoil=None):
+        folder = tmp_path / "run"
+        with open_run_folder(folder, "same", resume=False, overwrite=True) as out:
+            write_result(out, replace(stored, folder=out.path))
+            if spoil is not None:
+                (folder / "result.json").write_text(spoil, encoding="utf-8")
+            run = SimpleNamespace(time=time, max_rounds=max_rounds)
+            return finished_result(out, SimpleNamespace(run=run, case_hash="same"))
+
+    return call
+
+
+@pytest.mark.parametrize("end", ["tight", "stuck", "saturated", "solid", "stop_after"])
+def test_a_finished_run_returns_its_result(resumed, end):
+    found = resumed(replace(STORED, ended_by=end), time=9e9, max_rounds=99)
+    assert (found.ended_by, found.limits, found.iterations) == (
+        end,
+        STORED.limits,
+        STORED.iterations,
+    )
+
+
+def test_a_run_ended_by_rounds_goes_on_with_more_of_them(resumed):
+    assert resumed(STORED).reason == "by rounds"
+    assert resumed(STORED, time=9e9).reason == "by rounds"
+    assert resumed(STORED, max_rounds=2) is None
+
+
+def test_a_run_ended_by_time_goes_on_with_more_of_it(resumed):
+    by_time = replace(STORED, ended_by="time")
+    assert resumed(by_time, max_rounds=6).ended_by == "time"
+    assert resumed(by_time, time=1500.0) is None
+
+
+def test_a_failed_or_damaged_run_goes_on(resumed):
+    assert resumed(replace(STORED, status="failed", ended_by="error")) is None
+    assert resumed(replace(STORED, ended_by="tight"), spoil="{}") is None

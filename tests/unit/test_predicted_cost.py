@@ -1,0 +1,105 @@
+"""Predicted cost: units of work times measured speeds, replaced by what the first round took."""
+
+from dataclasses import replace
+
+import pytest
+
+from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.ladder.predicted_cost import (
+    MEASURED,
+    WITHIN,
+    RunWork,
+    learned_speed,
+    mesher_tets,
+    predict_cost,
+)
+from gradedesign.verify.acceptance import EDGE_PER_CUBE, choose_scope
+from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
+
+#: Of `cases/mini`: its own numbers of the second round, whole lattice re-meshed.
+MINI = RunWork(
+    part_dofs=4131,
+    load_cases=1,
+    displacement_limits=1,
+    explicit_dofs=282_333,
+    explicit_cubes=14_400,
+    mesher_tets=mesher_tets(58_401),
+    remeshed="whole",
+    rounds=6,
+)
+
+
+def test_a_measured_round_is_predicted_within_the_factor():
+    # Processor seconds of cases/mini, round 2: sizing 3.7 (10 iterations), mesh 2.6, solve 8.2.
+    found = predict_cost(MINI)
+    for value, measured in (
+        (found.sizing_s, 3.7),
+        (found.explicit_mesh_s, 2.6),
+        (found.explicit_solve_s, 8.2),
+        (found.round_s, 15.2),
+    ):
+        assert measured / WITHIN < value < measured * WITHIN
+
+
+def test_work_counts_where_it_is_done():
+    base = predict_cost(MINI)
+    assert predict_cost(replace(MINI, part_dofs=2 * 4131)).sizing_s == pytest.approx(
+        2 * base.sizing_s
+    )
+    assert predict_cost(replace(MINI, explicit_cubes=2 * 14_400)).explicit_mesh_s == pytest.approx(
+        2 * base.explicit_mesh_s
+    )
+    more = predict_cost(replace(MINI, load_cases=3))
+    assert base.explicit_solve_s < more.explicit_solve_s < 3 * base.explicit_solve_s
+    assert more.sizing_s == pytest.approx(2 * base.sizing_s)  # 4 solves instead of 2
+    # Ten iterations size; prediction and correction take the time of two more.
+    assert base.round_s == pytest.approx(
+        1.2 * base.sizing_s + base.explicit_mesh_s + base.explicit_solve_s
+    )
+
+
+def test_a_run_holds_its_rounds_and_one_acceptance():
+    one, many = predict_cost(replace(MINI, rounds=1)), predict_cost(MINI)
+    assert (one.rounds, many.rounds) == (1, 3)
+    assert one.run_s == pytest.approx(
+        MEASURED.start + one.round_s + one.second_mesh_s + one.acceptance_s
+    )
+    # Sizing plays 10, 20 and 8 iterations (`ladder.round`).
+    rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
+    assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)
+
+
+def test_the_first_round_replaces_the_measured_speeds():
+    took = {"sizing": 40.0, "explicit mesh": 30.0, "explicit solve": 100.0}
+    speed = learned_speed(MINI, 10, took)
+    found = predict_cost(MINI, speed, learned=True)
+    assert found.sizing_s == pytest.approx(40.0)
+    assert found.explicit_mesh_s == pytest.approx(30.0)
+    assert found.explicit_solve_s == pytest.approx(100.0)
+    assert found.round_s == pytest.approx(178.0)
+    assert found.learned
+    # Nothing was learned about the mesher.
+    assert speed.tet == MEASURED.tet
+
+
+def test_a_stage_that_is_missing_teaches_nothing():
+    assert learned_speed(MINI, 10, {}) == MEASURED
+    assert learned_speed(MINI, 10, {"sizing": 0.0}) == MEASURED
+
+
+def test_memory_is_what_the_gate_of_the_explicit_mesh_asks():
+    # 100 cubes of solid: 14 x 5.1 unknowns each are expected, 12 x 1.4 x 5.8 are allowed for.
+    expected = replace(MINI, explicit_dofs=int(100 * 14.0 * 5.1))
+    allowed = int(100 * TETS_PER_CUBE * DOFS_PER_TET)
+    assert predict_cost(expected).memory_bytes == pytest.approx(
+        predict_memory_bytes(allowed, 2), rel=1e-5
+    )
+
+
+def test_scope_follows_stated_budgets():
+    # 400 tetrahedra a second, a third of the stated time: by definition.
+    most = 400.0 * EDGE_PER_CUBE**3 * 1200.0 / 3.0
+    assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
+    assert choose_scope("auto", 1.01 * most, 1200.0) == "windows"
+    assert choose_scope("whole", 1e9, 1.0) == "whole"
+    assert choose_scope("windows", 1.0, 1e9) == "windows"
