@@ -135,6 +135,15 @@ def test_sizing_uses_the_resolved_limit(load, tmp_path):
     assert row.use == pytest.approx(0.998, abs=0.005)
 
 
+def test_a_sized_lattice_that_breaks_a_limit_is_said(load, tmp_path):
+    # At the upper density, half as dense as solid, the bar gives more than twice as much.
+    case = load(('"solid"', '"sizing"'))
+    result = gradedesign.run(case, folder=tmp_path / "run")
+    assert result.status == "partial"
+    assert not result.measures["sizing"]["feasible"]
+    assert any("the sized lattice breaks a limit" in text for text in result.warnings)
+
+
 def test_lengths_stay_as_they_are(load, tmp_path):
     result = gradedesign.run(load(("2 x solid", "30 mm")), folder=tmp_path / "run")
     assert [(row.limit, row.stated) for row in result.solid] == [(30.0, "")] * 2

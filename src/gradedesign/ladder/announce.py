@@ -100,13 +100,12 @@ class Announcer:
 
     def sizing_step(self, step: SizingStep) -> None:
         """Report one sizing iteration."""
-        uses = (*step.displacement_use, step.stress_use)
         self.say(
             "sizing",
             f"iteration {step.iteration}: lattice {step.mass_g:.4g} g, density "
-            f"{step.mean_density:.4f}, use {max(uses):.1%}, change {step.change:.2%}",
+            f"{step.mean_density:.4f}, use {step.use:.1%}, change {step.change:.2%}",
             mass_g=step.mass_g,
-            use=max(uses),
+            use=step.use,
         )
 
     def round(self, done: Round, *, resumed: bool = False) -> None:

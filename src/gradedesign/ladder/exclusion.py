@@ -29,7 +29,7 @@ def exclusion_warnings(
         return ()
     return (
         f"the exclusion radius of {radius:.4g} mm around held regions leaves {share:.0%} of the "
-        f"lattice's volume out of the stress limit; the report shows the stress with it, and a "
+        f"latticed region out of the stress limit; the report shows the stress with it, and a "
         f"smaller [limits] exclusion_radius leaves out less",
     )
 

@@ -71,6 +71,12 @@ def partial_result(
     """Stopped where the case said."""
     numbers: dict[str, Any] = {}
     measures: dict[str, Any] = {}
+    common = _common(setup, registry)
+    if sized is not None and not sized.feasible:
+        common["warnings"] += (
+            f"the sized lattice breaks a limit: the most used one to {sized.history[-1].use:.1%}, "
+            f"by the homogenised prediction; a higher upper density or a wider limit would help",
+        )
     if sized is not None:
         model = setup.model
         weights = model.volumes * (1 - model.solid_share)
@@ -117,7 +123,7 @@ def partial_result(
         limits=rows,
         measures={**measures, "cell_map": dict(setup.layout.report)},
         **numbers,
-        **_common(setup, registry),
+        **common,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -58,10 +58,10 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
     count = len(acceptance["windows"])
     windows = f"{count} most stressed windows" if count != 1 else "most stressed window"
     return (
-        f"displacements are judged by the explicit analysis of a mesh of the lattice's field; of "
-        f"the printed surface {share} was read back, meshed again by an independent mesher and "
-        f"analysed, the {windows}, whose ratio to the explicit analysis scales the stress in the "
-        f"lattice"
+        f"displacements are judged by the explicit analysis of a mesh of the lattice's field; the "
+        f"printed surface was read back and meshed again by an independent mesher only in its "
+        f"{windows} ({share}), whose stress over that of the explicit analysis scales the stress "
+        f"in the lattice"
     )
 
 
@@ -78,7 +78,9 @@ def stress_note(result: Mapping[str, Any]) -> str:
         for row in result.get("limits") or ()
         if (phase := str(row["name"]).removeprefix("stress in ")) != row["name"]
     ]
-    said = [text for row, m in found if m for text in _connected(row, m)]
+    zone = (result.get("acceptance") or {}).get("exclusion")
+    share = f"{zone['percentile']:g} %" if zone else "all but a small share"
+    said = [_connected(row, m, share) for row, m in found if m]
     if not said:
         return ""
     said.append(
@@ -86,18 +88,17 @@ def stress_note(result: Mapping[str, Any]) -> str:
         "from the integration points and averaged: like the maximum it may exceed the value that "
         "is judged."
     )
-    zone = (result.get("acceptance") or {}).get("exclusion")
     return f"<p>{escape(' '.join(said))}</p>" + (_zone_note(zone, result) if zone else "")
 
 
-def _connected(row: Mapping[str, Any], m: Mapping[str, Any]) -> Iterator[str]:
+def _connected(row: Mapping[str, Any], m: Mapping[str, Any], share: str) -> str:
     """Sentences from the limit over the judged percentile to the largest value."""
     ratio = row["value"] / m["value"] if m["value"] > 0 else 1.0
     scaled = "" if abs(ratio - 1) < 1e-9 else f", {m['value']:.4g} MPa times {ratio:.3f}"
-    yield (
+    return (
         f"{row['name']} ({row['load_case']}): the limit of {row['limit']:.4g} MPa is compared with "
-        f"{row['value']:.4g} MPa{scaled}, the stress that all but a small share of the volume "
-        f"outside the exclusion radius stays below (the percentile). {m['share_above']:.2%} of "
+        f"{row['value']:.4g} MPa{scaled}, the percentile: {share} of the volume outside the "
+        f"exclusion radius has less in the analysis. {m['share_above']:.2%} of "
         f"that volume lies above the limit; the largest value at an integration point is "
         f"{m['maximum']:.4g} MPa, which grows as the mesh is refined at corners and is not judged."
     )

@@ -73,12 +73,12 @@ def size_uniform(
     Notes
     -----
     Brackets the density at which the largest use crosses the target and closes in by regula falsi
-    in the logarithms (Illinois variant), in which a power law is a straight line. Uses fall with
-    density wherever loads do not grow with it, so the crossing is one. Under inertia or thermal
-    loads beside a skin they may rise first: then the lower bound, which is looked at before
-    anything else, may hold, and otherwise the crossing found is one from broken below to held
-    above; densities between two others that were looked at are not excluded. A history in which a
-    use rises with density is logged as a warning.
+    in the logarithms (Illinois variant), in which a power law is a straight line. Where loads do
+    not grow with density the work of the loads falls with it; displacements of regions and stress
+    percentiles usually do, without proof. Under inertia or thermal loads beside solid regions uses
+    may rise first: the lower bound is looked at before anything else, and otherwise the crossing
+    found is one from broken below to held above, not surely the lowest. A history in which a use
+    rises with density is logged as a warning.
 
     References
     ----------
