@@ -19,7 +19,6 @@ from gradedesign.workspace.run_folder import STAGES
 
 #: Statuses that are results but not successes, and their exit code.
 UNMET = 4
-INTERRUPTED = 130
 
 
 def run(
@@ -36,18 +35,14 @@ def run(
     case = load_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
     folder = default_folder(case) if output is None else output
-    try:
-        result = run_case(
-            case,
-            registry,
-            folder=folder,
-            resume=resume,
-            overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
-            on_event=ignore if as_json else ProgressLines(),
-        )
-    except KeyboardInterrupt:
-        typer.echo("interrupted; go on with the same command and --resume", err=True)
-        return INTERRUPTED
+    result = run_case(
+        case,
+        registry,
+        folder=folder,
+        resume=resume,
+        overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
+        on_event=ignore if as_json else ProgressLines(),
+    )
     if as_json:
         print_result_json(result)
     else:
