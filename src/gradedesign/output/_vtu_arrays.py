@@ -251,12 +251,12 @@ def _unpacked(file: _File, data: memoryview, is_text: bool, name: str | None) ->
     size = file.header.itemsize
     if file.compressor is None:
         (length,) = _numbers(file, _taken(data, 0, size, is_text, name), 1)
+        _require_present(data, 0, size + length, is_text, name)
         _require_room(file, length, name)
         return _taken(data, 0, size + length, is_text, name)[size:]
     blocks, block, last = _numbers(file, _taken(data, 0, 3 * size, is_text, name), 3)
     if blocks == 0:
         return b""
-    _require_room(file, (3 + blocks) * size, name)
     head = (3 + blocks) * size
     packed = _numbers(file, _taken(data, 0, head, is_text, name), 3 + blocks)[3:]
     _require_room(file, (blocks - 1) * block + (last or block), name)
@@ -274,14 +274,22 @@ def _numbers(file: _File, head: bytes, count: int) -> list[int]:
     return [int(n) for n in np.frombuffer(head, file.header, count)]
 
 
-def _taken(data: memoryview, start: int, length: int, is_text: bool, name: str | None) -> bytes:
-    """Take so many bytes; of text the characters that stand for them are decoded."""
+def _require_present(
+    data: memoryview, start: int, length: int, is_text: bool, name: str | None
+) -> int:
+    """Compare what is stated with what there is; return the characters of so many bytes."""
     chars = 4 * -(-length // 3) if is_text else length
     if start + chars > len(data):
         raise _Damaged(
             f"'{name}' says that it has {length} bytes more, but there are "
             f"{max(0, len(data) - start) * (3 if is_text else 4) // 4}: truncated or altered"
         )
+    return chars
+
+
+def _taken(data: memoryview, start: int, length: int, is_text: bool, name: str | None) -> bytes:
+    """Take so many bytes; of text the characters that stand for them are decoded."""
+    chars = _require_present(data, start, length, is_text, name)
     part = bytes(data[start : start + chars])
     if not is_text:
         return part
