@@ -13,6 +13,7 @@ from gradedesign.ladder.files import RESULT_NAME
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.stages import default_folder
 from gradedesign.pipeline import run as run_case
+from gradedesign.workspace.atomic import is_folder
 from gradedesign.workspace.manifest import read_manifest
 from gradedesign.workspace.progress import ignore
 from gradedesign.workspace.run_folder import STAGES
@@ -52,7 +53,7 @@ def run(
 
 def holds_only_a_failure(folder: Path) -> bool:
     """Whether a run folder holds nothing but the message of a run that failed at once."""
-    if not folder.is_dir() or any((folder / STAGES).glob("*.npz")):
+    if not is_folder(folder) or any((folder / STAGES).glob("*.npz")):
         return False
     manifest = read_manifest(folder)
     result = folder / RESULT_NAME

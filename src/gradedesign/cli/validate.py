@@ -19,7 +19,7 @@ from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.ladder.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.registry import Registry
-from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.atomic import is_folder, write_text
 from gradedesign.workspace.scratch import scratch_folder
 
 DEVIATES = 1
@@ -96,7 +96,8 @@ def case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
     """
     found = []
     for folder in folders:
-        for candidate in [folder, *sorted(p for p in folder.glob("*") if p.is_dir())]:
+        below = sorted(p for p in folder.glob("*") if p.is_dir()) if is_folder(folder) else []
+        for candidate in (folder, *below):
             if (candidate / "case.toml").is_file() and (candidate / "expected.toml").is_file():
                 found.append(candidate)
     chosen = [f for f in found if matches(f.resolve().name, keyword)]
