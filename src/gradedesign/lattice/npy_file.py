@@ -89,10 +89,10 @@ def _header(file: BinaryIO, name: str) -> _Header:
             f"{name} cannot be read as a .npy array: it begins as {found}; expected what "
             f"numpy.save writes"
         )
-    if start[6] not in _VERSIONS:
+    if start[6] not in _VERSIONS or start[7] != 0:
         raise CaseError(
-            f"{name} cannot be read as a .npy array: version {start[6]} of the format, expected "
-            f"1 to 3"
+            f"{name} cannot be read as a .npy array: version {start[6]}.{start[7]} of the format, expected "
+            f"1.0 to 3.0"
         )
     how, encoding = _VERSIONS[start[6]]
     try:

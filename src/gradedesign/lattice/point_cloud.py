@@ -82,7 +82,8 @@ def read_points(path: Path, *, memory_limit_bytes: int) -> tuple[FloatArray, Flo
     """
     if path.suffix.lower() == ".npy":
         found = read_npy(path, memory_limit_bytes=memory_limit_bytes, bytes_per_value=24)
-        table = found.astype(np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused below
+            table = found.astype(np.float64)
     else:
         table = _text(path, memory_limit_bytes)
     if table.ndim != 2 or table.shape[1] != 4 or not len(table):

@@ -80,7 +80,8 @@ def densities(values: NDArray[np.generic], grey: tuple[float, float] | None) -> 
             f"voxels of type {values.dtype} are neither densities nor grey values; expected "
             f"floats, uint8 or uint16"
         )
-    result = values.astype(np.float64)
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused next
+        result = values.astype(np.float64)
     if not np.isfinite(result).all():
         raise DensityError(
             f"{np.count_nonzero(~np.isfinite(result))} of {result.size} voxels are not finite"
