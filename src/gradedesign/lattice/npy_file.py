@@ -91,8 +91,8 @@ def _header(file: BinaryIO, name: str) -> _Header:
         )
     if start[6] not in _VERSIONS or start[7] != 0:
         raise CaseError(
-            f"{name} cannot be read as a .npy array: version {start[6]}.{start[7]} of the format, expected "
-            f"1.0 to 3.0"
+            f"{name} cannot be read as a .npy array: version {start[6]}.{start[7]} of the "
+            f"format, expected 1.0 to 3.0"
         )
     how, encoding = _VERSIONS[start[6]]
     try:
