@@ -15,6 +15,7 @@ from gradedesign.errors import CaseError, ResourceError
 from gradedesign.lattice.density_source import sample_density
 from gradedesign.lattice.image_stack import read_image_stack
 from gradedesign.lattice.point_cloud import read_points, remap_points
+from gradedesign.lattice.tet_density import tet_density
 from gradedesign.lattice.voxel_density import read_voxel_array
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.output.vtu import write_vtu
@@ -269,6 +270,15 @@ def test_a_vtu_file_that_unfolds_beyond_the_memory_is_refused(tmp_path):
     with pytest.raises(ResourceError, match=r"'rho' states 0\.4 GB.*run\.memory"):
         read_vtu_field(file, "rho", memory_limit_bytes=GB)
     assert peak_memory_bytes() - before < 100_000_000
+
+
+def test_a_field_over_far_too_much_space_is_refused(tmp_path):
+    # In metres times a thousand: before the mend a grid of 1e18 nodes.
+    far = TetMesh(points=TET.points * 1e5, tets=TET.tets)
+    write_vtu(tmp_path / "a.vtu", far, cell_data={"rho [-]": [0.2, 0.3]})
+    mesh, values, at = read_vtu_field(tmp_path / "a.vtu")
+    with pytest.raises(ResourceError, match=r"1e\+06 x 1e\+06 x 1e\+06 mm .* run\.memory of 1 GB"):
+        tet_density(mesh, values, at=at, spacing=1.0, reach=5.0, memory_limit_bytes=GB)
 
 
 @pytest.mark.parametrize("name", ["push & pull", 'a < b > "c"', "Träger μ", "it's"])

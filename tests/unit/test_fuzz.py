@@ -275,7 +275,7 @@ def source_of(file):
         return point_density(remap_points(points, values, 2.0, memory_limit_bytes=MEMORY))
     if file.suffix == ".vtu":
         mesh, values, at = read_vtu_field(file, memory_limit_bytes=MEMORY)
-        return tet_density(mesh, values, at=at, spacing=1.0, reach=5.0)
+        return tet_density(mesh, values, at=at, spacing=1.0, reach=5.0, memory_limit_bytes=MEMORY)
     if file.suffix == ".npy":
         raw = read_voxel_array(file, memory_limit_bytes=MEMORY)
         np.testing.assert_array_equal(np.load(file), raw)

@@ -125,7 +125,14 @@ def _source(
     if spec.vtu is not None:
         mesh, values, at = read_vtu_field(spec.vtu, spec.field, memory_limit_bytes=memory)
         spacing = size / NODES_PER_CELL
-        return tet_density(mesh, values, at=at, spacing=spacing, reach=0.5 * size + 3 * spacing)
+        return tet_density(
+            mesh,
+            values,
+            at=at,
+            spacing=spacing,
+            reach=0.5 * size + 3 * spacing,
+            memory_limit_bytes=memory,
+        )
     if spec.voxels is not None:
         raw = read_voxel_array(spec.voxels, memory_limit_bytes=memory)
     elif spec.images is not None:
