@@ -281,6 +281,17 @@ def test_a_field_over_far_too_much_space_is_refused(tmp_path):
         tet_density(mesh, values, at=at, spacing=1.0, reach=5.0, memory_limit_bytes=GB)
 
 
+@pytest.mark.parametrize("far", [1e12, 1e150, np.nan])
+def test_a_point_at_no_place_is_named(tmp_path, far):
+    # Before the mend one at 1e12 mm took 4.4 GB, one at 1e150 mm ended in a traceback.
+    points = TET.points.T.copy()
+    points[4, 0] = far
+    mesh = meshio.Mesh(points, [("tetra", TET.tets.T)], cell_data={"rho": [np.full(2, 0.3)]})
+    meshio.vtu.write(tmp_path / "a.vtu", mesh)
+    with pytest.raises(CaseError, match=r"a\.vtu: a point lies at .* mm; expected"):
+        read_vtu_field(tmp_path / "a.vtu")
+
+
 @pytest.mark.parametrize("name", ["push & pull", 'a < b > "c"', "Träger μ", "it's"])
 def test_names_that_mean_something_in_xml_are_read_back(tmp_path, name):
     key = f"displacement {name} [mm]"

@@ -28,7 +28,7 @@ _LONGEST_LINE, _BYTES_PER_CHARACTER = 1000, 16
 #: Memory for a node of the grid, and for a point.
 _BYTES_PER_NODE, _BYTES_PER_POINT = 96, 120
 #: Largest coordinate, mm.
-_FARTHEST = 1e9
+_FARTHEST = 1e7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

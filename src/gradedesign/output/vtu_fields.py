@@ -28,6 +28,8 @@ _OTHERS = {
     22: "triangle6",
     25: "hexahedron20",
 }
+#: Largest coordinate, mm.
+_FARTHEST = 1e7
 #: Bytes that reading a file may take, unless the case says so.
 _MEMORY = 8_000_000_000
 
@@ -126,6 +128,11 @@ def _read(
     )
     points = np.concatenate([piece.points.astype(np.float64) for piece in pieces])
     used = np.unique(corners)
+    if not (np.abs(points[used]) <= _FARTHEST).all():  # also where one is not finite
+        raise CaseError(
+            f"{path.name}: a point lies at {np.abs(points[used]).max():.4g} mm; expected "
+            f"coordinates of at most {_FARTHEST:g} mm"
+        )
     packed = np.searchsorted(used, corners)
     try:
         mesh = TetMesh(points=points[used].T, tets=packed.T)
