@@ -1,6 +1,5 @@
 """Fixtures that several folders of tests use."""
 
-import signal
 from typing import NamedTuple
 
 import pytest
@@ -21,13 +20,9 @@ def cli(capsys):
     """Run the command line in this process: its exit code and what it printed."""
 
     def call(*words):
-        before = signal.getsignal(signal.SIGTERM)
         capsys.readouterr()
-        try:
-            with pytest.raises(SystemExit) as ended:
-                main([str(word) for word in words])
-        finally:
-            signal.signal(signal.SIGTERM, before)
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
         printed = capsys.readouterr()
         code = ended.value.code
         return Ended(code if isinstance(code, int) else int(bool(code)), printed.out, printed.err)

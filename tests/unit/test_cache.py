@@ -1,6 +1,7 @@
 """The user's cache: found by content, verified, never trusted."""
 
 import logging
+import os
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,21 @@ def test_round_trip_and_absence(folder):
     np.testing.assert_array_equal(found["points"], [[0, 1], [2, 3], [4, 5]])
     np.testing.assert_array_equal(found["kind"], [5])
     assert load_arrays("other", KEY) is None
+
+
+def test_what_a_killed_process_was_writing_goes_after_a_day(folder):
+    store_arrays("kind", KEY, x=[1.0])
+    (entry,) = folder.rglob("*.npz")
+    old, young, other = (
+        entry.with_name(name)
+        for name in (f".a.{'0' * 16}.unfinished", f".b.{'0' * 16}.unfinished", ".c.unfinished")
+    )
+    for file in (old, young, other):
+        file.touch()
+    for file in (old, other):
+        os.utime(file, (0, 0))
+    store_arrays("kind", KEY, x=[1.0])
+    assert sorted(entry.parent.iterdir()) == sorted([entry, young, other])
 
 
 @pytest.mark.parametrize("damage", ["flip", "cut", "empty"])

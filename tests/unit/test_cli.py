@@ -280,6 +280,24 @@ def test_output_into_a_closed_pipe_ends_quietly(here):
     assert ended.stderr == ""
 
 
+@pytest.mark.parametrize("name", ["a" * 300, "abc/" * 2000, "a\0b", "x/" + "b" * 300])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", CASES / "infeasible", "-o"),
+        ("generate", CASES / "infeasible", "-o"),
+        ("tabulate", "bcc", "-o"),
+        ("check",),
+        ("validate",),
+    ],
+    ids=lambda words: words[0],
+)
+def test_impossible_places_are_usage_errors(cli, here, words, name):
+    ended = cli(*words, name)
+    assert ended.code == 2
+    assert "Traceback" not in ended.err
+
+
 def test_names_of_cases_are_no_paths(cli, here):
     class Named:
         def __init__(self, name):

@@ -111,11 +111,11 @@ def test_voxels_that_are_neither_density_nor_grey_are_refused(tmp_path):
     flat = tmp_path / "flat.npy"
     np.save(flat, np.zeros((3, 4)))
     with pytest.raises(CaseError, match=r"\(3, 4\)"):
-        read_voxel_array(flat)
+        read_voxel_array(flat, memory_limit_bytes=10**9)
     objects = tmp_path / "objects.npy"
     np.save(objects, np.array([{"a": 1}], dtype=object), allow_pickle=True)
     with pytest.raises(CaseError, match="cannot be read"):
-        read_voxel_array(objects)
+        read_voxel_array(objects, memory_limit_bytes=10**9)
 
 
 def test_an_array_of_the_wrong_size_is_refused():
@@ -142,7 +142,7 @@ def test_slices_are_read_in_order_with_x_along_columns_and_y_upwards(tmp_path, s
     names = (f"slice10.{suffix}", f"slice2.{suffix}")
     folder = stack(tmp_path / "s", dict(zip(names, slices[::-1], strict=True)))
     (folder / "notes.txt").write_text("not an image")
-    found = read_image_stack(folder)
+    found = read_image_stack(folder, memory_limit_bytes=10**9)
     assert found.dtype == dtype
     assert found.shape == (3, 2, 2)
     assert found[0, 0, 0] == slices[0][1, 0]
@@ -152,18 +152,25 @@ def test_slices_are_read_in_order_with_x_along_columns_and_y_upwards(tmp_path, s
 def test_broken_stacks_are_refused(tmp_path):
     grey = np.zeros((4, 5), np.uint8)
     with pytest.raises(CaseError, match="holds no image"):
-        read_image_stack(stack(tmp_path / "none", {}))
+        read_image_stack(stack(tmp_path / "none", {}), memory_limit_bytes=10**9)
     with pytest.raises(CaseError, match=r"b\.png has 5 x 3 .*a\.png has 5 x 4"):
-        read_image_stack(stack(tmp_path / "size", {"a.png": grey, "b.png": grey[:3]}))
+        read_image_stack(
+            stack(tmp_path / "size", {"a.png": grey, "b.png": grey[:3]}), memory_limit_bytes=10**9
+        )
     deep = grey.astype(np.uint16)
     with pytest.raises(CaseError, match="uint16"):
-        read_image_stack(stack(tmp_path / "depth", {"a.png": grey, "b.tif": deep}))
+        read_image_stack(
+            stack(tmp_path / "depth", {"a.png": grey, "b.tif": deep}), memory_limit_bytes=10**9
+        )
     with pytest.raises(CaseError, match=r"RGB.*convert it to grey"):
-        read_image_stack(stack(tmp_path / "colour", {"a.png": np.zeros((4, 5, 3), np.uint8)}))
+        read_image_stack(
+            stack(tmp_path / "colour", {"a.png": np.zeros((4, 5, 3), np.uint8)}),
+            memory_limit_bytes=10**9,
+        )
     torn = stack(tmp_path / "torn", {"a.png": grey})
     (torn / "a.png").write_bytes((torn / "a.png").read_bytes()[:40])
     with pytest.raises(CaseError, match="cannot be read as an image"):
-        read_image_stack(torn)
+        read_image_stack(torn, memory_limit_bytes=10**9)
 
 
 def test_remap_follows_its_rule():
@@ -230,7 +237,7 @@ def test_an_oversized_map_has_a_border():
 )
 def test_points_are_read_from_text(tmp_path, name, text):
     (tmp_path / name).write_text(text)
-    points, values = read_points(tmp_path / name)
+    points, values = read_points(tmp_path / name, memory_limit_bytes=10**9)
     np.testing.assert_array_equal(points, [[0, 1], [0, 2], [0, 3]])
     np.testing.assert_array_equal(values, [0.2, 0.4])
 
@@ -247,7 +254,7 @@ def test_points_are_read_from_text(tmp_path, name, text):
 def test_broken_points_are_refused(tmp_path, text, words):
     (tmp_path / "p.txt").write_text(text)
     with pytest.raises(CaseError, match=words):
-        read_points(tmp_path / "p.txt")
+        read_points(tmp_path / "p.txt", memory_limit_bytes=10**9)
 
 
 def test_points_in_a_plane_span_no_grid():

@@ -197,9 +197,16 @@ def test_a_hanging_mesher_ends_at_the_limit_without_another_attempt(home):
 
 
 def test_memory_is_a_resource_error_without_another_attempt(home):
-    with pytest.raises(ResourceError, match=r"edges of 5 mm.*limit of 1 GiB.*coarser"):
+    with pytest.raises(ResourceError, match=r"edges of 5 mm.*limit of 1\.07 GB.*coarser"):
         mesh("eat")
     assert len(calls(home)) == 1
+
+
+def test_no_time_left_is_a_resource_error_that_names_it(home):
+    # 1 ns is over before a process can start; before the mend "limits must be positive".
+    with pytest.raises(ResourceError, match=r"time limit of 1e-09 s .* run\.time"):
+        mesh("right", time_limit_s=1e-9)
+    assert not home.exists()
 
 
 def test_the_volume_tolerance_is_the_callers():

@@ -1,5 +1,6 @@
 """Workers that crash, hang, eat memory or answer nonsense must not harm the parent."""
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ import psutil
 import pytest
 
 from gradedesign.errors import MeshError, ResourceError
+from gradedesign.workspace.scratch import sweep_scratch
 from gradedesign.workspace.worker import run_worker
 
 HEAD = """
@@ -31,6 +33,7 @@ WORKERS = {
     "eats": "x = np.zeros(2**28)",
     "eats_in_cpp": "sys.stderr.write('what():  std::bad_alloc\\n'); sys.stderr.flush(); os.abort()",
     "oom_killed": "os.kill(os.getpid(), signal.SIGKILL)",
+    "fills_and_is_killed": "x = bytearray(175 * [1]) * 10**6; os.kill(os.getpid(), signal.SIGKILL)",
     "hangs": "open(options['pids'], 'w').write(str(os.getpid())); time.sleep(600)",
     "silent": "",
     "garbage": "open(sys.argv[2], 'wb').write(b'garbage')",
@@ -49,6 +52,13 @@ numpy.savez(sys.argv[2], x=1)
 """
 
 
+#: Takes the libraries of the package before it begins.
+WORKERS["serves"] = """
+from gradedesign.workspace.worker import serve
+serve(lambda arrays, options: arrays)
+"""
+
+
 @pytest.fixture(autouse=True)
 def modules(tmp_path, monkeypatch):
     """Put the fake workers on the path, and temporary folders where they can be counted."""
@@ -56,7 +66,7 @@ def modules(tmp_path, monkeypatch):
     folder.mkdir()
     for name, body in WORKERS.items():
         (folder / f"worker_that_{name}.py").write_text(
-            HEAD + (NUMPY if "np." in body else "") + body
+            body if "serve(" in body else HEAD + (NUMPY if "np." in body else "") + body
         )
     monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     scratch = tmp_path / "scratch"
@@ -122,11 +132,64 @@ def test_a_broken_worker_is_a_mesh_error_that_says_why(name, message):
         run(name)
 
 
-@pytest.mark.parametrize("name", ["eats", "eats_in_cpp", "oom_killed"])
+@pytest.mark.parametrize("name", ["eats", "eats_in_cpp"])
 def test_memory_is_a_resource_error(name):
     # "eats" asks for 2 GiB with a limit of 1 GiB.
-    with pytest.raises(ResourceError, match="more memory than its limit of 1 GiB"):
+    with pytest.raises(ResourceError, match=r"more memory than its limit of 1\.07 GB"):
         run(name)
+
+
+def test_a_kill_from_outside_names_both_who_may_have_sent_it():
+    # It held some MB of the 1 GB it may take.
+    with pytest.raises(
+        ResourceError, match=r"from outside \(SIGKILL\).*batch system.*guard"
+    ) as told:
+        run("oom_killed")
+    assert "needs more memory" not in str(told.value)
+
+
+def test_a_kill_near_the_limit_is_a_lack_of_memory():
+    with pytest.raises(ResourceError, match=r"while it held .* near its limit of 200 MB"):
+        run("fills_and_is_killed", memory=200_000_000)
+
+
+def test_a_limit_below_what_the_process_itself_takes_says_so():
+    # Before the mend: a failing mesher of a coarser mesh, whatever the worker printed last.
+    with pytest.raises(
+        ResourceError,
+        match=r"needs about \d+ MB .* before it begins .* limit of 60 MB.*run\.memory",
+    ):
+        run("serves", memory=60_000_000)
+    assert run("serves").arrays["x"].sum() == 6
+
+
+def test_folders_of_killed_runs_are_swept_and_others_kept(tmp_path):
+    root = tmp_path / "swept"
+    root.mkdir()
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    stale, unlocked = (root / f"gradedesign-worker-{ended.pid}-{x}" for x in "ab")
+    living, foreign = root / f"gradedesign-worker-{os.getpid()}-c", root / "gradedesign-notes-d"
+    for folder in (stale, unlocked, living, foreign):
+        folder.mkdir()
+        (folder / "lock").touch()
+    (unlocked / "lock").unlink()
+    sweep_scratch(root)
+    assert sorted(root.iterdir()) == sorted([living, foreign])
+
+
+def test_a_locked_folder_is_kept_though_its_process_is_not_seen(tmp_path):
+    # As of a container that shares the folder for temporary files, not the process numbers.
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    folder = tmp_path / f"gradedesign-worker-{ended.pid}-a"
+    folder.mkdir()
+    with (folder / "lock").open("xb") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        sweep_scratch(tmp_path)
+        assert folder.is_dir()
+    sweep_scratch(tmp_path)
+    assert not folder.exists()
 
 
 def test_the_limit_is_what_stops_it():
@@ -168,10 +231,11 @@ def test_the_worker_dies_with_its_parent(tmp_path, how):
     if how == signal.SIGKILL and not sys.platform.startswith("linux"):
         pytest.skip("only Linux can tie a process to its parent's death")
     pids = tmp_path / "pids"
-    # Its temporary folder goes elsewhere: a killed parent cannot clean up.
+    scratch = tmp_path / "elsewhere"
+    scratch.mkdir()
     parent = subprocess.Popen(
         [sys.executable, "-c", PARENT, str(pids)],
-        env={**os.environ, "TMPDIR": str(tmp_path)},
+        env={**os.environ, "TMPDIR": str(scratch)},
         stderr=subprocess.PIPE,
     )
     for _ in range(1000):
@@ -183,7 +247,11 @@ def test_the_worker_dies_with_its_parent(tmp_path, how):
     assert_gone(pids)
     if how == signal.SIGINT:
         assert b"KeyboardInterrupt" in words
-        assert list(tmp_path.glob("gradedesign-worker-*")) == []
+    for _ in range(200):
+        if not list(scratch.iterdir()):
+            break
+        time.sleep(0.02)
+    assert list(scratch.iterdir()) == []  # the launcher removes it where the parent cannot
 
 
 @pytest.mark.parametrize("name", ["; rm -rf /", "-c", "a..b", ""])

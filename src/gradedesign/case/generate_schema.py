@@ -163,3 +163,4 @@ class GenerateCase(CaseIdentity):
     part: GeneratePartSpec
     material: MaterialSpec | None
     lattice: StatedLatticeSpec
+    run: RunSpec

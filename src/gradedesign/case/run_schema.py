@@ -59,7 +59,8 @@ class RunSpec(Table):
     """Budgets and how far to go."""
 
     memory: Annotated[int, _Memory()] = 8_000_000_000
-    """Bytes that worker processes and predictions may take."""
+    """Bytes that the mesher's process, a predicted mesh, and a density map with its grid may take;
+    linear solvers ask what the machine has left."""
     time: Annotated[float, Quantity("time", above=0.0)] = 3600.0
     """Budget in seconds."""
     acceptance: Annotated[str, Choice(("auto", "whole", "windows"))] = "auto"

@@ -2,6 +2,34 @@
 
 from __future__ import annotations
 
-from gradedesign.cli.app import main
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from gradedesign.cli.interrupt import Interrupted, interruptible
 
 __all__ = ["main"]
+
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit; SIGINT and SIGTERM end it with 130 and one line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the process by default.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    with interruptible() as interruption:
+        try:
+            # The commands take a second to import, in which a signal is to be heard already.
+            from gradedesign.cli.app import run_command
+
+            run_command(words, interruption)
+        except Interrupted:
+            command = next((word for word in words if not word.startswith("-")), "")
+            resumable = "; go on with the same command and --resume" if command == "run" else ""
+            sys.stderr.write(f"interrupted{resumable}\n")
+            sys.exit(INTERRUPTED)

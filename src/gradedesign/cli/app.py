@@ -5,12 +5,10 @@ from __future__ import annotations
 import errno
 import logging
 import os
-import signal
 import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
@@ -20,9 +18,10 @@ from gradedesign.cli import doctor as doctor_command
 from gradedesign.cli import generate as generate_command
 from gradedesign.cli import homogenise as homogenise_command
 from gradedesign.cli import lists as list_commands
-from gradedesign.cli import run as run_command
+from gradedesign.cli import run as run_module
 from gradedesign.cli import tabulate as tabulate_command
 from gradedesign.cli import validate as validate_command
+from gradedesign.cli.interrupt import Interrupted, Interruption
 from gradedesign.cli.tabulate_finite_size import tabulate_finite_size
 from gradedesign.errors import GradeDesignError, ResourceError
 
@@ -35,7 +34,6 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-INTERRUPTED = 130
 INTERNAL = 70
 
 #: Errors keep their traceback.
@@ -79,7 +77,7 @@ def run(
 ) -> None:
     """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
     raise typer.Exit(
-        run_command.run(
+        run_module.run(
             case,
             output,
             resume=resume,
@@ -262,44 +260,46 @@ def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
     doctor_command.doctor(strict_plugins=strict_plugins, as_json=as_json)
 
 
-def main(arguments: Sequence[str] | None = None) -> NoReturn:
+def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
     """Run the command line and exit; every error is one message and its exit code.
 
     Parameters
     ----------
-    arguments : sequence of str, optional
-        Those of the process by default.
+    words : sequence of str
+        Its arguments.
+    interruption : Interruption
+        Whether somebody asked to end.
+
+    Raises
+    ------
+    Interrupted
+        If so, also where code between here and there made another exception of it.
     """
-    words = list(sys.argv[1:] if arguments is None else arguments)
     debug = _DEBUG_FLAG in words
-    signal.signal(signal.SIGTERM, _interrupt)
     try:
         app(words)
-    except GradeDesignError as error:
+    except Exception as error:
+        if interruption.asked:
+            raise Interrupted from error
+        _end(error, debug=debug)
+    sys.exit(0)
+
+
+def _end(error: Exception, *, debug: bool) -> NoReturn:
+    """Exit as an error asks for."""
+    if isinstance(error, GradeDesignError):
         _fail(str(error), error.exit_code, debug=debug)
-    except MemoryError:
+    if isinstance(error, MemoryError):
         _fail(
             "out of memory; choose a coarser part.mesh_size or a smaller run.mesh_cubes_per_wall",
             ResourceError.exit_code,
             debug=debug,
         )
-    except KeyboardInterrupt:
-        _fail("interrupted", INTERRUPTED, debug=False)
-    except BrokenPipeError:
+    if isinstance(error, BrokenPipeError):
         _leave_the_pipe()
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            _fail(f"{error}; free some space", ResourceError.exit_code, debug=debug)
-        _report_internal(error)
-    except Exception as error:
-        _report_internal(error)
-    sys.exit(0)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    """Treat a polite request to end as Ctrl-C."""
-    del number, frame
-    raise KeyboardInterrupt
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        _fail(f"{error}; free some space", ResourceError.exit_code, debug=debug)
+    _report_internal(error)
 
 
 def _fail(message: str, code: int, *, debug: bool) -> NoReturn:

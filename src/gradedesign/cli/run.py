@@ -14,13 +14,13 @@ from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.stages import default_folder
 from gradedesign.output.limit_notes import scope_words
 from gradedesign.pipeline import run as run_case
+from gradedesign.workspace.atomic import is_folder
 from gradedesign.workspace.manifest import read_manifest
 from gradedesign.workspace.progress import ignore
 from gradedesign.workspace.run_folder import STAGES
 
 #: Statuses that are results but not successes, and their exit code.
 UNMET = 4
-INTERRUPTED = 130
 
 
 def run(
@@ -37,18 +37,14 @@ def run(
     case = load_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
     folder = default_folder(case) if output is None else output
-    try:
-        result = run_case(
-            case,
-            registry,
-            folder=folder,
-            resume=resume,
-            overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
-            on_event=ignore if as_json else ProgressLines(),
-        )
-    except KeyboardInterrupt:
-        typer.echo("interrupted; go on with the same command and --resume", err=True)
-        return INTERRUPTED
+    result = run_case(
+        case,
+        registry,
+        folder=folder,
+        resume=resume,
+        overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
+        on_event=ignore if as_json else ProgressLines(),
+    )
     if as_json:
         print_result_json(result)
     else:
@@ -58,7 +54,7 @@ def run(
 
 def holds_only_a_failure(folder: Path) -> bool:
     """Whether a run folder holds nothing but the message of a run that failed at once."""
-    if not folder.is_dir() or any((folder / STAGES).glob("*.npz")):
+    if not is_folder(folder) or any((folder / STAGES).glob("*.npz")):
         return False
     manifest = read_manifest(folder)
     result = folder / RESULT_NAME

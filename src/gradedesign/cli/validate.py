@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tempfile
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,8 @@ from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.ladder.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.registry import Registry
-from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.atomic import is_folder, write_text
+from gradedesign.workspace.scratch import scratch_folder
 
 DEVIATES = 1
 
@@ -96,7 +96,8 @@ def case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
     """
     found = []
     for folder in folders:
-        for candidate in [folder, *sorted(p for p in folder.glob("*") if p.is_dir())]:
+        below = sorted(p for p in folder.glob("*") if p.is_dir()) if is_folder(folder) else []
+        for candidate in (folder, *below):
             if (candidate / "case.toml").is_file() and (candidate / "expected.toml").is_file():
                 found.append(candidate)
     chosen = [f for f in found if matches(f.resolve().name, keyword)]
@@ -126,10 +127,10 @@ def matches(name: str, expression: str) -> bool:
 
 def run_data(folder: Path, registry: Registry) -> dict[str, Any]:
     """Run a case in a temporary run folder; what result.json holds, also of a failure."""
-    with tempfile.TemporaryDirectory(prefix="gradedesign-validate-") as temporary:
+    with scratch_folder("validate") as temporary:
         try:
             case = load_case(folder / "case.toml")
-            return result_data(run_case(case, registry, folder=Path(temporary) / "run"))
+            return result_data(run_case(case, registry, folder=temporary / "run"))
         except GradeDesignError as error:
             return {"status": "failed", "reason": str(error), "exit_code": error.exit_code}
 

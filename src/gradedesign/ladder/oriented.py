@@ -68,7 +68,7 @@ def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | Non
         return along
     if spec.vtu is None:
         return None
-    mesh, values, at = read_vtu_tensor(spec.vtu, spec.field)
+    mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=case.run.memory)
     locator = build_locator(mesh)
 
     def read(points: FloatArray) -> FloatArray:

@@ -190,6 +190,7 @@ def build_cells(
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
             what="weight of the transition",
+            memory_limit_bytes=case.run.memory,
         )
     with locating(case, "lattice.transition"):
         shift, density = spec.shift, least_density(density)
@@ -259,6 +260,7 @@ def parameter_share(
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
             what=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
+            memory_limit_bytes=case.run.memory,
         )
     return lambda points: evaluate(shares, points)
 

@@ -84,6 +84,7 @@ def stated_density(
             spacing=case.lattice.cell_size / NODES_PER_CELL,
             window=(max(low, window[0]), min(high, window[1])),
             what=f"density {what}",
+            memory_limit_bytes=case.run.memory,
         )
 
 
@@ -104,13 +105,13 @@ def _source(
     upper: FloatArray,
 ) -> DensitySource:
     """Read what the map names."""
-    size = case.lattice.cell_size
+    size, memory = case.lattice.cell_size, case.run.memory
     if spec is None:
         raise CaseError("there is neither a density nor a map")
     if spec.formula is not None:
         return formula_field(parse_formula(spec.formula), distance)
     if spec.points is not None:
-        points, values = read_points(spec.points)
+        points, values = read_points(spec.points, memory_limit_bytes=memory)
         mapped = remap_points(
             points,
             values,
@@ -118,16 +119,24 @@ def _source(
             method="maximum" if spec.method == "maximum" else "weights",
             oversize=spec.oversize,
             outside=spec.outside,
+            memory_limit_bytes=memory,
         )
         return point_density(mapped)
     if spec.vtu is not None:
-        mesh, values, at = read_vtu_field(spec.vtu, spec.field)
+        mesh, values, at = read_vtu_field(spec.vtu, spec.field, memory_limit_bytes=memory)
         spacing = size / NODES_PER_CELL
-        return tet_density(mesh, values, at=at, spacing=spacing, reach=0.5 * size + 3 * spacing)
+        return tet_density(
+            mesh,
+            values,
+            at=at,
+            spacing=spacing,
+            reach=0.5 * size + 3 * spacing,
+            memory_limit_bytes=memory,
+        )
     if spec.voxels is not None:
-        raw = read_voxel_array(spec.voxels)
+        raw = read_voxel_array(spec.voxels, memory_limit_bytes=memory)
     elif spec.images is not None:
-        raw = read_image_stack(spec.images)
+        raw = read_image_stack(spec.images, memory_limit_bytes=memory)
     else:
         raise CaseError(f"the source '{spec.source}' is not known")
     start, edges = place_voxels(

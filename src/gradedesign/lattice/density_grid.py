@@ -8,13 +8,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.errors import DensityError
+from gradedesign.errors import DensityError, ResourceError
 from gradedesign.lattice._density_kernels import trilinear
 from gradedesign.lattice.sample import grid_points
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 
 #: Elements that share in the density of a grid node.
 NEIGHBOURS = 24
+#: Memory for a node: its place and its density, and what batches of neighbours share.
+_BYTES_PER_NODE = 48
 #: Barycentric coordinates of the 4-point rule of degree 2 on a tetrahedron
 #: (Zienkiewicz and Taylor, The Finite Element Method, table of tetrahedral rules).
 _NEAR, _FAR = (5 + 3 * np.sqrt(5)) / 20, (5 - np.sqrt(5)) / 20
@@ -61,7 +63,12 @@ def evaluate(grid: DensityGrid, points: FloatArray) -> FloatArray:
 
 
 def density_grid_from_elements(
-    mesh: TetMesh, rho: FloatArray, *, spacing: float, margin: float
+    mesh: TetMesh,
+    rho: FloatArray,
+    *,
+    spacing: float,
+    margin: float,
+    memory_limit_bytes: float = 8e9,
 ) -> DensityGrid:
     """Spread element densities over a grid that covers the mesh and a margin.
 
@@ -80,6 +87,8 @@ def density_grid_from_elements(
         Of the grid; about half an element is enough.
     margin : float, mm
         By which the grid is larger than the mesh on every side.
+    memory_limit_bytes : float
+        What the grid may take.
 
     Returns
     -------
@@ -89,6 +98,8 @@ def density_grid_from_elements(
     ------
     DensityError
         If ``rho`` does not match the mesh, or a value is not finite.
+    ResourceError
+        If the grid takes more memory.
     """
     rho = np.asarray(rho, dtype=np.float64)
     if rho.shape != (mesh.tets.shape[1],) or rho.size == 0 or not np.isfinite(rho).all():
@@ -103,7 +114,16 @@ def density_grid_from_elements(
         )
     lower = mesh.points.min(axis=1) - margin
     upper = mesh.points.max(axis=1) + margin
-    x, y, z = (int(n) + 1 for n in np.ceil((upper - lower) / spacing - 1e-9))
+    count = np.ceil((upper - lower) / spacing - 1e-9) + 1
+    if not count.prod() * _BYTES_PER_NODE <= memory_limit_bytes:  # also where it is not finite
+        size = " x ".join(f"{n:.4g}" for n in upper - lower)
+        raise ResourceError(
+            f"a density grid at {spacing:g} mm over elements of {size} mm has {count.prod():.3g} "
+            f"nodes, about {count.prod() * _BYTES_PER_NODE / 1e9:.3g} GB; found run.memory of "
+            f"{memory_limit_bytes / 1e9:.3g} GB; raise it or use larger cells, if the elements are "
+            f"those of the part in mm"
+        )
+    x, y, z = (int(n) for n in count)
     nodes = grid_points(lower, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)
     values = _weighted_mean(mesh, rho, nodes)
     return DensityGrid(origin=lower, spacing=spacing, values=values.reshape(x, y, z))

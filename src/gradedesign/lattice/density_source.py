@@ -19,6 +19,8 @@ DensitySource: TypeAlias = Field
 
 #: Nodes of the largest density grid.
 MOST_NODES = 64_000_000
+#: Memory for a node: its place twice, distance, density twice, the nearest node that is known.
+_BYTES_PER_NODE = 100
 #: Nodes this many spacings outside the part still share in the density inside.
 _REACH = 2.0
 _BATCH = 1 << 20
@@ -33,6 +35,7 @@ def sample_density(
     spacing: float,
     window: tuple[float, float],
     what: str,
+    memory_limit_bytes: int = 8_000_000_000,
 ) -> DensityGrid:
     """Sample a density source on a grid that covers a part, and check it.
 
@@ -53,6 +56,8 @@ def sample_density(
         Densities that are allowed.
     what : str
         Names the source in messages, such as ``"density formula"``.
+    memory_limit_bytes : int
+        What the grid may take.
 
     Returns
     -------
@@ -67,11 +72,13 @@ def sample_density(
     """
     start = np.asarray(lower, dtype=np.float64) - 2 * spacing
     extent = np.asarray(upper, dtype=np.float64) - start
-    shape = np.ceil(extent / spacing - 1e-9).astype(np.int64) + 3
-    if shape.prod() > MOST_NODES:
+    shape = np.ceil(extent / spacing - 1e-9) + 3
+    most = min(MOST_NODES, memory_limit_bytes / _BYTES_PER_NODE)
+    if not shape.prod() <= most:  # also where it is not finite
         raise ResourceError(
-            f"the density grid at {spacing:g} mm has {shape.prod():.3g} nodes, more than "
-            f"{MOST_NODES:.3g}; use larger cells or a smaller part"
+            f"the density grid at {spacing:g} mm has {shape.prod():.3g} nodes, more than the "
+            f"{most:.3g} that run.memory of {memory_limit_bytes / 1e9:.3g} GB allows, or than "
+            f"{MOST_NODES:.3g}; use larger cells or a smaller part, or raise run.memory"
         )
     x, y, z = (int(n) for n in shape)
     points = grid_points(start, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)

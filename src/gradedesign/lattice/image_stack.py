@@ -3,25 +3,59 @@
 from __future__ import annotations
 
 import re
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.errors import CaseError, ResourceError
+from gradedesign.lattice.voxel_density import BYTES_PER_VOXEL
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 SUFFIXES = (".png", ".tif", ".tiff")
-#: Voxels of the largest stack.
-MOST_VOXELS = 1_000_000_000
+_FORMATS = ("PNG", "TIFF")
+#: What Pillow raises for damaged PNG and TIFF files, found by altering whole ones.
+_DAMAGED = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    EOFError,
+    OverflowError,
+    ZeroDivisionError,
+    RuntimeError,
+    UserWarning,
+    struct.error,
+    zlib.error,
+)
 #: Pillow's names of grey pixels, and what they are as numbers.
 _TYPES = {"L": np.uint8, "I;16": np.uint16, "I;16B": np.uint16, "I;16L": np.uint16, "F": np.float32}
 
 
-def read_image_stack(folder: Path) -> NDArray[np.generic]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Kind:
+    """What all images of a stack share."""
+
+    columns: int
+    rows: int
+    dtype: np.dtype[Any]
+
+    def __str__(self) -> str:
+        return f"{self.columns} x {self.rows} pixels of {self.dtype}"
+
+
+def read_image_stack(folder: Path, *, memory_limit_bytes: int) -> NDArray[np.generic]:
     """Read slices along z, lowest first, ordered by name with numbers as numbers.
 
     Columns of an image go along x; its last row has the lowest y, as on paper.
@@ -30,6 +64,8 @@ def read_image_stack(folder: Path) -> NDArray[np.generic]:
     ----------
     folder : Path
         Of PNG or TIFF images with one frame each; other files are not looked at.
+    memory_limit_bytes : int
+        What reading the stack and making densities of it may take.
 
     Returns
     -------
@@ -42,50 +78,82 @@ def read_image_stack(folder: Path) -> NDArray[np.generic]:
         If there is no image, one cannot be read, is not grey, or has another size or depth than
         the first.
     ResourceError
-        If the stack is too large.
+        If the stack takes more memory: found out before anything is decompressed.
     """
-    files = sorted(
-        (p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file()),
-        key=lambda p: _natural(p.name),
-    )
+    try:
+        found = [p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file()]
+    except OSError as error:
+        raise CaseError(f"{folder.name} cannot be read as a folder: {error.strerror}") from error
+    files = sorted(found, key=lambda p: _natural(p.name))
     if not files:
         raise CaseError(f"{folder.name} holds no image; expected {', '.join(SUFFIXES)} files")
-    first = _read(files[0])
-    if first.size * len(files) > MOST_VOXELS:
-        raise ResourceError(
-            f"{folder.name} holds {len(files)} images of {first.shape[1]} x {first.shape[0]} "
-            f"pixels, more than {MOST_VOXELS:.3g} voxels; scale them down"
-        )
-    stack = np.zeros((*first.shape, len(files)), dtype=first.dtype)
+    first = _kind(files[0])
+    _require_memory(folder.name, first, len(files), memory_limit_bytes)
+    stack = np.zeros((first.rows, first.columns, len(files)), dtype=first.dtype)
     for number, file in enumerate(files):
-        pixels = first if number == 0 else _read(file)
-        if pixels.shape != first.shape or pixels.dtype != first.dtype:
-            raise CaseError(
-                f"{file.name} has {_described(pixels)}, but {files[0].name} has "
-                f"{_described(first)}; all images of a stack must agree"
-            )
-        stack[:, :, number] = pixels
+        stack[:, :, number] = _pixels(file, first, files[0].name)
     return np.ascontiguousarray(stack[::-1].transpose(1, 0, 2))
 
 
-def _read(file: Path) -> NDArray[np.generic]:
-    """Grey values of one image, ``(rows, columns)``."""
+def _require_memory(name: str, kind: _Kind, count: int, memory_limit_bytes: int) -> None:
+    pixels, size = kind.columns * kind.rows, kind.dtype.itemsize
+    # The stack, its copy along x, y, z, and its densities; of one image three copies.
+    need = pixels * (count * (2 * size + BYTES_PER_VOXEL) + 3 * size)
+    if need > memory_limit_bytes:
+        raise ResourceError(
+            f"{name} holds {count} images of {kind.columns} x {kind.rows} pixels, which take about "
+            f"{need / 1e9:.3g} GB; found run.memory of {memory_limit_bytes / 1e9:.3g} GB; raise it "
+            f"or scale the images down"
+        )
+
+
+def _kind(file: Path) -> _Kind:
+    """Size and type of an image, from its header."""
+    with _opened(file) as image:
+        return _kind_of(file, image)
+
+
+def _pixels(file: Path, kind: _Kind, first: str) -> NDArray[np.generic]:
+    """Grey values of one image, ``(rows, columns)``; decoded once its header is found to agree."""
+    with _opened(file) as image:
+        own = _kind_of(file, image)
+        if own != kind:
+            raise CaseError(
+                f"{file.name} has {own}, but {first} has {kind}; all images of a stack must agree"
+            )
+        return np.asarray(image).astype(own.dtype)
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[Image]:
+    """An image while it is read; whatever Pillow says of a damaged one names the file."""
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with Image.open(file) as image:
-            return _grey(file, image)
-    except (
-        OSError,
-        SyntaxError,  # what Pillow calls a broken PNG
-        ValueError,
-        UnidentifiedImageError,
-        Image.DecompressionBombError,
-    ) as error:
-        raise CaseError(f"{file.name} cannot be read as an image: {error}") from error
+        with warnings.catch_warnings():
+            # Of a large image: the memory is what counts, and is asked for by its header.
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            # Of damage that it reads around: a plausible wrong density.
+            warnings.simplefilter("error", UserWarning)
+            with Image.open(file, formats=_FORMATS) as image:
+                yield image
+    except Image.DecompressionBombError as error:
+        raise ResourceError(
+            f"{file.name} is too large an image ({error}); scale the images down"
+        ) from error
+    except UnidentifiedImageError as error:
+        raise CaseError(
+            f"{file.name} cannot be read as an image: its content is neither PNG nor TIFF; write "
+            f"it again"
+        ) from error
+    except _DAMAGED as error:
+        raise CaseError(
+            f"{file.name} cannot be read as an image: {error or type(error).__name__}; it is "
+            f"truncated or altered, write it again"
+        ) from error
 
 
-def _grey(file: Path, image: Image) -> NDArray[np.generic]:
+def _kind_of(file: Path, image: Image) -> _Kind:
     if getattr(image, "n_frames", 1) != 1:
         raise CaseError(f"{file.name} has several frames; expected one image for each slice")
     if image.mode not in _TYPES:
@@ -93,11 +161,7 @@ def _grey(file: Path, image: Image) -> NDArray[np.generic]:
             f"{file.name} has pixels of kind {image.mode}; expected grey images of 8 or 16 bit "
             f"or 32 bit floats: convert it to grey"
         )
-    return np.asarray(image).astype(_TYPES[image.mode])
-
-
-def _described(pixels: NDArray[np.generic]) -> str:
-    return f"{pixels.shape[1]} x {pixels.shape[0]} pixels of {pixels.dtype}"
+    return _Kind(columns=image.width, rows=image.height, dtype=np.dtype(_TYPES[image.mode]))
 
 
 def _natural(name: str) -> list[tuple[int, int, str]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import logging
+from array import array
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -14,12 +14,21 @@ from scipy.spatial import cKDTree
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import CaseError, DensityError, ResourceError
 from gradedesign.lattice.density_source import MOST_NODES, DensitySource
+from gradedesign.lattice.npy_file import read_npy
 from gradedesign.lattice.voxel_density import voxel_density
 
 log = logging.getLogger(__name__)
 
 #: Pairs of node and point that are held at once.
 _MOST_PAIRS = 4_000_000
+#: Pairs that are looked at, some minutes of work.
+_MOST_WORK = 20_000_000_000
+#: Characters of the longest line, and memory for every character: its share of four numbers.
+_LONGEST_LINE, _BYTES_PER_CHARACTER = 1000, 16
+#: Memory for a node of the grid, and for a point.
+_BYTES_PER_NODE, _BYTES_PER_POINT = 96, 120
+#: Largest coordinate, mm.
+_FARTHEST = 1e7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,18 +61,31 @@ class PointMap:
         object.__setattr__(self, "values", locked(self.values, (None, None, None), name="values"))
 
 
-def read_points(path: Path) -> tuple[FloatArray, FloatArray]:
+def read_points(path: Path, *, memory_limit_bytes: int) -> tuple[FloatArray, FloatArray]:
     """Read points ``(3, n)`` in mm and their densities ``(n,)``.
 
     Text has four columns x, y, z and density, divided by commas, semicolons or blanks; its first
     line may be a heading, lines that begin with ``#`` are skipped. A ``.npy`` array is ``(n, 4)``.
 
+    Parameters
+    ----------
+    path : Path
+    memory_limit_bytes : int
+        What reading the file may take.
+
     Raises
     ------
     CaseError
-        If the file cannot be read or has other columns.
+        If the file cannot be read, has other columns, or points that are no places.
+    ResourceError
+        If it takes more memory.
     """
-    table = _array(path) if path.suffix.lower() == ".npy" else _text(path)
+    if path.suffix.lower() == ".npy":
+        found = read_npy(path, memory_limit_bytes=memory_limit_bytes, bytes_per_value=24)
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused below
+            table = found.astype(np.float64)
+    else:
+        table = _text(path, memory_limit_bytes)
     if table.ndim != 2 or table.shape[1] != 4 or not len(table):
         raise CaseError(
             f"{path.name} holds an array of shape {table.shape}; expected one row x, y, z, "
@@ -72,6 +94,12 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray]:
     if not np.isfinite(table).all():
         row = int(np.argmin(np.isfinite(table).all(axis=1)))
         raise CaseError(f"{path.name}: point {row + 1} is not finite: {table[row].tolist()}")
+    if not (np.abs(table[:, :3]) <= _FARTHEST).all():
+        row = int(np.argmax((np.abs(table[:, :3]) > _FARTHEST).any(axis=1)))
+        raise CaseError(
+            f"{path.name}: point {row + 1} lies at {table[row, :3].tolist()} mm; expected "
+            f"coordinates of at most {_FARTHEST:g} mm"
+        )
     return np.ascontiguousarray(table[:, :3].T), np.ascontiguousarray(table[:, 3])
 
 
@@ -83,6 +111,7 @@ def remap_points(
     method: Literal["weights", "maximum"] = "weights",
     oversize: bool = False,
     outside: float | None = None,
+    memory_limit_bytes: int = 8_000_000_000,
 ) -> PointMap:
     """Map scattered densities on a regular grid over their box.
 
@@ -104,6 +133,8 @@ def remap_points(
         Add a layer of nodes of density ``outside`` on every side.
     outside : float, optional
         The least density without it.
+    memory_limit_bytes : int
+        What the grid may take.
 
     Returns
     -------
@@ -132,13 +163,15 @@ def remap_points(
             f"expected points that differ in x, y and z, and a positive spacing"
         )
     lower = points.min(axis=1)
-    count = (extent / spacing + 1e-9).astype(np.int64) + 1
-    count = np.maximum(count, 2)
-    if count.prod() > MOST_NODES:
+    wanted = np.maximum(np.floor(extent / spacing + 1e-9) + 1, 2)
+    most = min(MOST_NODES, memory_limit_bytes / _BYTES_PER_NODE)
+    if not wanted.prod() <= most:
         raise ResourceError(
-            f"a grid of {count.tolist()} nodes at {spacing:g} mm is larger than {MOST_NODES:.3g} "
-            f"nodes; use a larger spacing"
+            f"a grid of {' x '.join(f'{n:.4g}' for n in wanted)} nodes at {spacing:g} mm is larger "
+            f"than the {most:.3g} that run.memory of {memory_limit_bytes / 1e9:.3g} GB allows, or "
+            f"than {MOST_NODES:.3g}; use a larger spacing"
         )
+    count = wanted.astype(np.int64)
     own = extent / (count - 1)
     theirs = extent / (np.array([len(np.unique(row)) for row in points]) - 1)
     sensitivity = float(max(own.max(), theirs.max()))
@@ -182,6 +215,12 @@ def _mapped(
     least = float(values.min())
     result = np.full(nodes.shape[1], least)
     ends = np.cumsum(sizes)
+    if ends[-1] > _MOST_WORK:
+        raise ResourceError(
+            f"{points.shape[1]} points within {sensitivity:.3g} mm of {nodes.shape[1]} nodes make "
+            f"{ends[-1]:.3g} pairs, more than {_MOST_WORK:.3g}; the points lie in too few layers "
+            f"along an axis, or use a larger spacing"
+        )
     low = 0
     while low < nodes.shape[1]:
         before = int(ends[low - 1]) if low else 0
@@ -208,36 +247,47 @@ def _mapped(
     return result, int(np.count_nonzero(sizes == 0))
 
 
-def _array(path: Path) -> FloatArray:
-    try:
-        return np.asarray(np.load(path, allow_pickle=False), dtype=np.float64)
-    except (OSError, ValueError, TypeError, EOFError) as error:
-        raise CaseError(f"{path.name} cannot be read as a .npy array: {error}") from error
-
-
-def _text(path: Path) -> FloatArray:
+def _text(path: Path, memory_limit_bytes: int) -> FloatArray:
     """Rows of numbers; a heading is a first line that is none."""
+    size = path.stat().st_size if path.is_file() else 0
+    if size * _BYTES_PER_CHARACTER > memory_limit_bytes:
+        raise _too_large(path.name, f"{size / 1e6:.4g} MB", size * _BYTES_PER_CHARACTER,
+                         memory_limit_bytes)  # fmt: skip
+    numbers = array("d")
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        with path.open(encoding="utf-8-sig") as file:
+            for number, line in enumerate(iter(lambda: file.readline(_LONGEST_LINE + 1), ""), 1):
+                numbers.extend(_row(line, f"{path.name}:{number}", first=number == 1))
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(f"{path.name} cannot be read as text: {error}") from error
-    rows: list[list[float]] = []
-    for number, line in enumerate(lines, start=1):
-        words = next(csv.reader([line.replace(";", ",")]), []) if "," in line or ";" in line else []
-        words = [w.strip() for w in words] or line.split()
-        if not words or words[0].startswith("#"):
-            continue
-        try:
-            row = [float(word) for word in words]
-        except ValueError:
-            if not rows and number == 1:
-                continue
-            raise CaseError(
-                f"{path.name}:{number}: found {line[:60]!r}, expected numbers"
-            ) from None
-        if len(row) != 4:
-            raise CaseError(
-                f"{path.name}:{number}: found {len(row)} columns, expected x, y, z, density"
-            )
-        rows.append(row)
-    return np.array(rows, dtype=np.float64).reshape(-1, 4)
+    return np.array(numbers, dtype=np.float64).reshape(-1, 4)
+
+
+def _row(line: str, where: str, *, first: bool) -> list[float]:
+    """The four numbers of a line; none of a comment, an empty line or a heading."""
+    if len(line) > _LONGEST_LINE:
+        raise CaseError(
+            f"{where}: found a line of more than {_LONGEST_LINE} characters, expected four numbers"
+        )
+    words = [word.strip() for word in line.replace(";", ",").split(",")]
+    if len(words) == 1:
+        words = line.split()
+    words = [word.strip('"') for word in words]
+    if not any(words) or words[0].startswith("#"):
+        return []
+    try:
+        row = [float(word) for word in words]
+    except ValueError:
+        if first:
+            return []
+        raise CaseError(f"{where}: found {line[:60].rstrip()!r}, expected numbers") from None
+    if len(row) != 4:
+        raise CaseError(f"{where}: found {len(row)} columns, expected x, y, z, density")
+    return row
+
+
+def _too_large(name: str, what: str, need: float, memory_limit_bytes: int) -> ResourceError:
+    return ResourceError(
+        f"{name} has {what}, which take about {need / 1e9:.3g} GB; found run.memory of "
+        f"{memory_limit_bytes / 1e9:.3g} GB; raise it or use fewer points"
+    )

@@ -21,6 +21,7 @@ def tet_density(
     at: Literal["points", "elements"],
     spacing: float,
     reach: float,
+    memory_limit_bytes: float = 8e9,
 ) -> DensitySource:
     """Density of a field on tetrahedra.
 
@@ -38,11 +39,15 @@ def tet_density(
         Of the grid for elements.
     reach : float, mm
         Points farther from the mesh are refused: another part, or another unit of length.
+    memory_limit_bytes : float
+        What the grid may take.
 
     Raises
     ------
     DensityError
         If the values do not fit the mesh. The source raises it for points that are too far.
+    ResourceError
+        If the grid takes more memory.
     """
     expected = mesh.points.shape[1] if at == "points" else mesh.tets.shape[1]
     if values.shape != (expected,) or not np.isfinite(values).all():
@@ -52,7 +57,13 @@ def tet_density(
         )
     grid = None
     if at == "elements":
-        grid = density_grid_from_elements(mesh, values, spacing=spacing, margin=2 * spacing)
+        grid = density_grid_from_elements(
+            mesh,
+            values,
+            spacing=spacing,
+            margin=2 * spacing,
+            memory_limit_bytes=memory_limit_bytes,
+        )
     locator = build_locator(mesh)
 
     def density(points: FloatArray) -> FloatArray:

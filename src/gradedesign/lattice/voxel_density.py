@@ -11,27 +11,34 @@ from scipy.ndimage import map_coordinates
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.lattice.density_source import DensitySource
+from gradedesign.lattice.npy_file import read_npy
 
+#: Memory for a voxel beside what is read: its density, a copy in another order, whether it is one.
+BYTES_PER_VOXEL = 18
 #: The box of the voxels may miss the part's by this share of a voxel.
 _SLACK = 0.5
 
 
-def read_voxel_array(path: Path) -> NDArray[np.generic]:
+def read_voxel_array(path: Path, *, memory_limit_bytes: int) -> NDArray[np.generic]:
     """Read a ``.npy`` array of three dimensions; nothing in it is run.
+
+    Parameters
+    ----------
+    path : Path
+    memory_limit_bytes : int
+        What reading it and making densities of it may take.
 
     Raises
     ------
     CaseError
-        If the file cannot be read, or holds something else.
+        If the file cannot be read, is damaged, or holds something else.
+    ResourceError
+        If it takes more memory.
     """
-    try:
-        values = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise CaseError(f"{path.name} cannot be read as a .npy array: {error}") from error
-    if not isinstance(values, np.ndarray) or values.ndim != 3 or 0 in values.shape:
-        shape = getattr(values, "shape", "several arrays")
-        raise CaseError(f"{path.name} holds {shape}; expected one array (nx, ny, nz)")
-    return np.asarray(values)
+    values = read_npy(path, memory_limit_bytes=memory_limit_bytes, bytes_per_value=BYTES_PER_VOXEL)
+    if values.ndim != 3 or 0 in values.shape:
+        raise CaseError(f"{path.name} holds {values.shape}; expected one array (nx, ny, nz)")
+    return values
 
 
 def densities(values: NDArray[np.generic], grey: tuple[float, float] | None) -> FloatArray:
@@ -64,13 +71,17 @@ def densities(values: NDArray[np.generic], grey: tuple[float, float] | None) -> 
             )
         low, high = grey
         full = float(np.iinfo(np.dtype(values.dtype).name).max)
-        return np.asarray(low + (high - low) / full * values.astype(np.float64))
+        result = values.astype(np.float64)
+        result *= (high - low) / full  # in place: a map may take most of the memory there is
+        result += low
+        return result
     if values.dtype.kind != "f":
         raise CaseError(
             f"voxels of type {values.dtype} are neither densities nor grey values; expected "
             f"floats, uint8 or uint16"
         )
-    result = values.astype(np.float64)
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused next
+        result = values.astype(np.float64)
     if not np.isfinite(result).all():
         raise DensityError(
             f"{np.count_nonzero(~np.isfinite(result))} of {result.size} voxels are not finite"

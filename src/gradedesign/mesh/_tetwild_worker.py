@@ -45,5 +45,10 @@ def mesh_surface(
     return {"points": points, "tets": tets}
 
 
+def load() -> None:
+    """Import the mesher."""
+    import pytetwild  # noqa: F401 - what takes most of the address space
+
+
 if __name__ == "__main__":
-    serve(mesh_surface)
+    serve(mesh_surface, load=load)

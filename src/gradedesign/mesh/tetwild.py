@@ -33,6 +33,8 @@ LONGEST_EDGE = 4.0 / 3.0
 #: Of bisection: tetrahedra for one of the least number, and bytes for each of them, measured at
 #: 0.07 to 0.84 million.
 _BISECTED, _BYTES_PER_TET = 5.4, 430.0
+#: A process gets no less time than this, s: time may run out between the check and its start.
+_LEAST_S = 0.001
 #: What attempts differ in. Never a geometric tolerance: that would be another question.
 _WAYS: tuple[tuple[str, dict[str, Option]], ...] = (
     ("all threads, surface simplified first", {"threads": 0, "simplify": True}),
@@ -228,13 +230,14 @@ def _attempt(
     """Ask in each way until an answer is sound."""
     attempts: list[str] = []
     for way, options in _WAYS:
+        clock.require(f"meshing {question.what}")
         start = clock.elapsed()
         try:
             result = run_worker(
                 worker_module,
                 {"vertices": question.vertices, "faces": question.faces},
                 {**question.options, **options},
-                time_limit_s=clock.remaining(),
+                time_limit_s=max(clock.remaining(), _LEAST_S),
                 memory_limit_bytes=memory_limit_bytes,
             )
             mesh, report = _checked(question, result.arrays, memory_limit_bytes)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,15 +62,16 @@ def write_vtu(
         point_data=at_points,
         cell_data={name: [values] for name, values in in_cells.items()},
     )
-    # Opened first: it reports a folder that is missing or read-only as the case's error.
-    with (
-        replacing(path) as target,
-        tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder,
-    ):
-        draft = Path(folder) / "draft.vtu"
-        meshio.vtu.write(draft, grid, header_type="UInt64")
-        with draft.open("rb") as source:
-            shutil.copyfileobj(source, target)
+    # Opened first: it reports a folder that is missing or read-only as the case's error. The writer
+    # takes a name, and empties and fills the same file.
+    with replacing(path) as target:
+        meshio.vtu.write(target.name, grid, header_type="UInt64")
+
+
+def _as_attribute(name: str) -> str:
+    """A name as it stands in an attribute of XML, in ASCII: the writer does not see to it."""
+    escaped = escape(name, {'"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"})
+    return escaped.encode("ascii", "xmlcharrefreplace").decode("ascii")
 
 
 def _fields(
@@ -88,5 +88,5 @@ def _fields(
                 f"field '{name}' has shape {values.shape}, expected (..., {count}) for {where}"
             )
         flat = values.reshape(-1, count).T
-        fields[name] = np.ascontiguousarray(flat[:, 0] if values.ndim == 1 else flat)
+        fields[_as_attribute(name)] = np.ascontiguousarray(flat[:, 0] if values.ndim == 1 else flat)
     return fields

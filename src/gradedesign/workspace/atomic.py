@@ -60,6 +60,22 @@ def write_error(path: Path, cause: OSError) -> GradeDesignError:
     return ResourceError(f"cannot write {path}: {reason}; free disk space and resume the run")
 
 
+def is_folder(path: Path) -> bool:
+    """Tell whether there is a folder of that name.
+
+    Raises
+    ------
+    CaseError
+        If no folder can have it: too long, not allowed, a byte 0.
+    """
+    try:
+        return path.is_dir()
+    except OSError as cause:
+        raise write_error(path, cause) from cause
+    except ValueError as cause:
+        raise CaseError(f"{str(path)!r} cannot be the name of a folder: {cause}") from cause
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a file that appears under its name only once it is complete on disk.

@@ -7,6 +7,7 @@ import logging
 import os
 import re
 import struct
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.workspace.atomic import write_error
+from gradedesign.workspace.atomic import UNFINISHED, write_error
 from gradedesign.workspace.sealed import read_sealed, write_sealed
 
 log = logging.getLogger(__name__)
@@ -25,6 +26,8 @@ KeyPart: TypeAlias = bytes | str | float | int | NDArray[Any]
 
 _KIND = re.compile(r"[a-z0-9][a-z0-9-]*")
 _KEY = re.compile(r"[0-9a-f]{64}")
+#: Nobody writes an entry for so long, s.
+_ABANDONED_S = 86_400.0
 _PLAIN_KINDS = frozenset("biufcSU")
 
 
@@ -136,8 +139,18 @@ def store_arrays(kind: str, key: str, /, **arrays: ArrayLike) -> None:
     path = entry_path(kind, key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        _remove_abandoned(path.parent)
         write_sealed(path, {"kind": kind, "key": key}, arrays)
     except OSError as cause:
         log.warning("nothing cached: %s", write_error(path, cause))
     except (CaseError, ResourceError) as cause:
         log.warning("nothing cached: %s", cause)
+
+
+def _remove_abandoned(folder: Path) -> None:
+    """Remove what killed processes were writing into a folder of the cache, a day ago or more."""
+    for leftover in folder.glob(".*.unfinished"):
+        if UNFINISHED.fullmatch(leftover.name):
+            with suppress(OSError):
+                if time.time() - leftover.stat().st_mtime > _ABANDONED_S:
+                    leftover.unlink()

@@ -13,6 +13,7 @@ import psutil
 from gradedesign.errors import ResourceError
 
 _CGROUPS = Path("/sys/fs/cgroup")
+_OWN_STATUS = Path("/proc/self/status")
 _OWN_CGROUP = Path("/proc/self/cgroup")
 #: Names of (limit, usage, cache that the kernel gives back) in control groups 2 and 1.
 _V2 = ("memory.max", "memory.current", "inactive_file")
@@ -23,6 +24,15 @@ def peak_memory_bytes() -> int:
     """Return the largest resident memory this process has had, in bytes."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return int(peak) if sys.platform == "darwin" else int(peak) * 1024
+
+
+def address_space_peak_bytes() -> int:
+    """Return the largest address space this process has had, in bytes; 0 where it is not known."""
+    try:
+        lines = _OWN_STATUS.read_text(encoding="ascii").splitlines()
+    except OSError:
+        return 0  # not Linux
+    return next((1024 * int(x.split()[1]) for x in lines if x.startswith("VmPeak:")), 0)
 
 
 def available_memory_bytes() -> int:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from gradedesign.errors import CaseError
 from gradedesign.workspace.atomic import (
     UNFINISHED,
+    is_folder,
     write_bytes,
     write_error,
     write_npz,
@@ -222,7 +223,7 @@ def open_run_folder(path: Path, case_hash: str, *, resume: bool, overwrite: bool
     if resume and overwrite:
         raise CaseError("resume and overwrite exclude each other; choose one")
     folder = Path(path).absolute()
-    if not folder.parent.is_dir():
+    if not is_folder(folder.parent):
         raise CaseError(f"cannot make run folder {folder}: {folder.parent} is not a folder")
     _make_folder(folder)
     folder = folder.resolve()

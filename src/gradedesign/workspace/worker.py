@@ -7,9 +7,8 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,26 +16,27 @@ from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike, NDArray
 
-from gradedesign.errors import GradeDesignError, MeshError, ResourceError
+from gradedesign.errors import MeshError
 from gradedesign.workspace.atomic import read_npz, write_npz, write_text
+from gradedesign.workspace.limits import address_space_peak_bytes
+from gradedesign.workspace.scratch import scratch_folder
+from gradedesign.workspace.worker_failure import (
+    LOG_NAME,
+    MEMORY_EXIT,
+    READY_NAME,
+    Ending,
+    last_words,
+    runs_out_of_memory,
+    worker_error,
+)
 
 Option: TypeAlias = float | int | str | bool
 
-#: How a worker says that it ran out of memory: the exit code of `ResourceError`.
-MEMORY_EXIT = ResourceError.exit_code
-
 _LAUNCHER = Path(__file__).with_name("_launch_worker.py")
-#: What libraries say when they cannot get address space, for arrays, stacks or their own code.
-_OUT_OF_MEMORY = (
-    "MemoryError",
-    "bad_alloc",
-    "Cannot allocate memory",
-    "failed to map segment",
-    "pthread_create has failed",
-    "pthread_create failed",
-)
-_LAST_BYTES = 4096
-_LAST_LINES = 5
+#: Instead of the names of files: load the libraries, print the address space they take, in bytes.
+_WEIGH = "--weigh"
+#: Time that loading the libraries may take, s.
+_WEIGHING_S = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +65,8 @@ def run_worker(
     """Run ``python -m module in.npz out.npz options.json`` within limits.
 
     The process runs in a private temporary folder, in a session of its own, and never outlives
-    this call: its whole process group is killed at the time limit, on any error and on Ctrl-C.
+    this call: its whole process group is killed at the time limit, on any error and on Ctrl-C, and
+    it goes with its folder where this process is killed.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def run_worker(
         If the worker crashes (the signal is named), fails, is ``timed out``, or leaves no readable
         result; the message ends with its last lines of output.
     ResourceError
-        If it ran out of memory.
+        If it ran out of memory, or was killed from outside.
     """
     if not all(part.isidentifier() for part in module.split(".")):
         raise ValueError(f"{module!r} is not the dotted name of a module")
@@ -95,27 +96,37 @@ def run_worker(
             f"limits must be positive, not {time_limit_s} s and {memory_limit_bytes} bytes"
         )
     start = time.monotonic()
-    with tempfile.TemporaryDirectory(
-        prefix="gradedesign-worker-", ignore_cleanup_errors=True
-    ) as name:
-        folder = Path(name)
+    with scratch_folder("worker") as folder:
         write_npz(folder / "in.npz", **arrays)
         write_text(folder / "options.json", json.dumps(dict(options), allow_nan=False))
-        code = _run(module, folder, time_limit_s, memory_limit_bytes)
+        files = ("in.npz", "out.npz", "options.json")
+        code = _run(module, files, folder, time_limit_s, memory_limit_bytes)
         seconds = time.monotonic() - start
         if code != 0:
-            raise _failure(module, folder, code, time_limit_s, memory_limit_bytes)
+            ending = Ending(
+                module=module,
+                folder=folder,
+                code=code,
+                time_limit_s=time_limit_s,
+                memory_limit_bytes=memory_limit_bytes,
+            )
+            needed = None
+            if runs_out_of_memory(ending) and not (folder / READY_NAME).exists():
+                needed = _bytes_to_start(module, folder)
+            raise worker_error(ending, needed)
         try:
             result = read_npz(folder / "out.npz")
         except (OSError, ValueError) as cause:
             raise MeshError(
-                f"worker {module} ended without a readable result ({cause}); {_last_words(folder)}"
+                f"worker {module} ended without a readable result ({cause}); {last_words(folder)}"
             ) from cause
     return WorkerResult(arrays=result, seconds=seconds)
 
 
 def serve(
     compute: Callable[[Mapping[str, NDArray[Any]], Mapping[str, Option]], Mapping[str, ArrayLike]],
+    *,
+    load: Callable[[], object] = dict,
 ) -> None:
     """Be the worker: read ``in.npz`` and ``options.json``, compute, write ``out.npz``.
 
@@ -123,17 +134,41 @@ def serve(
     ----------
     compute : callable
         ``compute(arrays, options)`` returning named arrays.
+    load : callable
+        Imports the libraries that ``compute`` needs, so that running out of memory before the
+        work begins can be told from running out of it at work.
     """
+    if sys.argv[1:] == [_WEIGH]:
+        load()
+        sys.stdout.write(f"\n{address_space_peak_bytes()}\n")
+        return
     source, target, options = (Path(argument) for argument in sys.argv[1:4])
     try:
+        load()
         arrays = read_npz(source)
+        source.with_name(READY_NAME).touch()
         result = compute(arrays, json.loads(options.read_text(encoding="utf-8")))
         write_npz(target, **result)
     except MemoryError:
         sys.exit(MEMORY_EXIT)
 
 
-def _run(module: str, folder: Path, time_limit_s: float, memory_limit_bytes: int) -> int | None:
+def _bytes_to_start(module: str, folder: Path) -> int | None:
+    """Return the address space that a worker takes before it begins; None if it does not say."""
+    if _run(module, (_WEIGH,), folder, _WEIGHING_S, 0, "weigh.txt") != 0:
+        return None
+    said = (folder / "weigh.txt").read_text(encoding="utf-8", errors="replace").split()
+    return int(said[-1]) if said and said[-1].isdecimal() and int(said[-1]) > 0 else None
+
+
+def _run(
+    module: str,
+    arguments: Sequence[str],
+    folder: Path,
+    time_limit_s: float,
+    memory_limit_bytes: int,
+    log_name: str = LOG_NAME,
+) -> int | None:
     """Run the process to its end or its limit; return its exit code, None if timed out."""
     command = [
         sys.executable,
@@ -143,8 +178,8 @@ def _run(module: str, folder: Path, time_limit_s: float, memory_limit_bytes: int
         str(os.getpid()),
         str(memory_limit_bytes),
     ]
-    command += [sys.executable, "-P", "-m", module, "in.npz", "out.npz", "options.json"]
-    with (folder / "log.txt").open("wb") as output:
+    command += [sys.executable, "-P", "-m", module, *arguments]
+    with (folder / log_name).open("wb") as output:
         process = subprocess.Popen(
             command,
             cwd=folder,
@@ -163,40 +198,3 @@ def _run(module: str, folder: Path, time_limit_s: float, memory_limit_bytes: int
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-
-
-def _failure(
-    module: str, folder: Path, code: int | None, time_limit_s: float, memory_limit_bytes: int
-) -> GradeDesignError:
-    """Say why a worker ended as it did."""
-    words = _last_words(folder)
-    if code is None:
-        return MeshError(f"worker {module} timed out after {time_limit_s:.4g} s; {words}")
-    # SIGKILL comes from the kernel's or the container's memory guard: we only kill after the end.
-    if code in (MEMORY_EXIT, -signal.SIGKILL) or any(sign in words for sign in _OUT_OF_MEMORY):
-        return ResourceError(
-            f"worker {module} needs more memory than its limit of "
-            f"{memory_limit_bytes / 2**30:.3g} GiB, or than the machine has left; "
-            f"raise run.memory or ask for a coarser mesh; {words}"
-        )
-    if code < 0:
-        return MeshError(f"worker {module} crashed with {_signal_name(-code)}; {words}")
-    return MeshError(f"worker {module} failed with exit code {code}; {words}")
-
-
-def _signal_name(number: int) -> str:
-    """Return SIGSEGV and the like, or the number of a signal without a name."""
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
-
-
-def _last_words(folder: Path) -> str:
-    """Quote the last lines that the worker printed."""
-    with (folder / "log.txt").open("rb") as handle:
-        length = handle.seek(0, os.SEEK_END)
-        handle.seek(max(0, length - _LAST_BYTES))
-        text = handle.read().decode("utf-8", "replace")
-    lines = [line.strip() for line in text.splitlines() if line.strip()][-_LAST_LINES:]
-    return "last output: " + " | ".join(lines) if lines else "it printed nothing"

@@ -1,0 +1,75 @@
+"""Ctrl-C and SIGTERM that end a command wherever it is, also in code that swallows exceptions."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+#: Seconds after which a request to end that was swallowed is made again.
+AGAIN_S = 0.3
+
+_ASKED = (signal.SIGINT, signal.SIGTERM)
+
+
+class Interrupted(BaseException):
+    """Somebody asked the command to end; `KeyboardInterrupt` would be answered by typer."""
+
+
+class Interruption:
+    """Whether somebody asked the command to end.
+
+    What a signal handler raises is lost where a callback of C code or a finaliser happens to run,
+    as while kernels compile, or comes out as another exception. So it is raised again until it
+    arrives. While it is on its way, nothing is raised: what cleans up is not cut short.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def ask(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal that asks to end, or the timer that repeats it."""
+        del number, frame
+        if not self.asked:
+            self.asked = True
+            signal.setitimer(signal.ITIMER_REAL, AGAIN_S, AGAIN_S)
+        if not _on_its_way(sys.exception()):
+            raise Interrupted
+
+
+def _on_its_way(error: BaseException | None) -> bool:
+    """Tell whether what is being handled, or led to it, is an interruption."""
+    while error is not None:
+        if isinstance(error, Interrupted):
+            return True
+        error = error.__context__
+    return False
+
+
+@contextmanager
+def interruptible() -> Iterator[Interruption]:
+    """Turn SIGINT and SIGTERM into `Interrupted` until the end of a ``with`` statement."""
+    interruption = Interruption()
+    report_lost = sys.unraisablehook
+
+    def report(lost: sys.UnraisableHookArgs) -> None:
+        # One that is lost is raised again, so that nobody needs to hear of it.
+        if not isinstance(lost.exc_value, Interrupted):
+            report_lost(lost)
+
+    alarm = signal.getitimer(signal.ITIMER_REAL)
+    before = {n: signal.signal(n, interruption.ask) for n in (*_ASKED, signal.SIGALRM)}
+    sys.unraisablehook = report
+    try:
+        yield interruption
+    finally:
+        for number in before:
+            signal.signal(number, signal.SIG_IGN)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        sys.unraisablehook = report_lost
+        for number, handler in before.items():
+            # None is a handler of C code, which cannot be put back from here.
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        signal.setitimer(signal.ITIMER_REAL, *alarm)

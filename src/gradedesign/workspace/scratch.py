@@ -1,0 +1,95 @@
+"""Temporary folders that do not outlive their process, even if that is killed."""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+
+from gradedesign.errors import ResourceError
+
+log = logging.getLogger(__name__)
+
+_LOCK = "lock"
+_NAME = re.compile(r"gradedesign-[a-z]+-(\d+)-.+")
+
+
+@contextmanager
+def scratch_folder(what: str) -> Iterator[Path]:
+    """Make a private temporary folder, and remove those of processes that were killed.
+
+    Parameters
+    ----------
+    what : str
+        Lower case, part of the folder's name, as in ``"worker"``.
+
+    Yields
+    ------
+    Path
+        Absolute; removed at the end, whatever happened.
+
+    Raises
+    ------
+    ResourceError
+        If there is no place for temporary files.
+    """
+    try:
+        root = Path(tempfile.gettempdir())
+        sweep_scratch(root)
+        name = tempfile.mkdtemp(prefix=f"gradedesign-{what}-{os.getpid()}-")
+    except OSError as cause:
+        raise ResourceError(
+            f"no place for temporary files: {cause}; free disk space, or set TMPDIR to a folder "
+            f"you may write in"
+        ) from cause
+    folder = Path(name).absolute()
+    try:
+        with (folder / _LOCK).open("xb") as lock:
+            _lock(lock.fileno())
+            yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def sweep_scratch(root: Path) -> None:
+    """Remove the scratch folders of this user below ``root`` that no process uses any more."""
+    for entry in root.glob("gradedesign-*-*-*"):
+        owner = _NAME.fullmatch(entry.name)
+        if owner and _is_stale(entry, int(owner[1])):
+            log.info("removing %s, which a killed run left", entry)
+            shutil.rmtree(entry, ignore_errors=True)
+
+
+def _is_stale(folder: Path, pid: int) -> bool:
+    """Tell whether the process that made a folder is gone.
+
+    Its number may be one of another container, so that the lock has to be free as well.
+    """
+    try:
+        status = folder.lstat()
+        if status.st_uid != os.getuid() or folder.is_symlink() or psutil.pid_exists(pid):
+            return False
+        with (folder / _LOCK).open("rb") as lock:
+            return _lock(lock.fileno())
+    except FileNotFoundError:
+        return folder.is_dir()  # killed before there was a lock
+    except OSError as cause:
+        log.info("leaving %s: %s", folder, cause)
+        return False
+
+
+def _lock(descriptor: int) -> bool:
+    """Take the kernel's lock of a file, which ends with its process; False if another has it."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

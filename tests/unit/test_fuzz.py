@@ -1,0 +1,323 @@
+"""Thousands of altered cases and density maps: an error by name or a right answer, no traceback.
+
+The seeds are fixed. A sample runs with every test, all of them where ``-m slow`` asks.
+"""
+
+import io
+import random
+import re
+import shutil
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from PIL import Image
+
+from gradedesign.case.formula import parse_formula
+from gradedesign.case.read_case import load_case
+from gradedesign.case.read_generate import load_generate_case
+from gradedesign.errors import GradeDesignError
+from gradedesign.ladder.own_cell import with_own_cell
+from gradedesign.ladder.resolve import lookup, resolve_material
+from gradedesign.lattice.density_source import sample_density
+from gradedesign.lattice.formula_density import formula_field
+from gradedesign.lattice.image_stack import read_image_stack
+from gradedesign.lattice.point_cloud import point_density, read_points, remap_points
+from gradedesign.lattice.tet_density import tet_density
+from gradedesign.lattice.voxel_density import (
+    densities,
+    place_voxels,
+    read_voxel_array,
+    voxel_density,
+)
+from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.output.vtu_fields import read_vtu_field
+from gradedesign.part.part import read_part
+from gradedesign.plugin.registry import build_registry
+from gradedesign.workspace.limits import peak_memory_bytes
+
+CASES = Path(__file__).parents[2] / "cases"
+ROUND = 50
+MEMORY = 50_000_000
+
+NASTY = [
+    "nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "0", "-0.0", "-1", "9" * 30, "9" * 5000,
+    "true", '""', '"\\u0000"', '"' + "a" * 500 + '"', '"../../etc/passwd"', '"/dev/zero"', '"."',
+    "[]", "[[]]", "[" * 60, "{}", "[1, 2, 3]", '["x"]', '["1 mm", "1 mm"]', "1979-05-27",
+    "07:32:00",
+    '"1 mm"', '"0 mm"', '"-1 mm"', '"1e300 mm"', '"nan mm"', '"1 parsec"', '"5 kN mm"',
+    '"1e-30 mm"',
+    '"min"', '"x = max"', '"x = 1e400 mm"', "0x7fffffffffffffff", "0b1", "1_000", "'''", '"""',
+    '"x +"', '"((((x"', '"x**x**x"', '"1/0"', '"sqrt(-1)"', '"exp(1e9)"', '"9**9**9"',
+]  # fmt: skip
+
+GENERATE = """
+[case]
+name = "fuzzed"
+[part]
+box = ["20 mm", "10 mm", "10 mm"]
+[region.root]
+plane = "x = min"
+[[keep]]
+region = "root"
+margin = "1 mm"
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = [0.1, 0.5]
+skin = {thickness = "1 mm"}
+[lattice.density_map]
+formula = "0.2 + 0.01 * x"
+[print]
+min_wall = "0.1 mm"
+[run]
+memory = "1 GB"
+"""
+
+
+def swapped(rng, items):
+    first, second = rng.randrange(len(items)), rng.randrange(len(items))
+    items[first], items[second] = items[second], items[first]
+
+
+def altered_case(rng, text):
+    """One to three changes of bytes, tokens, values, keys, lines or tables."""
+    for _ in range(rng.choice([1, 1, 1, 2, 3])):
+        kind, lines = rng.choice([0, 1, 1, 1, 1, 2, 2, 2, 3, 4, 5, 6]), text.split("\n")
+        if kind == 0:
+            data = bytearray(text.encode("utf-8", "surrogateescape"))
+            for _ in range(rng.choice([1, 1, 4])):
+                data[rng.randrange(len(data))] = rng.randrange(256)
+            text = data.decode("utf-8", "surrogateescape")
+        elif kind == 1:  # a value
+            places = [n for n, line in enumerate(lines) if "=" in line]
+            if places:
+                n = rng.choice(places)
+                lines[n] = f"{lines[n].split('=')[0]}= {rng.choice(NASTY)}"
+            text = "\n".join(lines)
+        elif kind == 2:  # a number or word inside a value
+            found = list(re.finditer(r"-?\d[\w.]*|\b[a-zA-Z_]+\b", text))
+            if found:
+                at = rng.choice(found)
+                new = rng.choice([rng.choice(NASTY).strip('"'), rng.choice(found)[0]])
+                text = text[: at.start()] + new + text[at.end() :]
+        elif kind == 3:
+            swapped(rng, lines)
+            text = "\n".join(lines)
+        elif kind == 4:  # a table twice, or one less
+            parts = re.split(r"(?m)^(?=\[)", text)
+            n = rng.randrange(len(parts))
+            parts[n : n + 1] = [parts[n]] * rng.choice([0, 2])
+            text = "".join(parts)
+        elif kind == 5:
+            a, b = sorted(rng.randrange(len(text) + 1) for _ in range(2))
+            text = text[:a] + text[b:] if rng.random() < 0.5 else text[:b] + text[a:]
+        else:
+            a = rng.randrange(len(text) + 1)
+            text = text[:a] + rng.choice(NASTY) + text[a:]
+        text = text or " "
+    return text
+
+
+@pytest.fixture(scope="session")
+def registry():
+    return build_registry()
+
+
+@pytest.fixture
+def folders(tmp_path):
+    """Every case, with the files it names, and one of ``generate``."""
+    found = []
+    for source in sorted(CASES.iterdir()):
+        if (source / "case.toml").is_file():
+            folder = tmp_path / source.name
+            folder.mkdir()
+            for file in source.iterdir():
+                if file.suffix in (".toml", ".stl"):
+                    shutil.copy(file, folder)
+            found.append((folder, (folder / "case.toml").read_text(encoding="utf-8"), load_case))
+    folder = tmp_path / "generate"
+    folder.mkdir()
+    found += [(folder, GENERATE, load_generate_case)] * 2
+    return found
+
+
+def look_at(load, folder, registry):
+    """What ``check`` does up to the first mesh."""
+    case = load(folder)
+    registry = with_own_cell(case, registry)
+    if case.material is not None:
+        resolve_material(case.material, registry)
+    lookup(registry, "cell_families", case.lattice.cell)
+    if case.part.file is None:
+        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
+        assert np.isfinite(part.surface.vertices).all()
+        assert part.volume > 0
+
+
+def rounds(slow_from, to):
+    """Numbers of rounds; only those below a number run with every test."""
+    return [pytest.param(n, marks=[pytest.mark.slow] if n >= slow_from else []) for n in range(to)]
+
+
+@pytest.mark.parametrize("number", rounds(6, 60))
+def test_altered_cases(folders, registry, number):
+    rng = random.Random(1000 + number)
+    read = 0
+    for n in range(ROUND):
+        folder, text, load = rng.choice(folders)
+        content = altered_case(rng, text).encode("utf-8", "surrogateescape")
+        (folder / "case.toml").write_bytes(content)
+        words = "read"
+        try:
+            look_at(load, folder, registry)
+            read += 1
+        except GradeDesignError as error:
+            words = str(error).strip()
+        except Exception as error:
+            error.add_note(f"round {number}, case {n} from {folder.name}:\n{content!r}")
+            raise
+        assert words
+    print(f"{read} of {ROUND} altered cases could be read")  # noqa: T201
+
+
+TET = TetMesh(
+    points=np.array([[0, 20, 0, 0, 20], [0, 0, 20, 0, 20], [0, 0, 0, 20, 20.0]]),
+    tets=np.array([[0, 1], [1, 4], [2, 2], [3, 3]]),
+)
+UPPER = np.array([8.0, 6.0, 4.0])
+
+
+def saved(write, *args, **options):
+    file = io.BytesIO()
+    write(file, *args, **options)
+    return file.getvalue()
+
+
+def image(values, kind, **options):
+    file = io.BytesIO()
+    Image.fromarray(values).save(file, kind, **options)
+    return file.getvalue()
+
+
+def grid(folder, **options):
+    mesh = meshio.Mesh(TET.points.T, [("tetra", TET.tets.T)], cell_data={"rho": [[0.2, 0.4]]})
+    mesh.cell_data["rho"] = [np.array([0.2, 0.4])]
+    meshio.vtu.write(folder / "base.vtu", mesh, **options)
+    return (folder / "base.vtu").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def bases(tmp_path_factory):
+    """Whole files of every format: name of the file and content."""
+    folder = tmp_path_factory.mktemp("bases")
+    rng = np.random.default_rng(17)
+    values = rng.uniform(0.1, 0.5, (4, 3, 2))
+    grey = rng.integers(0, 255, (12, 9)).astype(np.uint8)
+    points = np.column_stack([rng.uniform(0, 8, (30, 3)), rng.uniform(0.1, 0.5, 30)])
+    rows = "\n".join(",".join(f"{v:.4g}" for v in row) for row in points)
+    return [
+        ("voxels.npy", saved(np.save, values)),
+        ("voxels.npy", saved(np.save, values.astype(">f4"))),
+        ("voxels.npy", saved(np.save, (values * 400).astype(np.uint8))),
+        ("voxels.npy", saved(np.savez, values)),
+        ("points.npy", saved(np.save, points)),
+        ("points.csv", f"x,y,z,rho\n{rows}\n".encode()),
+        ("points.txt", rows.replace(",", " ").encode()),
+        ("images/a.png", image(grey, "PNG")),
+        ("images/a.png", image(grey.astype(np.uint16) * 200, "PNG")),
+        ("images/a.tif", image(grey.astype(np.uint16), "TIFF")),
+        ("images/a.tif", image(grey, "TIFF", compression="tiff_lzw")),
+        ("images/a.tif", image(grey / np.float32(500), "TIFF", compression="tiff_adobe_deflate")),
+        ("field.vtu", grid(folder, binary=True, compression="zlib")),
+        ("field.vtu", grid(folder, binary=True, compression="lzma")),
+        ("field.vtu", grid(folder, binary=True, compression=None)),
+        ("formula", b"0.2 + 0.1 * sin(x / 4) * smoothstep(0, 2, d)"),
+        ("formula", b"min(0.4, max(0.1, sqrt(x**2 + y**2) / 20))"),
+    ]
+
+
+def altered_bytes(rng, data, bases):
+    data = bytearray(data)
+    for _ in range(rng.choice([1, 1, 2, 3])):
+        kind = rng.choice([0, 0, 0, 0, 1, 2, 3, 4, 5, 6])
+        a, b = sorted(rng.randrange(len(data) + 1) for _ in range(2))
+        if kind == 0:
+            for _ in range(rng.choice([1, 1, 6])):
+                data[rng.randrange(len(data))] = rng.randrange(256)
+        elif kind == 1:
+            del data[a:]
+        elif kind == 2:
+            del data[a : min(b, a + 40)]
+        elif kind == 3:
+            data[a:a] = data[a:b]
+        elif kind == 4:
+            data[a : a + rng.randint(0, 8)] = rng.choice(NASTY).encode()
+        elif kind == 5:
+            data[a : a + 8] = rng.choice([b"\xff" * 8, bytes(8), b"\x7f" + bytes(7), b"\0\0\0\x80"])
+        else:
+            other = rng.choice(bases)[1]
+            data[a:] = other[rng.randrange(len(other)) :]
+        data = data or bytearray(b" ")
+    return bytes(data)
+
+
+def source_of(file):
+    """As ``generate`` reads it; values of a whole file are compared with another reader."""
+    if file.name == "formula":
+        text = file.read_bytes().decode("utf-8", "replace")
+        return formula_field(parse_formula(text), lambda p: -p[0])
+    if file.name.startswith("points"):
+        points, values = read_points(file, memory_limit_bytes=MEMORY)
+        if file.suffix == ".npy":
+            np.testing.assert_array_equal(np.load(file)[:, 3], values)
+        return point_density(remap_points(points, values, 2.0, memory_limit_bytes=MEMORY))
+    if file.suffix == ".vtu":
+        mesh, values, at = read_vtu_field(file, memory_limit_bytes=MEMORY)
+        return tet_density(mesh, values, at=at, spacing=1.0, reach=5.0, memory_limit_bytes=MEMORY)
+    if file.suffix == ".npy":
+        raw = read_voxel_array(file, memory_limit_bytes=MEMORY)
+        np.testing.assert_array_equal(np.load(file), raw)
+    else:
+        raw = read_image_stack(file.parent, memory_limit_bytes=MEMORY)
+    start, edges = place_voxels(raw.shape, [0, 0, 0], UPPER)
+    return voxel_density(densities(raw, (0.1, 0.5)), start, edges)
+
+
+@pytest.mark.parametrize("number", rounds(4, 40))
+def test_altered_density_maps(tmp_path, bases, number):
+    rng = random.Random(2000 + number)
+    (tmp_path / "images").mkdir()
+    before, read = peak_memory_bytes(), 0
+    for n in range(ROUND):
+        name, whole = rng.choice(bases)
+        file = tmp_path / name
+        content = altered_bytes(rng, whole, bases)
+        file.write_bytes(content)
+        words = "read"
+        try:
+            found = sample_density(
+                source_of(file),
+                lambda p: (np.abs(p - UPPER[:, None] / 2) - UPPER[:, None] / 2).max(axis=0),
+                [0, 0, 0],
+                UPPER,
+                spacing=1.0,
+                window=(0.05, 0.9),
+                what="map",
+                memory_limit_bytes=MEMORY,
+            )
+            assert found.values.min() >= 0.05 - 1e-9
+            assert found.values.max() <= 0.9 + 1e-9
+            read += 1
+        except GradeDesignError as error:
+            words = str(error).strip()
+        except Exception as error:
+            error.add_note(f"round {number}, map {n}, {name}: {content!r}")
+            raise
+        finally:
+            file.unlink()
+        assert words
+    # Beside what is allowed to a map, that of the libraries that are loaded with the first.
+    assert peak_memory_bytes() - before < 400_000_000
+    print(f"{read} of {ROUND} altered maps could be read")  # noqa: T201
