@@ -108,7 +108,9 @@ def unite(
     nesting: Nesting,
     source: str,
 ) -> tuple[FloatArray, IntArray]:
-    """Unite overlapping solids, each with its own voids taken out first.
+    """Unite overlapping solids, each with its own voids taken out first, and cut holes.
+
+    A reversed shell that lies in no solid wholly cuts a hole into all that it crosses.
 
     Parameters
     ----------
@@ -122,15 +124,17 @@ def unite(
     Raises
     ------
     PartError
-        If a void crosses a surface, or a shell is not manifold.
+        If the void of one solid crosses another solid, a shell is not manifold, or nothing is
+        left.
     """
     import manifold3d
 
-    voids = [int(v) for v in np.flatnonzero(keep & (sign < 0))]
-    if nesting.overlap[voids][:, keep].any():
+    owner = {int(v): _innermost(nesting, int(v)) for v in np.flatnonzero(keep & (sign < 0))}
+    own = [v for v, solid in owner.items() if solid is not None]
+    if nesting.overlap[own][:, keep & (sign > 0)].any():
         raise PartError(
-            f"{source}: a reversed shell crosses another surface, so it is unclear what is "
-            "solid; cut the void out in CAD"
+            f"{source}: the void of one solid crosses another solid, so it is unclear what is "
+            "solid there; cut the void out in CAD"
         )
     solids = {int(k): manifold_of(vertices, parts[int(k)], sign[k]) for k in np.flatnonzero(keep)}
     if any(solid is None for solid in solids.values()):
@@ -139,16 +143,22 @@ def unite(
         )
     bodies = []
     for k in (int(s) for s in np.flatnonzero(keep & (sign > 0))):
-        own = [solids[v] for v in voids if _innermost(nesting, v) == k]
+        voids = [solids[v] for v in own if owner[v] == k]
         bodies.append(
-            manifold3d.Manifold.batch_boolean([solids[k], *own], manifold3d.OpType.Subtract)
+            manifold3d.Manifold.batch_boolean([solids[k], *voids], manifold3d.OpType.Subtract)
         )
-    mesh = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add).to_mesh64()
-    points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
-    return points, np.asarray(mesh.tri_verts).astype(np.int64)
+    whole = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)
+    cuts = [solids[v] for v, solid in owner.items() if solid is None]
+    whole = manifold3d.Manifold.batch_boolean([whole, *cuts], manifold3d.OpType.Subtract)
+    points, faces = mesh_of(whole)
+    if len(faces) == 0:
+        raise PartError(f"{source}: reversed shells cut away the whole part; turn their normals")
+    return points, faces
 
 
-def _innermost(nesting: Nesting, shell: int) -> int:
+def _innermost(nesting: Nesting, shell: int) -> int | None:
     """The smallest shell around a shell: the one that itself lies inside the most."""
     around = np.flatnonzero(nesting.inside[shell])
+    if len(around) == 0:
+        return None
     return int(around[np.argmax(nesting.inside[around].sum(axis=1))])

@@ -1,12 +1,12 @@
 """Which closed shells bound material: solids, voids, overlaps, crumbs.
 
-Material is where the winding number is positive. A reversed shell inside a solid is a void; a
-shell inside a solid that runs the same way round bounds nothing and is dropped.
+A reversed shell inside a solid is a void, one that reaches out of it a hole; a shell inside a
+solid that runs the same way round bounds nothing and is dropped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,9 +18,12 @@ from gradedesign.errors import PartError
 from gradedesign.part._edges import Edges, face_edges
 from gradedesign.part._nesting import Nesting, find_nesting, unite
 from gradedesign.part._orient import shell_labels
+from gradedesign.part._self_crossing import require_simple, uncross_shells
 
 #: A loose piece below this share of the largest one's volume is a crumb.
 CRUMB_SHARE = 1e-3
+#: Crumbs above this share of the other volume together are no crumbs.
+CRUMBS_SHARE = 1e-2
 #: Shells below this share of the largest volume enclose nothing that single precision can hold.
 FLAT_SHARE = 1e-12
 
@@ -45,30 +48,44 @@ class SolidShells:
 
 
 def settle_shells(
-    vertices: FloatArray, faces: IntArray, *, bodies: str, source: str
+    vertices: FloatArray, faces: IntArray, *, bodies: str, margin: float, source: str
 ) -> SolidShells:
     """Turn shells outward, keep true voids, unite overlaps, drop crumbs, count the bodies.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Consistently oriented.
+    bodies : {"one", "all"}
+    margin : float, mm
+        Depth up to which facets only touch.
+    source : str
 
     Raises
     ------
     PartError
-        If the surface does not close, has no volume, or falls into several bodies where one
-        is asked.
+        If the surface does not close, has no volume, overlaps itself in a way that cannot be
+        settled, or falls into several bodies where one is asked.
     """
     label = _closed_shells(vertices, faces, source)
     parts = [faces[label == k] for k in range(int(label.max()) + 1)]
-    volumes = np.array([_volume(vertices, part) for part in parts])
-    _require_volume(vertices, volumes, source)
-    parts, volumes, flat = _without_flat(parts, volumes, source)
+    _require_volume(vertices, parts, source)
+    free = uncross_shells(vertices, parts, margin=margin, source=source)
+    vertices = free.vertices
+    parts, volumes, flat = _without_flat(vertices, free.parts, source)
     nesting = find_nesting(vertices, parts, volumes)
-    crumb = _crumbs(nesting, volumes)
-    sign, inverted = _outward_signs(nesting, volumes)
+    cluster = _clusters(nesting)
+    crumb = _crumbs(cluster, volumes)
+    sign, inverted = _outward_signs(nesting, cluster, volumes, source)
     outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
-    bounding = (outside > 0) != (outside + sign > 0)
+    cut = ~crumb & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
+    bounding = ((outside > 0) != (outside + sign > 0)) | cut
     ignored, keep = ~bounding & ~crumb, bounding & ~crumb
     warnings = [
+        *free.notes,
         *flat,
-        *_notes(volumes, crumb=crumb, inverted=inverted, ignored=ignored, source=source),
+        *_notes(volumes, crumb=crumb, inverted=inverted, ignored=ignored, cut=cut, source=source),
     ]
     parts = [p[:, ::-1] if flip else p for p, flip in zip(parts, sign * volumes < 0, strict=True)]
     crossing = keep & nesting.overlap[:, keep].any(axis=1)
@@ -79,10 +96,11 @@ def settle_shells(
     kept_volumes = np.array([_volume(vertices, part) for part in kept])
     _require_bodies(vertices, kept, kept_volumes, bodies, source)
     vertices, faces = _separate(vertices, kept)
+    require_simple(vertices, faces, source)
     counts = {
         "shells_inverted": int(inverted.sum()),
         "shells_ignored": int(ignored.sum()),
-        "shells_united": int(crossing.sum()),
+        "shells_united": int(crossing.sum()) + free.united,
         "fragments_dropped": int(crumb.sum()),
         "bodies": int((kept_volumes > 0).sum()),
         "voids": int((kept_volumes < 0).sum()),
@@ -105,7 +123,7 @@ def _united(
     shells = [faces[label == k] for k in range(int(label.max()) + 1)]
     note = (
         f"{source}: overlapping shells were united; volume {before:.6g} mm^3 counted shell by "
-        f"shell, {_volume(vertices, faces):.6g} mm^3 united"
+        f"shell, {sum(_volume(vertices, shell) for shell in shells):.6g} mm^3 united"
     )
     return vertices, shells, note
 
@@ -118,15 +136,15 @@ def _volume(vertices: FloatArray, faces: IntArray) -> float:
 
 
 def _without_flat(
-    parts: list[IntArray], volumes: FloatArray, source: str
+    vertices: FloatArray, parts: Sequence[IntArray], source: str
 ) -> tuple[list[IntArray], FloatArray, list[str]]:
     """Drop closed shells that enclose nothing, such as pockets flattened by single precision."""
+    volumes = np.array([_volume(vertices, part) for part in parts])
     solid = np.abs(volumes) > FLAT_SHARE * np.abs(volumes).max()
-    gone = int(np.count_nonzero(~solid))
-    if gone == 0:
-        return parts, volumes, []
-    note = f"{source}: {gone} closed shells without volume were dropped"
-    return [p for p, keep in zip(parts, solid, strict=True) if keep], volumes[solid], [note]
+    kept = [p for p, keep in zip(parts, solid, strict=True) if keep]
+    gone = len(parts) - len(kept)
+    notes = [f"{source}: {gone} closed shells without volume were dropped"] if gone else []
+    return kept, volumes[solid], notes
 
 
 def _closed_shells(vertices: FloatArray, faces: IntArray, source: str) -> IntArray:
@@ -164,33 +182,56 @@ def _net_directions(edges: Edges, label: IntArray) -> tuple[IntArray, IntArray]:
     return side, net
 
 
-def _require_volume(vertices: FloatArray, volumes: FloatArray, source: str) -> None:
-    box = float(np.prod(np.ptp(vertices, axis=0)))
-    if np.abs(volumes).max() <= 1e-9 * box:
+def _require_volume(vertices: FloatArray, parts: Sequence[IntArray], source: str) -> None:
+    """Refuse a surface of which no shell has thickness."""
+    volumes = [abs(_volume(vertices, part)) for part in parts]
+    boxes = [float(np.prod(np.ptp(vertices[part], axis=(0, 1)))) for part in parts]
+    if all(v <= 1e-9 * box for v, box in zip(volumes, boxes, strict=True)):
         raise PartError(
-            f"{source}: the surface encloses no volume ({np.abs(volumes).max():.3g} mm^3 in a box "
-            f"of {box:.4g} mm^3); a part needs thickness"
+            f"{source}: the surface encloses no volume ({max(volumes):.3g} mm^3 in a box "
+            f"of {max(boxes):.4g} mm^3); a part needs thickness"
         )
 
 
-def _crumbs(nesting: Nesting, volumes: FloatArray) -> BoolArray:
-    """Loose pieces too small to be meant."""
-    loose = ~nesting.inside.any(axis=1) & ~nesting.overlap.any(axis=1)
-    return loose & (np.abs(volumes) < CRUMB_SHARE * np.abs(volumes).max())
+def _clusters(nesting: Nesting) -> IntArray:
+    """Number the sets of shells that lie in or across each other, ``(s,)``."""
+    graph = coo_array(nesting.inside | nesting.overlap)
+    return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
-def _outward_signs(nesting: Nesting, volumes: FloatArray) -> tuple[IntArray, BoolArray]:
+def _crumbs(cluster: IntArray, volumes: FloatArray) -> BoolArray:
+    """Loose pieces too small to be meant, unless together they are a part of the volume."""
+    size = np.bincount(cluster, np.abs(volumes))
+    small = size < CRUMB_SHARE * size.max()
+    if size[small].sum() > CRUMBS_SHARE * size[~small].sum():
+        small[:] = False
+    return np.asarray(small[cluster])
+
+
+def _outward_signs(
+    nesting: Nesting, cluster: IntArray, volumes: FloatArray, source: str
+) -> tuple[IntArray, BoolArray]:
     """+1 for shells that add material, -1 for those that take it, and which had to be flipped.
 
-    Everything inside an inverted outermost shell is flipped with it: the file is inside out.
+    Everything that lies in or across an inverted largest shell is flipped with it: the file is
+    inside out.
+
+    Raises
+    ------
+    PartError
+        If a shell crosses a larger one that runs the other way round and is the inverted one.
     """
-    size = np.abs(volumes)
-    outermost = np.where(
-        nesting.inside.any(axis=1),
-        np.argmax(np.where(nesting.inside, size[None, :], -1.0), axis=1),
-        np.arange(len(volumes)),
-    )
-    inverted = volumes[outermost] < 0
+    order = np.lexsort((-volumes, -np.abs(volumes)))
+    _, first = np.unique(cluster[order], return_index=True)
+    largest = order[first][cluster]
+    inverted = volumes[largest] < 0
+    mixed = nesting.overlap & (np.sign(volumes)[:, None] != np.sign(volumes)[None, :])
+    if (mixed.any(axis=1) & inverted).any():
+        k = int(np.flatnonzero(mixed.any(axis=1) & inverted)[0])
+        raise PartError(
+            f"{source}: a reversed shell of {abs(volumes[largest[k]]):.4g} mm^3 crosses smaller "
+            "outward ones, so it is unclear what is solid; turn its normals or cut it out in CAD"
+        )
     return np.where((volumes > 0) ^ inverted, 1, -1), inverted
 
 
@@ -200,6 +241,7 @@ def _notes(
     crumb: BoolArray,
     inverted: BoolArray,
     ignored: BoolArray,
+    cut: BoolArray,
     source: str,
 ) -> list[str]:
     """Put the decisions about shells into words."""
@@ -210,6 +252,11 @@ def _notes(
         warnings.append(
             f"{source}: {ignored.sum()} shells inside the solid ignored "
             f"({np.abs(volumes[ignored]).sum():.4g} mm^3); a void needs reversed normals"
+        )
+    if cut.any():
+        warnings.append(
+            f"{source}: {cut.sum()} reversed shells that reach out of the solid were taken as "
+            "holes; a boss needs outward normals"
         )
     if crumb.any():
         warnings.append(

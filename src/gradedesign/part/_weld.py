@@ -8,10 +8,52 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import PartError
 from gradedesign.part._edges import face_edges, odd_edge_count
 
+#: A gap this many times as wide as all that lies on one side of it cuts off what is astray.
+_GAP = 10.0
+#: Share of the corners that may be astray.
+_STRAY_SHARE = 0.01
+#: Pairs of corners within the tolerance that fit in memory.
+_MOST_PAIRS = 20_000_000
 
-def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, int]:
+
+def core_points(points: FloatArray) -> FloatArray:
+    """Points ``(n, 3)`` without the few that lie far astray.
+
+    Points are astray if a gap of ten times the extent of the rest, along an axis, lies between, and
+    at most a hundredth of the points is on their side. Tolerances follow the size of the rest, so that
+    one damaged facet far away does not weld the part into a lump.
+    """
+    while True:
+        kept = points[_near(points)]
+        if len(kept) == len(points):
+            return points
+        points = kept
+
+
+def _near(points: FloatArray) -> BoolArray:
+    """Points that are not cut off by the widest gaps along the axes, ``(n,)``."""
+    few = max(3, int(_STRAY_SHARE * len(points)))
+    for axis in range(3):
+        place = points[:, axis]
+        ordered = np.sort(place)
+        gaps = np.diff(ordered)
+        for cut in np.flatnonzero(gaps > np.ptp(place) / (2.0 * _GAP)).tolist():
+            above = len(ordered) - 1 - cut
+            if cut + 1 <= few < above:
+                rest = place > ordered[cut]
+            elif above <= few < cut + 1:
+                rest = place <= ordered[cut]
+            else:
+                continue
+            if gaps[cut] > _GAP * np.linalg.norm(np.ptp(points[rest], axis=0)):
+                return np.asarray(rest)
+    return np.ones(len(points), dtype=np.bool_)
+
+
+def weld(corners: FloatArray, tolerance: float, source: str) -> tuple[FloatArray, IntArray, int]:
     """Join corners that coincide within a tolerance.
 
     Clusters come from a neighbour search, so no pair falls apart at a grid line. Each
@@ -21,6 +63,13 @@ def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, i
     ----------
     corners : (m, 3, 3) array, mm
     tolerance : float, mm
+    source : str
+        Name for messages.
+
+    Raises
+    ------
+    PartError
+        If nearly all corners lie within the tolerance of each other.
 
     Returns
     -------
@@ -30,7 +79,14 @@ def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, i
         Distinct points that were joined to another one.
     """
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    tree = cKDTree(points)
+    near = (int(tree.count_neighbors(tree, tolerance)) - len(points)) // 2
+    if near > _MOST_PAIRS:
+        raise PartError(
+            f"{source}: {near:.3g} pairs of corners lie within {tolerance:.3g} mm of each other, "
+            "so most facets have no size beside the part; export it again with a coarser tolerance"
+        )
+    pairs = tree.query_pairs(tolerance, output_type="ndarray")
     if len(pairs) == 0:
         return points, index.reshape(-1, 3).astype(np.int64), 0
     graph = coo_array(
