@@ -108,9 +108,9 @@ def _first_crossed(vertices, faces, box, right, first, count, order, i, margin, 
             continue
         for s in range(first[node], first[node] + count[node]):
             j = order[s]
-            if j > i and _boxes_meet(vertices, faces, j, low, high):
-                if _cross(vertices, faces, i, j, margin):
-                    return j
+            near = j > i and _boxes_meet(vertices, faces, j, low, high)
+            if near and _cross(vertices, faces, i, j, margin):
+                return j
     return -1
 
 

@@ -174,7 +174,8 @@ def _united(
 
 def _pieces(solid: Any, margin: float) -> list[Any] | None:
     """Cut a solid until no piece overlaps itself; None if that does not end."""
-    waiting, pieces = [(solid, 0)], []
+    waiting: list[tuple[Any, int]] = [(solid, 0)]
+    pieces: list[Any] = []
     while waiting:
         whole, cuts = waiting.pop()
         for piece in whole.decompose():

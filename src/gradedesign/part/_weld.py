@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -11,10 +13,12 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._edges import face_edges, odd_edge_count
 
-#: A gap this many times as wide as all that lies on one side of it cuts off what is astray.
+#: A gap this many times as wide as what lies on its one side cuts off what is on the other.
 _GAP = 10.0
 #: Share of the corners that may be astray.
 _STRAY_SHARE = 0.01
+#: Flips for each facet without area, after which the rest is left as it is.
+_MOST_FLIPS = 20
 #: Pairs of corners within the tolerance that fit in memory.
 _MOST_PAIRS = 20_000_000
 
@@ -22,9 +26,9 @@ _MOST_PAIRS = 20_000_000
 def core_points(points: FloatArray) -> FloatArray:
     """Points ``(n, 3)`` without the few that lie far astray.
 
-    Points are astray if a gap of ten times the extent of the rest, along an axis, lies between, and
-    at most a hundredth of the points is on their side. Tolerances follow the size of the rest, so that
-    one damaged facet far away does not weld the part into a lump.
+    Points are astray if a gap of ten times the diagonal of the rest, along an axis, lies between,
+    and at most a hundredth of the points is on their side. Tolerances follow the size of the rest,
+    so that one damaged facet far away does not weld the part into a lump.
     """
     while True:
         kept = points[_near(points)]
@@ -34,7 +38,7 @@ def core_points(points: FloatArray) -> FloatArray:
 
 
 def _near(points: FloatArray) -> BoolArray:
-    """Points that are not cut off by the widest gaps along the axes, ``(n,)``."""
+    """Points that no wide gap along an axis cuts off, ``(n,)``."""
     few = max(3, int(_STRAY_SHARE * len(points)))
     for axis in range(3):
         place = points[:, axis]
@@ -126,8 +130,9 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
         edges = face_edges(kept)
         stray = flat & (edges.count % 2 == 1)[edges.edge_of].reshape(3, -1).any(axis=0)
         flipped = _flip_flat(vertices, kept[~stray], flat[~stray])
-        kept = plain if odd_edge_count(plain) <= odd_edge_count(flipped) else flipped
-        return kept, len(faces) - len(plain)
+        ways = (plain, flipped, kept[~stray])  # what closes best, and of that the fewest flat ones
+        best = min(ways, key=odd_edge_count)
+        return best, len(faces) - len(plain)
     return kept, len(faces) - len(kept)
 
 
@@ -137,24 +142,31 @@ def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def _flip_flat(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> IntArray:
-    """Flip the longest edge of every flat facet into the facet behind it; flat ones go."""
+    """Flip the longest edge of every flat facet into the facet behind it; flat ones go.
+
+    Where both are flat and it is the longest edge of both, the flip leaves two flat facets with
+    shorter edges, which are flipped in their turn.
+    """
     result: list[tuple[int, int, int] | None] = [(f[0], f[1], f[2]) for f in faces.tolist()]
     owner = {(f[k], f[(k + 1) % 3]): i for i, f in enumerate(faces.tolist()) for k in range(3)}
-    waiting = np.flatnonzero(flat).tolist()
+    waiting = deque(np.flatnonzero(flat).tolist())
     pending = set(waiting)
-    for _ in range(4 * len(waiting)):
+    for _ in range(_MOST_FLIPS * len(waiting)):
         if not waiting:
             break
-        i = waiting.pop(0)
+        i = waiting.popleft()
         a, c, b = _longest_first(vertices, result[i] or (0, 0, 0))
         j = owner.get((c, a))
         if j is None or result[j] is None:
             continue
-        if j in pending:
-            waiting.append(i)
-            continue
         d = next(v for v in result[j] or () if v not in (a, c))
-        pending.discard(i)
+        if j in pending:
+            if b == d or set(_longest_first(vertices, result[j] or (0, 0, 0))[:2]) != {a, c}:
+                waiting.append(i)
+                continue
+            waiting.append(i)
+        else:
+            pending.discard(i)
         if d == b:  # the facet lies folded onto its neighbour's edge: both only cancel
             continue
         result[i], result[j] = (c, b, d), (b, a, d)
