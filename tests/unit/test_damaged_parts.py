@@ -7,6 +7,7 @@ damage decides by chance. Volumes come from the Boolean kernel manifold3d on und
 
 from __future__ import annotations
 
+import json
 import re
 import struct
 from itertools import pairwise
@@ -67,7 +68,7 @@ CLEAN = {
     "box": Clean(cube(30, 20, 10).refine(3)),
     "drilled": Clean(rod(12, 15, 48) - rod(20, 5, 24).translate((0, 0, -2))),
     "angle": Clean(angle()),
-    "ball": Clean(manifold3d.Manifold.sphere(10, 32)),
+    "ball": Clean(manifold3d.Manifold.sphere(10, 32) ^ cube(20, 20, 16).translate((-10, -10, -8))),
     "pair": Clean(cube(20, 10, 10) + cube(10, 10, 15).translate((30, 0, 0)), "all"),
 }
 
@@ -494,3 +495,64 @@ def test_damaged_parts_are_answered_rightly_or_refused(tmp_path, damage):
         if complaint:
             wrong.append(f"{k} {list(CLEAN)[k // len(DAMAGES) % 5]}: {complaint}")
     assert not wrong, "\n".join(wrong)
+
+
+CASE = """\
+[case]
+name = "damaged"
+[part]
+file = "part.stl"
+units = "mm"
+mesh_size = "5 mm"
+repair = "{repair}"
+bodies = "{bodies}"
+[region.low]
+plane = "z = min"
+[region.high]
+plane = "z = max"
+[material]
+youngs_modulus = "200 GPa"
+poissons_ratio = 0.3
+density = "7.85 g/cm^3"
+[[load_case]]
+name = "push"
+fix = [{{region = "low"}}]
+load = [{{region = "high", force = ["0 N", "0 N", "-50 N"]}}]
+[limits]
+stress = "50 MPa"
+[lattice]
+cell = "gyroid-sheet"
+size = "8 mm"
+density = [0.10, 0.65]
+[output]
+formats = ["stl"]
+"""
+
+
+def checked(cli, folder, k) -> str:
+    """What is wrong with the answer of ``gradedesign check``; empty if nothing is.
+
+    Beside the part, regions and loads may be refused, by name: some damages move the faces.
+    """
+    part = make(k)
+    (folder / "part.stl").write_bytes(part.data)
+    (folder / "case.toml").write_text(CASE.format(repair=part.repair, bodies=part.bodies))
+    ended = cli("check", folder / "case.toml", "--json")
+    if "Traceback" in ended.out + ended.err or ended.code not in (0, 2, 3, 6):
+        return f"{k}: exit {ended.code}: {ended.err[-2000:]}"
+    found = json.loads(ended.out)["part"]["volume_mm3"] if ended.code == 0 else None
+    open("/tmp/parts/out.txt", "a").write(repr((k, ended.code, found, part.answer, ended.err[-150:])) + "\n")
+    if found is None:
+        return "" if ended.err.strip() else f"{k}: exit {ended.code} without a word"
+    complaint = verdict(part, found, ended.err)
+    return f"{k}: {complaint}" if complaint else ""
+
+
+def test_check_answers_damaged_parts_rightly_or_refuses_them(cli, tmp_path):
+    """One part in 25."""
+    assert not [c for k in range(3, COUNT, 25) if (c := checked(cli, tmp_path, k))]
+
+
+@pytest.mark.slow
+def test_check_answers_all_damaged_parts_rightly_or_refuses_them(cli, tmp_path):
+    assert not [c for k in range(COUNT) if (c := checked(cli, tmp_path, k))]

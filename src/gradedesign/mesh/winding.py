@@ -11,8 +11,10 @@ from gradedesign.mesh import _winding_kernels as kernels
 
 #: Rays along each of the three axes, unless said otherwise.
 RAYS = 128 * 128
-#: Where in its cell of the grid a ray passes: off the round numbers at which parts have edges.
+#: Where in its cell of the grid a ray passes, and a turn of half a radian of the grid about the
+#: rays: off the round numbers and the directions at which parts have edges.
 _OFFSET = (0.5 + 1.0 / np.pi**3, 0.5 - 1.0 / np.e**3)
+_TURN = np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])
 
 
 def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
@@ -69,12 +71,15 @@ def winding_volumes(corners: FloatArray, rays: int = RAYS) -> WindingVolumes:
     rays : int
         Along each axis, about.
     """
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     found = np.zeros((3, 3))
     torn = 0.0
     for axis in range(3):
-        turned = np.ascontiguousarray(np.roll(corners - low, 2 - axis, axis=2))
-        extent = np.roll(high - low, 2 - axis)[:2]
+        turned = np.roll(corners, 2 - axis, axis=2)
+        turned = turned - turned.min(axis=(0, 1))
+        turned[:, :, :2] @= _TURN
+        low = turned.min(axis=(0, 1))
+        turned -= low
+        extent = turned.max(axis=(0, 1))[:2]
         share = np.sqrt(rays / np.prod(extent)) if extent.all() else 1.0
         shape = np.clip(np.ceil(extent * share), 16, max(16, rays // 16)).astype(np.int64)
         step = np.maximum(extent, 1e-300) / shape

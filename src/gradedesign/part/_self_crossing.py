@@ -23,7 +23,7 @@ from gradedesign.part._orient import shell_labels
 #: Volume counted too often or too little, as a share of the part's, that is told, not mended.
 NEGLIGIBLE = 1e-3
 #: Farthest that the volume of the union may be from the one found along rays, as a share.
-_AGREEMENT = 5e-3
+_AGREEMENT = 2e-3
 #: Cuts one behind the other, and pieces, after which a shell is given up.
 _MOST_CUTS, _MOST_PIECES = 24, 500
 #: Where a cut passes between the ends of a piece: off the middle, where parts have faces.
