@@ -74,13 +74,48 @@ def _cross(vertices, faces, i, j, margin):
 
 
 @njit(cache=True)
-def _boxes_meet(vertices, faces, j, low, high):
-    """Whether the box of triangle j meets the box from low to high."""
+def _plane(vertices, faces, i, plane):
+    """Fill the unit normal of triangle i and its offset; zero for a triangle without area."""
+    ux, uy, uz = _between(vertices, faces[i, 0], faces[i, 1])
+    vx, vy, vz = _between(vertices, faces[i, 0], faces[i, 2])
+    plane[0], plane[1], plane[2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area2 = np.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
+    plane[3] = 0.0
+    for a in range(3):
+        plane[a] = plane[a] / area2 if area2 > 0.0 else 0.0
+        plane[3] += plane[a] * vertices[faces[i, 0], a]
+
+
+@njit(cache=True)
+def _node_meets(box, node, low, high, plane, thin):
+    """Whether a node's box meets the box from low to high and lies on both sides of the plane."""
+    middle, reach = -plane[3], 0.0
+    for a in range(3):
+        if box[node, a] > high[a] or box[node, 3 + a] < low[a]:
+            return False
+        middle += plane[a] * 0.5 * (box[node, a] + box[node, 3 + a])
+        reach += abs(plane[a]) * 0.5 * (box[node, 3 + a] - box[node, a])
+    return middle - reach < -thin and middle + reach > thin
+
+
+@njit(cache=True)
+def _triangle_meets(vertices, faces, j, low, high, plane, thin):
+    """The same for triangle j."""
     for a in range(3):
         x, y, z = vertices[faces[j, 0], a], vertices[faces[j, 1], a], vertices[faces[j, 2], a]
         if min(x, y, z) > high[a] or max(x, y, z) < low[a]:
             return False
-    return True
+    below, above = np.inf, -np.inf
+    for k in range(3):
+        v = faces[j, k]
+        side = (
+            plane[0] * vertices[v, 0]
+            + plane[1] * vertices[v, 1]
+            + plane[2] * vertices[v, 2]
+            - plane[3]
+        )
+        below, above = min(below, side), max(above, side)
+    return below < -thin and above > thin
 
 
 @njit(cache=True)
@@ -89,18 +124,13 @@ def _first_crossed(vertices, faces, box, right, first, count, order, i, margin, 
     for a in range(3):
         x, y, z = vertices[faces[i, 0], a], vertices[faces[i, 1], a], vertices[faces[i, 2], a]
         low[a], high[a] = min(x, y, z), max(x, y, z)
+    plane, thin = high[3:], 1e-3 * margin
+    _plane(vertices, faces, i, plane)
     stack[0], depth = 0, 1
     while depth > 0:
         depth -= 1
         node = stack[depth]
-        if (
-            box[node, 0] > high[0]
-            or box[node, 1] > high[1]
-            or box[node, 2] > high[2]
-            or box[node, 3] < low[0]
-            or box[node, 4] < low[1]
-            or box[node, 5] < low[2]
-        ):
+        if not _node_meets(box, node, low, high, plane, thin):
             continue
         if right[node] >= 0:
             stack[depth], stack[depth + 1] = right[node], node + 1
@@ -108,7 +138,7 @@ def _first_crossed(vertices, faces, box, right, first, count, order, i, margin, 
             continue
         for s in range(first[node], first[node] + count[node]):
             j = order[s]
-            near = j > i and _boxes_meet(vertices, faces, j, low, high)
+            near = j > i and _triangle_meets(vertices, faces, j, low, high, plane, thin)
             if near and _cross(vertices, faces, i, j, margin):
                 return j
     return -1
@@ -120,7 +150,7 @@ def find_crossed(vertices, faces, box, right, first, count, order, margin, cross
     n = len(faces)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         stack = np.zeros(2 * DEPTH, dtype=np.int64)
-        low, high = np.zeros(3), np.zeros(3)
+        low, high = np.zeros(3), np.zeros(7)  # high, then the plane
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             crossed[i] = _first_crossed(
                 vertices, faces, box, right, first, count, order, i, margin, low, high, stack

@@ -56,10 +56,18 @@ def _visit(corners, origin, step, shape, start, filled, depth, turn):
             continue
         i0 = max(0, int(np.ceil((min(ax, bx, cx) - origin[0]) / step[0])))
         i1 = min(shape[0] - 1, int(np.floor((max(ax, bx, cx) - origin[0]) / step[0])))
-        j0 = max(0, int(np.ceil((min(ay, by, cy) - origin[1]) / step[1])))
-        j1 = min(shape[1] - 1, int(np.floor((max(ay, by, cy) - origin[1]) / step[1])))
         for i in range(i0, i1 + 1):
             x = origin[0] + i * step[0]
+            low, high = np.inf, -np.inf
+            for px, py, qx, qy in ((ax, ay, bx, by), (bx, by, cx, cy), (cx, cy, ax, ay)):
+                if min(px, qx) <= x <= max(px, qx) and px != qx:
+                    y = py + (qy - py) * ((x - px) / (qx - px))
+                    low, high = min(low, y), max(high, y)
+            if high < low:
+                continue
+            # A cell more to both sides: which rays are inside is settled by the sides alone.
+            j0 = max(0, int(np.ceil((low - origin[1]) / step[1])) - 1)
+            j1 = min(shape[1] - 1, int(np.floor((high - origin[1]) / step[1])) + 1)
             for j in range(j0, j1 + 1):
                 y = origin[1] + j * step[1]
                 u = _side(bx, by, cx, cy, x, y)

@@ -96,7 +96,8 @@ def settle_shells(
     kept_volumes = np.array([_volume(vertices, part) for part in kept])
     _require_bodies(vertices, kept, kept_volumes, bodies, source)
     vertices, faces = _separate(vertices, kept)
-    require_simple(vertices, faces, source)
+    if len(kept) > 1 or crossing.any():  # a single shell was measured when it was uncrossed
+        require_simple(vertices, faces, source)
     counts = {
         "shells_inverted": int(inverted.sum()),
         "shells_ignored": int(ignored.sum()),
