@@ -32,6 +32,13 @@ class Nesting:
     overlap: BoolArray
 
 
+def shell_volume(vertices: FloatArray, faces: IntArray) -> float:
+    """Signed volume of a closed shell about its own middle, mm^3."""
+    corners = vertices[faces]
+    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
 def find_nesting(vertices: FloatArray, parts: Sequence[IntArray], volumes: FloatArray) -> Nesting:
     """Compare every two shells whose boxes meet.
 

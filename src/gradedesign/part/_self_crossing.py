@@ -17,8 +17,8 @@ from gradedesign.errors import PartError
 from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.winding import RAYS, WindingVolumes, winding_volumes
 from gradedesign.part._edges import face_edges
-from gradedesign.part._nesting import manifold_of, mesh_of
-from gradedesign.part._orient import shell_labels
+from gradedesign.part._nesting import manifold_of, mesh_of, shell_volume
+from gradedesign.part._orient import shell_labels, split_shells
 
 #: Volume counted too often or too little, as a share of the part's, that is told, not mended.
 NEGLIGIBLE = 1e-3
@@ -70,7 +70,7 @@ def uncross_shells(
         If such a shell is partly inside out, or cannot be united.
     """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    outward = [part if _signed(vertices, part) >= 0.0 else part[:, ::-1] for part in parts]
+    outward = [part if shell_volume(vertices, part) >= 0.0 else part[:, ::-1] for part in parts]
     found = [winding_volumes(vertices[part], _rays(vertices[part], size)) for part in outward]
     largest = max(max(f.solid, f.reversed) for f in found)
     points, shells, notes = [vertices], [], []
@@ -86,21 +86,10 @@ def uncross_shells(
                     f"its volume may be wrong by about {surplus:.2g} mm^3"
                 )
             continue
-        place = _place(vertices, part, pairs)
-        mesh = _united(vertices, part, volumes, margin)
-        if mesh is None:
-            raise PartError(
-                f"{source}: a shell passes through itself {place}, and what it encloses is "
-                f"unclear: {_in_words(volumes)}; repair the part in CAD"
-            )
-        own, facets = mesh
-        label = shell_labels(face_edges(facets), len(facets))
-        notes.append(
-            f"{source}: a shell passes through itself {place}; united with itself it holds "
-            f"{_signed(own, facets):.6g} mm^3, counted as it was {_signed(vertices, part):.6g} mm^3"
-        )
+        own, facets, note = _united(vertices, part, volumes, margin, pairs, source)
+        notes.append(note)
         facets = facets if part is original else facets[:, ::-1]
-        shells += [facets[label == k] + count for k in range(int(label.max()) + 1)]
+        shells += split_shells(facets + count, shell_labels(face_edges(facets), len(facets)))
         points.append(own)
         count += len(own)
         united += 1
@@ -131,13 +120,6 @@ def require_simple(vertices: FloatArray, faces: IntArray, source: str) -> None:
         )
 
 
-def _signed(vertices: FloatArray, faces: IntArray) -> float:
-    """Signed volume of a closed shell about its own middle, mm^3."""
-    corners = vertices[faces]
-    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-
-
 def _place(vertices: FloatArray, part: IntArray, pairs: IntArray) -> str:
     """Where a shell passes through itself, in words."""
     if len(pairs) == 0:
@@ -155,21 +137,35 @@ def _in_words(found: WindingVolumes) -> str:
 
 
 def _united(
-    vertices: FloatArray, part: IntArray, found: WindingVolumes, margin: float
-) -> tuple[FloatArray, IntArray] | None:
-    """The union of an outward shell with itself; None if it cannot be told."""
+    vertices: FloatArray,
+    part: IntArray,
+    found: WindingVolumes,
+    margin: float,
+    pairs: IntArray,
+    source: str,
+) -> tuple[FloatArray, IntArray, str]:
+    """Vertices and facets of the union of an outward shell with itself, and a remark."""
     import manifold3d
 
-    if found.reversed > NEGLIGIBLE * found.solid:
-        return None
-    solid = manifold_of(vertices, part, 1.0)
+    place = _place(vertices, part, pairs)
+    solid = manifold_of(vertices, part, 1.0) if _is_outward(found) else None
     pieces = None if solid is None else _pieces(solid, margin)
-    if not pieces:
-        return None
-    whole = manifold3d.Manifold.batch_boolean(pieces, manifold3d.OpType.Add)
-    if not np.isclose(whole.volume(), _signed(vertices, part) - found.excess, rtol=_AGREEMENT):
-        return None
-    return mesh_of(whole)
+    whole = manifold3d.Manifold.batch_boolean(pieces or [], manifold3d.OpType.Add)
+    before, after = shell_volume(vertices, part), whole.volume()
+    if not pieces or not np.isclose(after, before - found.excess, rtol=_AGREEMENT):
+        raise PartError(
+            f"{source}: a shell passes through itself {place}, and what it encloses is "
+            f"unclear: {_in_words(found)}; repair the part in CAD"
+        )
+    note = (
+        f"{source}: a shell passes through itself {place}; united with itself it holds "
+        f"{after:.6g} mm^3, counted as it was {before:.6g} mm^3"
+    )
+    return *mesh_of(whole), note
+
+
+def _is_outward(found: WindingVolumes) -> bool:
+    return found.reversed <= NEGLIGIBLE * found.solid
 
 
 def _pieces(solid: Any, margin: float) -> list[Any] | None:

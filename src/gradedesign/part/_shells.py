@@ -16,14 +16,11 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._edges import Edges, face_edges
-from gradedesign.part._nesting import Nesting, find_nesting, unite
-from gradedesign.part._orient import shell_labels
+from gradedesign.part._nesting import Nesting, find_nesting, shell_volume, unite
+from gradedesign.part._orient import shell_labels, split_shells
 from gradedesign.part._self_crossing import require_simple, uncross_shells
+from gradedesign.part._shell_roles import ShellRoles, shell_roles
 
-#: A loose piece below this share of the largest one's volume is a crumb.
-CRUMB_SHARE = 1e-3
-#: Crumbs above this share of the other volume together are no crumbs.
-CRUMBS_SHARE = 1e-2
 #: Shells below this share of the largest volume enclose nothing that single precision can hold.
 FLAT_SHARE = 1e-12
 
@@ -68,41 +65,31 @@ def settle_shells(
         If the surface does not close, has no volume, overlaps itself in a way that cannot be
         settled, or falls into several bodies where one is asked.
     """
-    label = _closed_shells(vertices, faces, source)
-    parts = [faces[label == k] for k in range(int(label.max()) + 1)]
+    parts = split_shells(faces, _closed_shells(vertices, faces, source))
     _require_volume(vertices, parts, source)
     free = uncross_shells(vertices, parts, margin=margin, source=source)
     vertices = free.vertices
     parts, volumes, flat = _without_flat(vertices, free.parts, source)
     nesting = find_nesting(vertices, parts, volumes)
-    cluster = _clusters(nesting)
-    crumb = _crumbs(cluster, volumes)
-    sign, inverted = _outward_signs(nesting, cluster, volumes, source)
-    outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
-    cut = ~crumb & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
-    bounding = ((outside > 0) != (outside + sign > 0)) | cut
-    ignored, keep = ~bounding & ~crumb, bounding & ~crumb
-    warnings = [
-        *free.notes,
-        *flat,
-        *_notes(volumes, crumb=crumb, inverted=inverted, ignored=ignored, cut=cut, source=source),
-    ]
+    roles = shell_roles(nesting, volumes, source)
+    sign, keep = roles.sign, roles.keep
+    warnings = [*free.notes, *flat, *_notes(volumes, roles, source)]
     parts = [p[:, ::-1] if flip else p for p, flip in zip(parts, sign * volumes < 0, strict=True)]
     crossing = keep & nesting.overlap[:, keep].any(axis=1)
     kept = [parts[k] for k in np.flatnonzero(keep)]
     if crossing.any():
         vertices, kept, note = _united(vertices, parts, keep, sign, nesting, source)
         warnings.append(note)
-    kept_volumes = np.array([_volume(vertices, part) for part in kept])
+    kept_volumes = np.array([shell_volume(vertices, part) for part in kept])
     _require_bodies(vertices, kept, kept_volumes, bodies, source)
     vertices, faces = _separate(vertices, kept)
     if len(kept) > 1 or crossing.any():  # a single shell was measured when it was uncrossed
         require_simple(vertices, faces, source)
     counts = {
-        "shells_inverted": int(inverted.sum()),
-        "shells_ignored": int(ignored.sum()),
+        "shells_inverted": int(roles.inverted.sum()),
+        "shells_ignored": int(roles.ignored.sum()),
         "shells_united": int(crossing.sum()) + free.united,
-        "fragments_dropped": int(crumb.sum()),
+        "fragments_dropped": int(roles.crumb.sum()),
         "bodies": int((kept_volumes > 0).sum()),
         "voids": int((kept_volumes < 0).sum()),
     }
@@ -118,29 +105,21 @@ def _united(
     source: str,
 ) -> tuple[FloatArray, list[IntArray], str]:
     """Unite overlapping shells: vertices, the shells of the union, and a remark with volumes."""
-    before = sum(_volume(vertices, parts[k]) for k in np.flatnonzero(keep))
+    before = sum(shell_volume(vertices, parts[k]) for k in np.flatnonzero(keep))
     vertices, faces = unite(vertices, parts, keep, sign, nesting, source)
-    label = shell_labels(face_edges(faces), len(faces))
-    shells = [faces[label == k] for k in range(int(label.max()) + 1)]
+    shells = split_shells(faces, shell_labels(face_edges(faces), len(faces)))
     note = (
         f"{source}: overlapping shells were united; volume {before:.6g} mm^3 counted shell by "
-        f"shell, {sum(_volume(vertices, shell) for shell in shells):.6g} mm^3 united"
+        f"shell, {sum(shell_volume(vertices, shell) for shell in shells):.6g} mm^3 united"
     )
     return vertices, shells, note
-
-
-def _volume(vertices: FloatArray, faces: IntArray) -> float:
-    """Signed volume of a closed shell about its own middle, mm^3."""
-    corners = vertices[faces]
-    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def _without_flat(
     vertices: FloatArray, parts: Sequence[IntArray], source: str
 ) -> tuple[list[IntArray], FloatArray, list[str]]:
     """Drop closed shells that enclose nothing, such as pockets flattened by single precision."""
-    volumes = np.array([_volume(vertices, part) for part in parts])
+    volumes = np.array([shell_volume(vertices, part) for part in parts])
     solid = np.abs(volumes) > FLAT_SHARE * np.abs(volumes).max()
     kept = [p for p, keep in zip(parts, solid, strict=True) if keep]
     gone = len(parts) - len(kept)
@@ -185,7 +164,7 @@ def _net_directions(edges: Edges, label: IntArray) -> tuple[IntArray, IntArray]:
 
 def _require_volume(vertices: FloatArray, parts: Sequence[IntArray], source: str) -> None:
     """Refuse a surface of which no shell has thickness."""
-    volumes = [abs(_volume(vertices, part)) for part in parts]
+    volumes = [abs(shell_volume(vertices, part)) for part in parts]
     boxes = [float(np.prod(np.ptp(vertices[part], axis=(0, 1)))) for part in parts]
     if all(v <= 1e-9 * box for v, box in zip(volumes, boxes, strict=True)):
         raise PartError(
@@ -194,58 +173,9 @@ def _require_volume(vertices: FloatArray, parts: Sequence[IntArray], source: str
         )
 
 
-def _clusters(nesting: Nesting) -> IntArray:
-    """Number the sets of shells that lie in or across each other, ``(s,)``."""
-    graph = coo_array(nesting.inside | nesting.overlap)
-    return connected_components(graph, directed=False)[1].astype(np.int64)
-
-
-def _crumbs(cluster: IntArray, volumes: FloatArray) -> BoolArray:
-    """Loose pieces too small to be meant, unless together they are a part of the volume."""
-    size = np.bincount(cluster, np.abs(volumes))
-    small = size < CRUMB_SHARE * size.max()
-    if size[small].sum() > CRUMBS_SHARE * size[~small].sum():
-        small[:] = False
-    return np.asarray(small[cluster])
-
-
-def _outward_signs(
-    nesting: Nesting, cluster: IntArray, volumes: FloatArray, source: str
-) -> tuple[IntArray, BoolArray]:
-    """+1 for shells that add material, -1 for those that take it, and which had to be flipped.
-
-    Everything that lies in or across an inverted largest shell is flipped with it: the file is
-    inside out.
-
-    Raises
-    ------
-    PartError
-        If a shell crosses a larger one that runs the other way round and is the inverted one.
-    """
-    order = np.lexsort((-volumes, -np.abs(volumes)))
-    _, first = np.unique(cluster[order], return_index=True)
-    largest = order[first][cluster]
-    inverted = volumes[largest] < 0
-    mixed = nesting.overlap & (np.sign(volumes)[:, None] != np.sign(volumes)[None, :])
-    if (mixed.any(axis=1) & inverted).any():
-        k = int(np.flatnonzero(mixed.any(axis=1) & inverted)[0])
-        raise PartError(
-            f"{source}: a reversed shell of {abs(volumes[largest[k]]):.4g} mm^3 crosses smaller "
-            "outward ones, so it is unclear what is solid; turn its normals or cut it out in CAD"
-        )
-    return np.where((volumes > 0) ^ inverted, 1, -1), inverted
-
-
-def _notes(
-    volumes: FloatArray,
-    *,
-    crumb: BoolArray,
-    inverted: BoolArray,
-    ignored: BoolArray,
-    cut: BoolArray,
-    source: str,
-) -> list[str]:
+def _notes(volumes: FloatArray, roles: ShellRoles, source: str) -> list[str]:
     """Put the decisions about shells into words."""
+    inverted, ignored, cut, crumb = roles.inverted, roles.ignored, roles.cut, roles.crumb
     warnings = []
     if inverted.any():
         warnings.append(f"{source}: {inverted.sum()} of {len(volumes)} shells inside out, flipped")

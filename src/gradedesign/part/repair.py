@@ -55,9 +55,9 @@ class RepairReport:
     shells_ignored : int
         Shells inside a solid that run the same way round as it.
     shells_united : int
-        Shells that overlapped.
+        Shells that overlapped each other or themselves, or that a reversed shell cut.
     fragments_dropped : int
-        Loose pieces under 0.1 % of the volume of the largest.
+        Loose pieces under 0.1 % of the volume of the largest, together under 1 % of the part's.
     holes_filled : int
     touching_edges : int
         Edges at which more than two facets meet.
