@@ -548,10 +548,12 @@ def checked(cli, folder, k) -> str:
 
 
 def test_check_answers_damaged_parts_rightly_or_refuses_them(cli, tmp_path):
-    """One part in 25."""
-    assert not [c for k in range(3, COUNT, 25) if (c := checked(cli, tmp_path, k))]
+    """One part in 40, of 25 kinds of damage."""
+    assert not [c for k in range(3, COUNT, 40) if (c := checked(cli, tmp_path, k))]
 
 
 @pytest.mark.slow
-def test_check_answers_all_damaged_parts_rightly_or_refuses_them(cli, tmp_path):
-    assert not [c for k in range(COUNT) if (c := checked(cli, tmp_path, k))]
+@pytest.mark.parametrize("damage", range(len(DAMAGES)), ids=[d.__name__ for d in DAMAGES])
+def test_check_answers_all_damaged_parts_rightly_or_refuses_them(cli, tmp_path, damage):
+    chosen = range(damage, COUNT, len(DAMAGES))
+    assert not [c for k in chosen if (c := checked(cli, tmp_path, k))]
