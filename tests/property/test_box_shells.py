@@ -47,7 +47,7 @@ def answer(corners):
 
 
 @given(boxes(1, 4))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_outward_boxes_are_united(found):
     volume = answer(np.concatenate([corners_of(*box) for box in found]))
     if volume is not None:
@@ -55,7 +55,7 @@ def test_outward_boxes_are_united(found):
 
 
 @given(boxes(1, 3))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_reversed_boxes_are_cut_out(found):
     """Of a larger box, all of whose faces some of them touch or reach through."""
     low, high = np.array([1, 1, 1]), np.array([6, 6, 6])

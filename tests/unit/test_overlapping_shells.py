@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from gradedesign.part._self_crossing import require_simple
 from gradedesign.part._weld import core_points, weld
 from gradedesign.part.box import box_surface
 from gradedesign.part.repair import build_surface
+from gradedesign.part.stl import read_stl
 
+DAMAGED = Path(__file__).resolve().parents[3] / "shared" / "parts" / "damaged"
 CUBE = corner_points(box_surface((20.0, 20.0, 20.0)))
 
 
@@ -234,3 +237,35 @@ def test_what_is_left_counted_twice_is_refused():
     faces = np.arange(len(vertices)).reshape(-1, 3)
     with pytest.raises(PartError, match=r"overlap.*counted again"):
         require_simple(vertices, faces, "part")
+
+
+#: File, bodies and true volume, mm^3; None where it must be refused.
+FILES = [
+    ("ring_irr_1.13.stl", "one", 9404.0),
+    ("ring_irr_1.5.stl", "one", 9404.0),
+    ("bow_tie.stl", "one", None),
+    ("hole_open_through_shell_poking.stl", "one", 7246.0),
+    ("reversed_bar_through.stl", "one", 7680.0),
+    ("void_lost_count.stl", "one", None),
+    ("second_body_lost_count.stl", "all", None),
+    ("ascii_void_truncated.stl", "one", None),
+    ("crumbs_all_39pct.stl", "one", None),
+    ("crumbs_all_39pct.stl", "all", 1e6 + 392 * 9.9**3),
+    ("spike_sides_lost_auto.stl", "one", None),
+    ("crumb_pair.stl", "one", 8000.0),
+    ("stray_far_2k.stl", "one", 4165.14),  # the ball without the facet, by the divergence theorem
+]
+
+
+@pytest.mark.skipif(not DAMAGED.is_dir(), reason="the damaged parts are not beside this checkout")
+@pytest.mark.parametrize(("name", "bodies", "right"), FILES)
+@pytest.mark.parametrize("repair", ["safe", "auto"])
+def test_damaged_files(name, bodies, right, repair):
+    try:
+        raw = read_stl(DAMAGED / name, "mm")
+        volume, _ = answer(raw.corners, repair=repair, bodies=bodies)
+    except PartError:
+        volume = None
+    if name == "stray_far_2k.stl" and repair == "safe":
+        right = None
+    assert volume == (None if right is None else pytest.approx(right, rel=2e-3))
