@@ -131,6 +131,8 @@ STL_REFUSED = {
     "6 absurd count": (patched(80, b"\xff" * 4), ["declares 4294967295"]),
     "7 count too small": (binary(np.tile(BOX, (4, 1, 1)), count=2), ["declares 2"]),
     "9 cut in a facet": (text(BOX)[:120], ["line"]),
+    "9 no endsolid": (text(BOX).replace("endsolid box\n", ""), ["'endsolid' is missing"]),
+    "7 a shell too few": (binary(np.concatenate([BOX, BOX + 50.0]), count=12), ["12 more follow"]),
     "10 decimal comma": (text(BOX + 0.5).replace("0.5", "0,5"), ["decimal comma", "line"]),
     "11 HTML": ("<!DOCTYPE html><html>404</html>", ["not STL", "HTML"]),
     "11 OBJ": ("# made by\nv 0 0 0\nv 1 0 0\nf 1 2 3\n", ["not STL", "OBJ"]),
@@ -155,7 +157,6 @@ def test_damaged_part_files(cli, home, stl, words):
 STL_READ = {
     "7 a few bytes too many": (binary(BOX) + b"  ", "warning"),
     "8 binary that starts with solid": (binary(BOX, header=b"solid"), None),
-    "9 no endsolid": (text(BOX).replace("endsolid box\n", ""), "warning"),
     "10 CRLF, tabs, upper case": (text(BOX).upper().replace("\n", "\r\n"), None),
     "15 facets without area": (binary(np.concatenate([BOX, BOX[:2, [0, 0, 1]]])), "degenerate"),
     "16 duplicates": (binary(np.concatenate([BOX, BOX])), "duplicates"),

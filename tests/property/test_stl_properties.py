@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -38,11 +39,17 @@ SEEDS = (binary(BOX), text(BOX))
 WORDS = (b"solid", b"endsolid", b"facet", b"\n", b" nan", b",", b"1e99", b"\x00", b"\xff" * 4)
 
 
+HOLLOW = np.concatenate([BOX, 0.5 * BOX[:, ::-1] + np.array([2.5, 5.0, 7.5])])
+HOLLOW_SEEDS = (binary(HOLLOW), text(HOLLOW))
+
+HOLLOW_VOLUME = 6000.0 - 750.0
+
+
 @st.composite
-def mutated(draw) -> bytes:
+def mutated(draw, seeds=SEEDS, most=4) -> bytes:
     """A valid file with a few bytes changed, inserted, cut or repeated."""
-    data = bytearray(draw(st.sampled_from(SEEDS)))
-    for _ in range(draw(st.integers(1, 4))):
+    data = bytearray(draw(st.sampled_from(seeds)))
+    for _ in range(draw(st.integers(1, most))):
         at = draw(st.integers(0, len(data)))
         kind = draw(st.sampled_from(["set", "insert", "cut", "repeat"]))
         if kind == "set":
@@ -85,6 +92,29 @@ def test_random_bytes(data):
 @settings(max_examples=250, deadline=None)
 def test_mutated_files(data):
     check(data)
+
+
+@given(mutated(HOLLOW_SEEDS, 2))
+@settings(max_examples=250, deadline=None)
+def test_a_mutated_file_does_not_lose_its_void(data):
+    """Whatever is answered is within 1 % of the box less its void, or refused."""
+    try:
+        raw = raw_triangles(parse_stl(data, "fuzz")[0], "mm", source="fuzz")
+        surface, _ = build_surface(raw.corners, repair="auto")
+    except PartError:
+        return
+    np.testing.assert_allclose(enclosed_volume(surface), HOLLOW_VOLUME, rtol=0.01)
+
+
+@given(st.integers(0, len(binary(HOLLOW)) - 1), st.integers(0, 24))
+@settings(max_examples=100, deadline=None)
+def test_a_cut_or_miscounted_binary_file_is_refused(end, count):
+    data = binary(HOLLOW)
+    for damaged in (data[:end], data[:80] + struct.pack("<I", count) + data[84:]):
+        if count == len(HOLLOW) and len(damaged) == len(data):
+            continue
+        with pytest.raises(PartError, match="fuzz"):
+            parse_stl(damaged, "fuzz")
 
 
 @given(st.permutations(range(12)), st.lists(st.booleans(), min_size=12, max_size=12))

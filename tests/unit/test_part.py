@@ -70,7 +70,13 @@ def test_warnings_of_reading_and_of_repair_are_collected(tmp_path):
 
 
 def test_options_of_repair_reach_it(tmp_path):
-    write_stl(tmp_path / "open.stl", BOX[1:])
+    outer = BOX[0]
+    inner = 0.05 * outer + 0.95 * outer.mean(
+        axis=0
+    )  # a small facet, missing from a frame around it
+    frame = [[outer[k - 1], outer[k], inner[k]] for k in range(3)]
+    frame += [[outer[k - 1], inner[k], inner[k - 1]] for k in range(3)]
+    write_stl(tmp_path / "open.stl", np.concatenate([BOX[1:], np.array(frame)]))
     with pytest.raises(PartError, match=r"open\.stl: the surface is open"):
         read_part(case(tmp_path, {"file": "open.stl", "units": "mm"}), READERS)
     part = read_part(case(tmp_path, {"file": "open.stl", "units": "mm", "repair": "auto"}), READERS)

@@ -7,7 +7,7 @@ import pytest
 
 from gradedesign.errors import CaseError, PartError
 from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume, open_edge_count
-from gradedesign.part._nesting import winding_numbers
+from gradedesign.mesh.winding import winding_numbers
 from gradedesign.part.box import box_surface
 from gradedesign.part.repair import build_surface
 
@@ -20,6 +20,18 @@ def ball(radius: float = 10.0, segments: int = 24) -> np.ndarray:
     import manifold3d
 
     mesh = manifold3d.Manifold.sphere(radius, segments).to_mesh64()
+    return np.asarray(mesh.vert_properties)[:, :3][np.asarray(mesh.tri_verts).astype(int)]
+
+
+def refined(corners: np.ndarray, n: int) -> np.ndarray:
+    """Corners of a closed surface with every facet cut into n x n."""
+    import manifold3d
+
+    points, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    solid = manifold3d.Manifold(
+        manifold3d.Mesh64(vert_properties=points, tri_verts=faces.reshape(-1, 3).astype(np.uint64))
+    )
+    mesh = solid.refine(n).to_mesh64()
     return np.asarray(mesh.vert_properties)[:, :3][np.asarray(mesh.tri_verts).astype(int)]
 
 
@@ -111,13 +123,29 @@ def test_row_19_missing_facet_is_located():
         assert words in str(caught.value)
 
 
-@pytest.mark.parametrize("corners", [BALL, BOX], ids=["ball", "box"])
+@pytest.mark.parametrize("corners", [BALL, refined(BOX, 6)], ids=["ball", "box"])
 @pytest.mark.parametrize("k", [0, 5])
 def test_row_19_missing_facet_is_filled_on_request(corners, k):
     volume = volume_of(corners)
     _, report = check_solid(np.delete(corners, k, axis=0), volume, repair="auto")
     assert report.holes_filled == 1
     assert "1 holes filled" in report.warnings[0]
+
+
+@pytest.mark.parametrize("repair", ["safe", "auto"])
+def test_lost_sides_of_a_spike_are_not_closed_flat(repair):
+    """A spike of 60 mm over one facet of a box: without its sides only the box would be left."""
+    corners = corner_points(box_surface((20.0, 20.0, 20.0)))
+    with pytest.raises(PartError, match="open" if repair == "safe" else r"too large.*0.5 %"):
+        build_surface(corners[1:], repair=repair)
+
+
+def test_many_small_holes_are_not_filled_if_together_they_may_hold_more():
+    fine = refined(BOX, 8)
+    _, report = check_solid(np.delete(fine, [0, 50], axis=0), 1000.0, repair="auto")
+    assert report.holes_filled == 2
+    with pytest.raises(PartError, match="too large"):
+        build_surface(np.delete(fine, np.arange(0, len(fine), 22), axis=0), repair="auto")
 
 
 def test_small_round_hole_is_filled_with_a_fan():

@@ -146,10 +146,22 @@ def test_row_8_truncated_binary_starting_with_solid_is_not_taken_for_text(tmp_pa
         read(tmp_path, binary(BOX, header=b"solid box")[:-50])
 
 
-def test_row_9_missing_endsolid_is_told(tmp_path):
-    raw = read(tmp_path, TEXT[: TEXT.index("endsolid")])
-    np.testing.assert_array_equal(raw.corners, BOX)
-    assert "endsolid" in raw.warnings[0]
+VOID = 0.5 * BOX[:, ::-1] + np.array([2.5, 5.0, 7.5])
+
+
+def test_row_9_text_cut_between_two_shells_is_refused(tmp_path):
+    """The box is whole and closed; only the missing ``endsolid`` tells that a void followed."""
+    whole = ascii_stl(np.concatenate([BOX, VOID]))
+    cut = "endfacet".join(whole.split("endfacet")[: len(BOX)]) + "endfacet\n"
+    with pytest.raises(PartError, match=r"'endsolid' is missing after 12 facets.*two shells"):
+        read(tmp_path, cut)
+    np.testing.assert_array_equal(read(tmp_path, cut + "endsolid").corners, BOX)
+
+
+@pytest.mark.parametrize("behind", [VOID, BOX + 100.0], ids=["void", "second body"])
+def test_row_7_facets_behind_the_declared_ones_are_refused(tmp_path, behind):
+    with pytest.raises(PartError, match="declares 12 triangles, but 12 more follow"):
+        read(tmp_path, binary(np.concatenate([BOX, behind]), count=12))
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("mm", 1), ("cm", 10), ("m", 1000), ("inch", 25.4)])

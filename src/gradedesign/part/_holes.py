@@ -104,17 +104,21 @@ def fill_rims(
     """Close every hole if each is small beyond doubt.
 
     A hole is small if its rim has at most four edges, or is shorter than 1 % of the diagonal,
-    and the volume left open by the choice of the filling is below 0.5 % of the part's.
+    and half balls over all of them are below 0.5 % of the part's volume: a flat filling of a
+    larger hole could cut off what stood on it.
 
     Raises
     ------
     PartError
         If a hole is too large, or the holes together are too many to be accidents.
     """
-    large = [rim for rim in rims if not _is_small(vertices, rim, diagonal, volume)]
+    large = [rim for rim in rims if not _is_small(rim, diagonal, volume)]
+    if not large and sum(map(_doubt, rims)) > _VOLUME_SHARE * abs(volume):
+        large = list(rims)
     if large:
         raise PartError(
-            f"{source}: {len(large)} of {len(rims)} holes are too large to fill: "
+            f"{source}: {len(large)} of {len(rims)} holes are too large to fill, since what is "
+            f"missing may hold more than {100 * _VOLUME_SHARE:g} % of the volume: "
             f"{describe_rims(large)}; close the part in CAD"
         )
     added = [_patch(vertices, rim, len(vertices) + k) for k, rim in enumerate(rims)]
@@ -130,21 +134,16 @@ def fill_rims(
     return np.concatenate([vertices, centres]), np.concatenate([faces, *added])
 
 
-def _is_small(vertices: FloatArray, rim: Rim, diagonal: float, volume: float) -> bool:
-    if not rim.loop:
+def _is_small(rim: Rim, diagonal: float, volume: float) -> bool:
+    """Whether what is missing over a rim, up to half a ball, hardly changes the volume."""
+    if not rim.loop or (rim.size > _FEW_EDGES and rim.perimeter >= _SMALL_RIM * diagonal):
         return False
-    if rim.size <= _FEW_EDGES:
-        doubt = 0.0 if rim.size == 3 else _tetrahedron(vertices[list(rim.loop)])
-    elif rim.perimeter < _SMALL_RIM * diagonal:
-        doubt = rim.perimeter**3 / (12.0 * np.pi**2)  # half a ball over a round rim
-    else:
-        return False
-    return bool(doubt < _VOLUME_SHARE * abs(volume))
+    return _doubt(rim) < _VOLUME_SHARE * abs(volume)
 
 
-def _tetrahedron(p: FloatArray) -> float:
-    """Volume between the two ways to fill a rim of four edges, mm^3."""
-    return float(abs(np.dot(p[1] - p[0], np.cross(p[2] - p[0], p[3] - p[0]))) / 6.0)
+def _doubt(rim: Rim) -> float:
+    """Half a ball over a round rim of this perimeter, mm^3."""
+    return float(rim.perimeter**3 / (12.0 * np.pi**2))
 
 
 def _patch(vertices: FloatArray, rim: Rim, centre: int) -> IntArray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
+from gradedesign.mesh.winding import winding_numbers
 
 #: Shared volume below this share of the smaller shell is touching, not overlapping.
 _TOUCHING = 1e-6
@@ -29,6 +30,13 @@ class Nesting:
 
     inside: BoolArray
     overlap: BoolArray
+
+
+def shell_volume(vertices: FloatArray, faces: IntArray) -> float:
+    """Signed volume of a closed shell about its own middle, mm^3."""
+    corners = vertices[faces]
+    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def find_nesting(vertices: FloatArray, parts: Sequence[IntArray], volumes: FloatArray) -> Nesting:
@@ -70,7 +78,7 @@ def _shared(
     """Share of the smaller shell's volume that lies inside the bigger one."""
     for k in (small, big):
         if k not in solids:
-            solids[k] = _manifold(vertices, parts[k], volumes[k])
+            solids[k] = manifold_of(vertices, parts[k], volumes[k])
     if solids[small] is None or solids[big] is None:  # touches itself: ask its corners instead
         points = vertices[np.unique(parts[small])]
         winding = winding_numbers(vertices[parts[big]], points[:: max(1, len(points) // 64)])
@@ -78,7 +86,7 @@ def _shared(
     return float((solids[small] ^ solids[big]).volume()) / abs(float(volumes[small]))
 
 
-def _manifold(vertices: FloatArray, faces: IntArray, volume: float) -> Any:
+def manifold_of(vertices: FloatArray, faces: IntArray, volume: float) -> Any:
     """Convert a shell, turned outward; None if the library refuses it."""
     import manifold3d
 
@@ -92,30 +100,11 @@ def _manifold(vertices: FloatArray, faces: IntArray, volume: float) -> Any:
     return solid if solid.status() == manifold3d.Error.NoError else None
 
 
-def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Solid angle of a closed shell seen from each point, over 4 pi.
-
-    Van Oosterom and Strackee (1983), "The solid angle of a plane triangle", eq. 8.
-
-    Parameters
-    ----------
-    corners : (m, 3, 3) array, mm
-    points : (k, 3) array, mm
-
-    Returns
-    -------
-    (k,) array
-        1 inside an outward shell, -1 inside a reversed one, 0 outside.
-    """
-    result = np.zeros(len(points))
-    for k, point in enumerate(points):
-        a, b, c = np.moveaxis(corners - point, 1, 0)
-        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-        dot_ab, dot_bc, dot_ca = ((p * q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a)))
-        triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-        below = la * lb * lc + dot_ab * lc + dot_bc * la + dot_ca * lb
-        result[k] = np.arctan2(triple, below).sum() / (2.0 * np.pi)
-    return result
+def mesh_of(solid: Any) -> tuple[FloatArray, IntArray]:
+    """Vertices ``(n, 3)`` in mm and facets ``(m, 3)`` of a solid of the Boolean kernel."""
+    mesh = solid.to_mesh64()
+    points = np.array(mesh.vert_properties, dtype=np.float64)[:, :3]
+    return np.ascontiguousarray(points), np.array(mesh.tri_verts).astype(np.int64)
 
 
 def unite(
@@ -126,7 +115,9 @@ def unite(
     nesting: Nesting,
     source: str,
 ) -> tuple[FloatArray, IntArray]:
-    """Unite overlapping solids, each with its own voids taken out first.
+    """Unite overlapping solids, each with its own voids taken out first, and cut holes.
+
+    A reversed shell that lies in no solid wholly cuts a hole into all that it crosses.
 
     Parameters
     ----------
@@ -140,33 +131,41 @@ def unite(
     Raises
     ------
     PartError
-        If a void crosses a surface, or a shell is not manifold.
+        If the void of one solid crosses another solid, a shell is not manifold, or nothing is
+        left.
     """
     import manifold3d
 
-    voids = [int(v) for v in np.flatnonzero(keep & (sign < 0))]
-    if nesting.overlap[voids][:, keep].any():
+    owner = {int(v): _innermost(nesting, int(v)) for v in np.flatnonzero(keep & (sign < 0))}
+    own = [v for v, solid in owner.items() if solid is not None]
+    if nesting.overlap[own][:, keep & (sign > 0)].any():
         raise PartError(
-            f"{source}: a reversed shell crosses another surface, so it is unclear what is "
-            "solid; cut the void out in CAD"
+            f"{source}: the void of one solid crosses another solid, so it is unclear what is "
+            "solid there; cut the void out in CAD"
         )
-    solids = {int(k): _manifold(vertices, parts[int(k)], sign[k]) for k in np.flatnonzero(keep)}
+    solids = {int(k): manifold_of(vertices, parts[int(k)], sign[k]) for k in np.flatnonzero(keep)}
     if any(solid is None for solid in solids.values()):
         raise PartError(
             f"{source}: overlapping shells touch themselves and cannot be united; unite them in CAD"
         )
     bodies = []
     for k in (int(s) for s in np.flatnonzero(keep & (sign > 0))):
-        own = [solids[v] for v in voids if _innermost(nesting, v) == k]
+        voids = [solids[v] for v in own if owner[v] == k]
         bodies.append(
-            manifold3d.Manifold.batch_boolean([solids[k], *own], manifold3d.OpType.Subtract)
+            manifold3d.Manifold.batch_boolean([solids[k], *voids], manifold3d.OpType.Subtract)
         )
-    mesh = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add).to_mesh64()
-    points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
-    return points, np.asarray(mesh.tri_verts).astype(np.int64)
+    whole = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)
+    cuts = [solids[v] for v, solid in owner.items() if solid is None]
+    whole = manifold3d.Manifold.batch_boolean([whole, *cuts], manifold3d.OpType.Subtract)
+    points, faces = mesh_of(whole)
+    if len(faces) == 0:
+        raise PartError(f"{source}: reversed shells cut away the whole part; turn their normals")
+    return points, faces
 
 
-def _innermost(nesting: Nesting, shell: int) -> int:
+def _innermost(nesting: Nesting, shell: int) -> int | None:
     """The smallest shell around a shell: the one that itself lies inside the most."""
     around = np.flatnonzero(nesting.inside[shell])
+    if len(around) == 0:
+        return None
     return int(around[np.argmax(nesting.inside[around].sum(axis=1))])

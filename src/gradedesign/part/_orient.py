@@ -18,6 +18,12 @@ def shell_labels(edges: Edges, size: int) -> IntArray:
     return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
+def split_shells(faces: IntArray, label: IntArray) -> list[IntArray]:
+    """Facets of every shell, from the shell of every facet, in their order."""
+    order = np.argsort(label, kind="stable")
+    return np.split(faces[order], np.cumsum(np.bincount(label))[:-1])
+
+
 def orient_consistently(vertices: FloatArray, faces: IntArray, source: str) -> tuple[IntArray, int]:
     """Flip the minority of each shell so that every manifold edge is run along both ways.
 

@@ -1,12 +1,12 @@
 """Which closed shells bound material: solids, voids, overlaps, crumbs.
 
-Material is where the winding number is positive. A reversed shell inside a solid is a void; a
-shell inside a solid that runs the same way round bounds nothing and is dropped.
+A reversed shell inside a solid is a void, one that reaches out of it a hole; a shell inside a
+solid that runs the same way round bounds nothing and is dropped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +16,11 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._edges import Edges, face_edges
-from gradedesign.part._nesting import Nesting, find_nesting, unite
-from gradedesign.part._orient import shell_labels
+from gradedesign.part._nesting import Nesting, find_nesting, shell_volume, unite
+from gradedesign.part._orient import shell_labels, split_shells
+from gradedesign.part._self_crossing import require_simple, uncross_shells
+from gradedesign.part._shell_roles import ShellRoles, shell_roles
 
-#: A loose piece below this share of the largest one's volume is a crumb.
-CRUMB_SHARE = 1e-3
 #: Shells below this share of the largest volume enclose nothing that single precision can hold.
 FLAT_SHARE = 1e-12
 
@@ -45,45 +45,51 @@ class SolidShells:
 
 
 def settle_shells(
-    vertices: FloatArray, faces: IntArray, *, bodies: str, source: str
+    vertices: FloatArray, faces: IntArray, *, bodies: str, margin: float, source: str
 ) -> SolidShells:
     """Turn shells outward, keep true voids, unite overlaps, drop crumbs, count the bodies.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Consistently oriented.
+    bodies : {"one", "all"}
+    margin : float, mm
+        Depth up to which facets only touch.
+    source : str
 
     Raises
     ------
     PartError
-        If the surface does not close, has no volume, or falls into several bodies where one
-        is asked.
+        If the surface does not close, has no volume, overlaps itself in a way that cannot be
+        settled, or falls into several bodies where one is asked.
     """
-    label = _closed_shells(vertices, faces, source)
-    parts = [faces[label == k] for k in range(int(label.max()) + 1)]
-    volumes = np.array([_volume(vertices, part) for part in parts])
-    _require_volume(vertices, volumes, source)
-    parts, volumes, flat = _without_flat(parts, volumes, source)
+    parts = split_shells(faces, _closed_shells(vertices, faces, source))
+    _require_volume(vertices, parts, source)
+    free = uncross_shells(vertices, parts, margin=margin, source=source)
+    vertices = free.vertices
+    parts, volumes, flat = _without_flat(vertices, free.parts, source)
     nesting = find_nesting(vertices, parts, volumes)
-    crumb = _crumbs(nesting, volumes)
-    sign, inverted = _outward_signs(nesting, volumes)
-    outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
-    bounding = (outside > 0) != (outside + sign > 0)
-    ignored, keep = ~bounding & ~crumb, bounding & ~crumb
-    warnings = [
-        *flat,
-        *_notes(volumes, crumb=crumb, inverted=inverted, ignored=ignored, source=source),
-    ]
+    roles = shell_roles(nesting, volumes, source)
+    sign, keep = roles.sign, roles.keep
+    warnings = [*free.notes, *flat, *_notes(volumes, roles, source)]
     parts = [p[:, ::-1] if flip else p for p, flip in zip(parts, sign * volumes < 0, strict=True)]
     crossing = keep & nesting.overlap[:, keep].any(axis=1)
     kept = [parts[k] for k in np.flatnonzero(keep)]
     if crossing.any():
         vertices, kept, note = _united(vertices, parts, keep, sign, nesting, source)
         warnings.append(note)
-    kept_volumes = np.array([_volume(vertices, part) for part in kept])
+    kept_volumes = np.array([shell_volume(vertices, part) for part in kept])
     _require_bodies(vertices, kept, kept_volumes, bodies, source)
     vertices, faces = _separate(vertices, kept)
+    if len(kept) > 1 or crossing.any():  # a single shell was measured when it was uncrossed
+        require_simple(vertices, faces, source)
     counts = {
-        "shells_inverted": int(inverted.sum()),
-        "shells_ignored": int(ignored.sum()),
-        "shells_united": int(crossing.sum()),
-        "fragments_dropped": int(crumb.sum()),
+        "shells_inverted": int(roles.inverted.sum()),
+        "shells_ignored": int(roles.ignored.sum()),
+        "shells_united": int(crossing.sum()) + free.united,
+        "fragments_dropped": int(roles.crumb.sum()),
         "bodies": int((kept_volumes > 0).sum()),
         "voids": int((kept_volumes < 0).sum()),
     }
@@ -99,34 +105,26 @@ def _united(
     source: str,
 ) -> tuple[FloatArray, list[IntArray], str]:
     """Unite overlapping shells: vertices, the shells of the union, and a remark with volumes."""
-    before = sum(_volume(vertices, parts[k]) for k in np.flatnonzero(keep))
+    before = sum(shell_volume(vertices, parts[k]) for k in np.flatnonzero(keep))
     vertices, faces = unite(vertices, parts, keep, sign, nesting, source)
-    label = shell_labels(face_edges(faces), len(faces))
-    shells = [faces[label == k] for k in range(int(label.max()) + 1)]
+    shells = split_shells(faces, shell_labels(face_edges(faces), len(faces)))
     note = (
         f"{source}: overlapping shells were united; volume {before:.6g} mm^3 counted shell by "
-        f"shell, {_volume(vertices, faces):.6g} mm^3 united"
+        f"shell, {sum(shell_volume(vertices, shell) for shell in shells):.6g} mm^3 united"
     )
     return vertices, shells, note
 
 
-def _volume(vertices: FloatArray, faces: IntArray) -> float:
-    """Signed volume of a closed shell about its own middle, mm^3."""
-    corners = vertices[faces]
-    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-
-
 def _without_flat(
-    parts: list[IntArray], volumes: FloatArray, source: str
+    vertices: FloatArray, parts: Sequence[IntArray], source: str
 ) -> tuple[list[IntArray], FloatArray, list[str]]:
     """Drop closed shells that enclose nothing, such as pockets flattened by single precision."""
+    volumes = np.array([shell_volume(vertices, part) for part in parts])
     solid = np.abs(volumes) > FLAT_SHARE * np.abs(volumes).max()
-    gone = int(np.count_nonzero(~solid))
-    if gone == 0:
-        return parts, volumes, []
-    note = f"{source}: {gone} closed shells without volume were dropped"
-    return [p for p, keep in zip(parts, solid, strict=True) if keep], volumes[solid], [note]
+    kept = [p for p, keep in zip(parts, solid, strict=True) if keep]
+    gone = len(parts) - len(kept)
+    notes = [f"{source}: {gone} closed shells without volume were dropped"] if gone else []
+    return kept, volumes[solid], notes
 
 
 def _closed_shells(vertices: FloatArray, faces: IntArray, source: str) -> IntArray:
@@ -164,45 +162,20 @@ def _net_directions(edges: Edges, label: IntArray) -> tuple[IntArray, IntArray]:
     return side, net
 
 
-def _require_volume(vertices: FloatArray, volumes: FloatArray, source: str) -> None:
-    box = float(np.prod(np.ptp(vertices, axis=0)))
-    if np.abs(volumes).max() <= 1e-9 * box:
+def _require_volume(vertices: FloatArray, parts: Sequence[IntArray], source: str) -> None:
+    """Refuse a surface of which no shell has thickness."""
+    volumes = [abs(shell_volume(vertices, part)) for part in parts]
+    boxes = [float(np.prod(np.ptp(vertices[part], axis=(0, 1)))) for part in parts]
+    if all(v <= 1e-9 * box for v, box in zip(volumes, boxes, strict=True)):
         raise PartError(
-            f"{source}: the surface encloses no volume ({np.abs(volumes).max():.3g} mm^3 in a box "
-            f"of {box:.4g} mm^3); a part needs thickness"
+            f"{source}: the surface encloses no volume ({max(volumes):.3g} mm^3 in a box "
+            f"of {max(boxes):.4g} mm^3); a part needs thickness"
         )
 
 
-def _crumbs(nesting: Nesting, volumes: FloatArray) -> BoolArray:
-    """Loose pieces too small to be meant."""
-    loose = ~nesting.inside.any(axis=1) & ~nesting.overlap.any(axis=1)
-    return loose & (np.abs(volumes) < CRUMB_SHARE * np.abs(volumes).max())
-
-
-def _outward_signs(nesting: Nesting, volumes: FloatArray) -> tuple[IntArray, BoolArray]:
-    """+1 for shells that add material, -1 for those that take it, and which had to be flipped.
-
-    Everything inside an inverted outermost shell is flipped with it: the file is inside out.
-    """
-    size = np.abs(volumes)
-    outermost = np.where(
-        nesting.inside.any(axis=1),
-        np.argmax(np.where(nesting.inside, size[None, :], -1.0), axis=1),
-        np.arange(len(volumes)),
-    )
-    inverted = volumes[outermost] < 0
-    return np.where((volumes > 0) ^ inverted, 1, -1), inverted
-
-
-def _notes(
-    volumes: FloatArray,
-    *,
-    crumb: BoolArray,
-    inverted: BoolArray,
-    ignored: BoolArray,
-    source: str,
-) -> list[str]:
+def _notes(volumes: FloatArray, roles: ShellRoles, source: str) -> list[str]:
     """Put the decisions about shells into words."""
+    inverted, ignored, cut, crumb = roles.inverted, roles.ignored, roles.cut, roles.crumb
     warnings = []
     if inverted.any():
         warnings.append(f"{source}: {inverted.sum()} of {len(volumes)} shells inside out, flipped")
@@ -210,6 +183,11 @@ def _notes(
         warnings.append(
             f"{source}: {ignored.sum()} shells inside the solid ignored "
             f"({np.abs(volumes[ignored]).sum():.4g} mm^3); a void needs reversed normals"
+        )
+    if cut.any():
+        warnings.append(
+            f"{source}: {cut.sum()} reversed shells that reach out of the solid were taken as "
+            "holes; a boss needs outward normals"
         )
     if crumb.any():
         warnings.append(

@@ -17,26 +17,27 @@ _PATTERN = _FACET.split()
 _COORDINATES = tuple(k for k, word in enumerate(_PATTERN) if word == b"#" and k > 4)
 
 
-def parse_ascii(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
-    """Decode ASCII STL into corners ``(m, 3, 3)`` in file units, and warnings.
+def parse_ascii(data: bytes, source: str) -> FloatArray:
+    """Decode ASCII STL into corners ``(m, 3, 3)`` in file units.
 
-    Tabs, any line ends, upper case, exponents and several solids are fine; a file that
-    lacks only ``endsolid`` is read with a warning.
+    Tabs, any line ends, upper case, exponents and several solids are fine.
 
     Raises
     ------
     PartError
-        Names the line that is not STL.
+        Names the line that is not STL, or says that an ``endsolid`` is missing.
     """
     text = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").lower()
     corners = _parse_fast(text)
     if corners is None:
         corners = _parse_lines(text, source)
     ends = [match[1] is not None for match in _SOLID_LINE.finditer(text)]
-    warnings = []
     if ends.count(True) < ends.count(False):
-        warnings.append(f"{source}: 'endsolid' is missing; all {len(corners)} facets were read")
-    return corners, warnings
+        raise PartError(
+            f"{source}: 'endsolid' is missing after {len(corners)} facets, so the file may be cut "
+            "between two shells; export it again, or add a last line 'endsolid' if it is whole"
+        )
+    return corners
 
 
 def _parse_fast(text: bytes) -> FloatArray | None:

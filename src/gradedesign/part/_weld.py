@@ -2,16 +2,62 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import PartError
 from gradedesign.part._edges import face_edges, odd_edge_count
 
+#: A gap this many times as wide as what lies on its one side cuts off what is on the other.
+_GAP = 10.0
+#: Share of the corners that may be astray.
+_STRAY_SHARE = 0.01
+#: Flips for each facet without area, after which the rest is left as it is.
+_MOST_FLIPS = 20
+#: Pairs of corners within the tolerance that fit in memory.
+_MOST_PAIRS = 20_000_000
 
-def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, int]:
+
+def core_points(points: FloatArray) -> FloatArray:
+    """Points ``(n, 3)`` without the few that lie far astray.
+
+    Points are astray if a gap of ten times the diagonal of the rest, along an axis, lies between,
+    and at most a hundredth of the points is on their side. Tolerances follow the size of the rest,
+    so that one damaged facet far away does not weld the part into a lump.
+    """
+    while True:
+        kept = points[_near(points)]
+        if len(kept) == len(points):
+            return points
+        points = kept
+
+
+def _near(points: FloatArray) -> BoolArray:
+    """Points that no wide gap along an axis cuts off, ``(n,)``."""
+    few = max(3, int(_STRAY_SHARE * len(points)))
+    for axis in range(3):
+        place = points[:, axis]
+        ordered = np.sort(place)
+        gaps = np.diff(ordered)
+        for cut in np.flatnonzero(gaps > np.ptp(place) / (2.0 * _GAP)).tolist():
+            above = len(ordered) - 1 - cut
+            if cut + 1 <= few < above:
+                rest = place > ordered[cut]
+            elif above <= few < cut + 1:
+                rest = place <= ordered[cut]
+            else:
+                continue
+            if gaps[cut] > _GAP * np.linalg.norm(np.ptp(points[rest], axis=0)):
+                return np.asarray(rest)
+    return np.ones(len(points), dtype=np.bool_)
+
+
+def weld(corners: FloatArray, tolerance: float, source: str) -> tuple[FloatArray, IntArray, int]:
     """Join corners that coincide within a tolerance.
 
     Clusters come from a neighbour search, so no pair falls apart at a grid line. Each
@@ -21,6 +67,13 @@ def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, i
     ----------
     corners : (m, 3, 3) array, mm
     tolerance : float, mm
+    source : str
+        Name for messages.
+
+    Raises
+    ------
+    PartError
+        If nearly all corners lie within the tolerance of each other.
 
     Returns
     -------
@@ -30,7 +83,14 @@ def weld(corners: FloatArray, tolerance: float) -> tuple[FloatArray, IntArray, i
         Distinct points that were joined to another one.
     """
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    tree = cKDTree(points)
+    near = (int(tree.count_neighbors(tree, tolerance)) - len(points)) // 2
+    if near > _MOST_PAIRS:
+        raise PartError(
+            f"{source}: {near:.3g} pairs of corners lie within {tolerance:.3g} mm of each other, "
+            "so most facets have no size beside the part; export it again with a coarser tolerance"
+        )
+    pairs = tree.query_pairs(tolerance, output_type="ndarray")
     if len(pairs) == 0:
         return points, index.reshape(-1, 3).astype(np.int64), 0
     graph = coo_array(
@@ -70,8 +130,9 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
         edges = face_edges(kept)
         stray = flat & (edges.count % 2 == 1)[edges.edge_of].reshape(3, -1).any(axis=0)
         flipped = _flip_flat(vertices, kept[~stray], flat[~stray])
-        kept = plain if odd_edge_count(plain) <= odd_edge_count(flipped) else flipped
-        return kept, len(faces) - len(plain)
+        ways = (plain, flipped, kept[~stray])  # what closes best, and of that the fewest flat ones
+        best = min(ways, key=odd_edge_count)
+        return best, len(faces) - len(plain)
     return kept, len(faces) - len(kept)
 
 
@@ -81,24 +142,31 @@ def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def _flip_flat(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> IntArray:
-    """Flip the longest edge of every flat facet into the facet behind it; flat ones go."""
+    """Flip the longest edge of every flat facet into the facet behind it; flat ones go.
+
+    Where both are flat and it is the longest edge of both, the flip leaves two flat facets with
+    shorter edges, which are flipped in their turn.
+    """
     result: list[tuple[int, int, int] | None] = [(f[0], f[1], f[2]) for f in faces.tolist()]
     owner = {(f[k], f[(k + 1) % 3]): i for i, f in enumerate(faces.tolist()) for k in range(3)}
-    waiting = np.flatnonzero(flat).tolist()
+    waiting = deque(np.flatnonzero(flat).tolist())
     pending = set(waiting)
-    for _ in range(4 * len(waiting)):
+    for _ in range(_MOST_FLIPS * len(waiting)):
         if not waiting:
             break
-        i = waiting.pop(0)
+        i = waiting.popleft()
         a, c, b = _longest_first(vertices, result[i] or (0, 0, 0))
         j = owner.get((c, a))
         if j is None or result[j] is None:
             continue
-        if j in pending:
-            waiting.append(i)
-            continue
         d = next(v for v in result[j] or () if v not in (a, c))
-        pending.discard(i)
+        if j in pending:
+            if b == d or set(_longest_first(vertices, result[j] or (0, 0, 0))[:2]) != {a, c}:
+                waiting.append(i)
+                continue
+            waiting.append(i)
+        else:
+            pending.discard(i)
         if d == b:  # the facet lies folded onto its neighbour's edge: both only cancel
             continue
         result[i], result[j] = (c, b, d), (b, a, d)

@@ -15,7 +15,14 @@ from gradedesign.part._edges import face_edges
 from gradedesign.part._holes import describe_rims, fill_rims, find_rims
 from gradedesign.part._orient import orient_consistently
 from gradedesign.part._shells import settle_shells
-from gradedesign.part._weld import compact, drop_degenerate, drop_duplicates, thickness, weld
+from gradedesign.part._weld import (
+    compact,
+    core_points,
+    drop_degenerate,
+    drop_duplicates,
+    thickness,
+    weld,
+)
 from gradedesign.part.raw_triangles import require_finite
 
 log = logging.getLogger(__name__)
@@ -48,9 +55,9 @@ class RepairReport:
     shells_ignored : int
         Shells inside a solid that run the same way round as it.
     shells_united : int
-        Shells that overlapped.
+        Shells that overlapped each other or themselves, or that a reversed shell cut.
     fragments_dropped : int
-        Loose pieces under 0.1 % of the volume of the largest.
+        Loose pieces under 0.1 % of the volume of the largest, together under 1 % of the part's.
     holes_filled : int
     touching_edges : int
         Edges at which more than two facets meet.
@@ -109,14 +116,16 @@ def build_surface(
     if len(corners) == 0:
         raise PartError(f"{source}: no triangles; export the part again as a solid")
     require_finite(corners, source=source)
-    flat = corners.reshape(-1, 3)
-    diagonal = float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
-    warnings = _size_warnings(flat, diagonal, source)
+    core = core_points(corners.reshape(-1, 3))
+    diagonal = float(np.linalg.norm(np.ptp(core, axis=0)))
+    warnings = _size_warnings(core, diagonal, source)
     vertices, faces, counts = _cleaned(corners, diagonal, source)
     vertices, faces, holes = _close_holes(vertices, faces, repair, diagonal, source, warnings)
     vertices, faces = compact(vertices, faces)
     touching = int(np.count_nonzero(face_edges(faces).count > 2))
-    solid = settle_shells(vertices, faces, bodies=bodies, source=source)
+    solid = settle_shells(
+        vertices, faces, bodies=bodies, margin=WELD_SHARE * diagonal, source=source
+    )
     counts |= {"holes_filled": holes, "touching_edges": touching, **solid.counts}
     report = RepairReport(
         facets_read=len(corners),
@@ -133,7 +142,7 @@ def _cleaned(
     corners: FloatArray, diagonal: float, source: str
 ) -> tuple[FloatArray, IntArray, dict[str, int]]:
     """Weld, drop what carries no area or no news, and orient; counts as in the report."""
-    vertices, faces, welded = weld(corners, WELD_SHARE * diagonal)
+    vertices, faces, welded = weld(corners, WELD_SHARE * diagonal, source)
     _require_thickness(vertices, diagonal, source)
     faces, degenerate = drop_degenerate(vertices, faces, diagonal)
     if len(faces) == 0:

@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import PartError
 from gradedesign.part._stl_ascii import parse_ascii
-from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
+from gradedesign.part.raw_triangles import LARGEST_COORDINATE, RawTriangles, raw_triangles
 
 log = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ def parse_stl(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
     if _declared_size(data) == len(data):  # also binary files whose header starts with "solid"
         return _parse_binary(data, source)
     if _is_ascii_stl(data):
-        return parse_ascii(data, source)
+        return parse_ascii(data, source), []
     other = _looks_like(data)
     if other is not None:
         raise PartError(f"{source}: not STL, looks like {other}; export the part as STL")
@@ -119,11 +119,27 @@ def _parse_binary(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
             f"(at most {_MOST_TRAILING} are accepted); the count in the header is wrong or "
             "another file is attached"
         )
+    lost = _facets_behind(data, count, held)
+    if lost:
+        raise PartError(
+            f"{source}: declares {count} triangles, but {lost} more follow them; the count in the "
+            "header is wrong or the file was put together from two; export the part again"
+        )
     warnings = [f"{source}: {trailing} trailing bytes after the triangles ignored"]
     records = np.frombuffer(data, dtype=_RECORD, count=count, offset=_HEADER)
     with np.errstate(invalid="ignore"):  # a signalling NaN; refused with the other NaN
         corners = records["corners"].astype(np.float64)
     return corners, warnings if trailing else []
+
+
+def _facets_behind(data: bytes, count: int, held: int) -> int:
+    """Count records behind the declared ones that could be facets of a part."""
+    records = np.frombuffer(data, dtype=_RECORD, count=held, offset=_HEADER)
+    with np.errstate(invalid="ignore"):
+        corners = records["corners"][count:].astype(np.float64)
+    usable = (np.abs(corners) < LARGEST_COORDINATE).all(axis=(1, 2))
+    a, b, c = np.moveaxis(corners[usable], 1, 0)
+    return int(np.count_nonzero(np.cross(b - a, c - a).any(axis=1)))
 
 
 def _is_ascii_stl(data: bytes) -> bool:

@@ -1,0 +1,49 @@
+"""Triangles of one surface that pass through each other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.mesh import _crossing_kernels as kernels
+from gradedesign.mesh.closest import build_triangle_tree
+
+
+def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> IntArray:
+    """Pairs of triangles that pass through each other, ``(k, 2)``.
+
+    Two triangles pass through each other where a side of one meets the inside of the other.
+    Contact is no crossing: neither triangles that share an edge, nor those that reach less than
+    the margin beyond each other, nor triangles that overlap in one plane.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Neighbours share vertex numbers.
+    margin : float, mm
+        Depth up to which triangles only touch.
+
+    Returns
+    -------
+    (k, 2) int array
+        For every triangle that passes through later ones, itself and one of them; the same for any
+        number of threads.
+    """
+    crossed = np.full(len(faces), -1, dtype=np.int64)
+    if len(faces) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    tree = build_triangle_tree(vertices[faces])
+    kernels.find_crossed(
+        np.ascontiguousarray(vertices),
+        np.ascontiguousarray(faces),
+        tree.box,
+        tree.right,
+        tree.first,
+        tree.count,
+        tree.order,
+        margin,
+        crossed,
+    )
+    found = np.flatnonzero(crossed >= 0)
+    return np.stack([found, crossed[found]], axis=1)

@@ -1,0 +1,102 @@
+"""What each closed shell is to the part: solid, void, hole, crumb, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.errors import PartError
+from gradedesign.part._nesting import Nesting
+
+#: A loose piece below this share of the largest one's volume is a crumb.
+CRUMB_SHARE = 1e-3
+#: Crumbs above this share of the other volume together are no crumbs.
+CRUMBS_SHARE = 1e-2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShellRoles:
+    """The part each shell plays, ``(s,)`` arrays.
+
+    Attributes
+    ----------
+    sign : int array
+        +1 for shells that add material, -1 for those that take it.
+    inverted : bool array
+        Turned around, since the file has them inside out.
+    crumb, ignored, cut : bool arrays
+        Dropped as too small; dropped inside a solid; a hole that reaches out of the solid.
+    keep : bool array
+        Bounds material.
+    """
+
+    sign: IntArray
+    inverted: BoolArray
+    crumb: BoolArray
+    ignored: BoolArray
+    cut: BoolArray
+    keep: BoolArray
+
+
+def shell_roles(nesting: Nesting, volumes: FloatArray, source: str) -> ShellRoles:
+    """Settle what each shell is, from how the shells lie to each other."""
+    cluster = _clusters(nesting)
+    crumb = _crumbs(cluster, volumes)
+    sign, inverted = _outward_signs(nesting, cluster, volumes, source)
+    outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
+    cut = ~crumb & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
+    bounding = ((outside > 0) != (outside + sign > 0)) | cut
+    return ShellRoles(
+        sign=sign,
+        inverted=inverted,
+        crumb=crumb,
+        ignored=~bounding & ~crumb,
+        cut=cut,
+        keep=bounding & ~crumb,
+    )
+
+
+def _clusters(nesting: Nesting) -> IntArray:
+    """Number the sets of shells that lie in or across each other, ``(s,)``."""
+    graph = coo_array(nesting.inside | nesting.overlap)
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def _crumbs(cluster: IntArray, volumes: FloatArray) -> BoolArray:
+    """Loose pieces too small to be meant, unless together they are a part of the volume."""
+    size = np.bincount(cluster, np.abs(volumes))
+    small = size < CRUMB_SHARE * size.max()
+    if size[small].sum() > CRUMBS_SHARE * size[~small].sum():
+        small[:] = False
+    return np.asarray(small[cluster])
+
+
+def _outward_signs(
+    nesting: Nesting, cluster: IntArray, volumes: FloatArray, source: str
+) -> tuple[IntArray, BoolArray]:
+    """+1 for shells that add material, -1 for those that take it, and which had to be flipped.
+
+    Everything that lies in or across an inverted largest shell is flipped with it: the file is
+    inside out.
+
+    Raises
+    ------
+    PartError
+        If a shell crosses a larger one that runs the other way round and is the inverted one.
+    """
+    order = np.lexsort((-volumes, -np.abs(volumes)))
+    _, first = np.unique(cluster[order], return_index=True)
+    largest = order[first][cluster]
+    inverted = volumes[largest] < 0
+    mixed = nesting.overlap & (np.sign(volumes)[:, None] != np.sign(volumes)[None, :])
+    if (mixed.any(axis=1) & inverted).any():
+        k = int(np.flatnonzero(mixed.any(axis=1) & inverted)[0])
+        raise PartError(
+            f"{source}: a reversed shell of {abs(volumes[largest[k]]):.4g} mm^3 crosses smaller "
+            "outward ones, so it is unclear what is solid; turn its normals or cut it out in CAD"
+        )
+    return np.where((volumes > 0) ^ inverted, 1, -1), inverted
