@@ -3,6 +3,11 @@
 A message says what is wrong, the value with its unit, what was expected and what to try.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class GradeDesignError(Exception):
     """Base of every error that gradedesign raises on purpose."""
@@ -56,3 +61,30 @@ class PluginError(GradeDesignError):
     """A plugin failed to load, clashes with another, or broke its contract."""
 
     exit_code = 7
+
+
+@contextmanager
+def blaming(what: str) -> Iterator[None]:
+    """Run code of a plugin; whatever it raises names the plugin.
+
+    Parameters
+    ----------
+    what : str
+        What runs and whose it is, such as ``cell 'acme-cube'``.
+
+    Raises
+    ------
+    GradeDesignError
+        Of the class that the code raised on purpose.
+    PluginError
+        If it raised anything else, an attempt to end the process included. An interruption by the
+        user and a lack of memory are nobody's fault and stay what they are.
+    """
+    try:
+        yield
+    except GradeDesignError as error:
+        raise type(error)(f"{what}: {error}") from error
+    except (KeyboardInterrupt, MemoryError):
+        raise
+    except BaseException as error:
+        raise PluginError(f"{what} failed: {type(error).__name__}: {error}") from error

@@ -1,8 +1,5 @@
 """Installed plugins: folders with a dist-info, as pip leaves them, that work, fail and clash."""
 
-import sys
-import textwrap
-
 import pytest
 
 from gradedesign import CaseError, PluginError
@@ -16,30 +13,6 @@ from gradedesign import CellFamily, hookimpl
 def gradedesign_cell_families():
     yield CellFamily(name="{name}", shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0))
 """
-
-
-@pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Lay out a distribution with one module and put it on the path."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-    def lay_out(distribution, source, version="1.2"):
-        module = distribution.replace("-", "_")
-        (tmp_path / f"{module}.py").write_text(textwrap.dedent(source), encoding="utf-8")
-        info = tmp_path / f"{module}-{version}.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n", encoding="utf-8"
-        )
-        (info / "entry_points.txt").write_text(
-            f"[gradedesign]\n{distribution} = {module}\n", encoding="utf-8"
-        )
-
-    before = set(sys.modules)
-    yield lay_out
-    for name in set(sys.modules) - before:
-        if name.startswith("fake_"):
-            del sys.modules[name]
 
 
 def test_a_good_plugin_is_found_with_its_source(install):

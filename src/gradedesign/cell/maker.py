@@ -92,9 +92,9 @@ def make_cell(
     given = dict(options) if file is None else {**options, "file": file}
     try:
         made = maker.make(name, **given)
-    except GradeDesignError:
+    except (GradeDesignError, KeyboardInterrupt, MemoryError):
         raise
-    except Exception as error:
+    except BaseException as error:
         raise PluginError(f"the maker '{maker.name}' cannot use its options: {error}") from error
     if not isinstance(made, CellFamily) or made.name != name:
         raise PluginError(

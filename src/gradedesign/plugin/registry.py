@@ -223,7 +223,9 @@ def _load_installed(
         source = _distribution_source(point.dist, point.name, point.value)
         try:
             plugin = point.load()
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - foreign code may raise anything
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 - foreign code may raise anything
             failures.append(_failure(source, error))
             continue
         _register(manager, sources, plugin, source)
@@ -256,7 +258,9 @@ def _collect(
                 for implementation in getattr(manager.hook, f"gradedesign_{kind}").get_hookimpls():
                     if implementation.plugin_name == plugin_name:
                         records += [(kind, record) for record in implementation.function()]
-        except Exception as error:  # noqa: BLE001 - foreign code may raise anything
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001 - foreign code may raise anything
             failures.append(_failure(source, error))
             continue
         for kind, record in records:
