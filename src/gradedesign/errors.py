@@ -5,6 +5,7 @@ A message says what is wrong, the value with its unit, what was expected and wha
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -78,7 +79,7 @@ def blaming(what: str) -> Iterator[None]:
         Of the class that the code raised on purpose.
     PluginError
         If it raised anything else, an attempt to end the process included. An interruption by the
-        user and a lack of memory are nobody's fault and stay what they are.
+        user, a lack of memory and a full disk are nobody's fault and stay what they are.
     """
     try:
         yield
@@ -87,4 +88,6 @@ def blaming(what: str) -> Iterator[None]:
     except (KeyboardInterrupt, MemoryError):
         raise
     except BaseException as error:
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise
         raise PluginError(f"{what} failed: {type(error).__name__}: {error}") from error

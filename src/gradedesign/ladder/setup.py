@@ -21,7 +21,9 @@ from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warni
 from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.graded_map import require_one_thickness
+from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.part_readers import part_readers
 from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
@@ -83,6 +85,8 @@ class Setup:
     frames : callable, optional
         Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     warnings : tuple of str
+    lattice_files : tuple of LatticeFile
+        What is written of the printed lattice.
     """
 
     case: Case
@@ -108,6 +112,7 @@ class Setup:
     warnings: tuple[str, ...]
     frames: Field | None = None
     buckling_factor: float | None = None
+    lattice_files: tuple[LatticeFile, ...] = ()
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
@@ -117,9 +122,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
+    files = lattice_files(case, registry)
     # Reading comes before what may take a minute: a damaged file is found at once.
     with locating(case, "part.file"):
-        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
+        part = read_part(case, part_readers(case, registry))
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -201,6 +207,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             *layout_warnings(layout, law.name),
             *(() if table is None else spread_warnings(table)),
         ),
+        lattice_files=files,
     )
 
 

@@ -22,9 +22,10 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
+from gradedesign.plugin.format_checks import check_formats
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 
-__all__ = ["PluginFailure", "PluginSource", "Registry", "build_registry", "lookup"]
+__all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
 log = logging.getLogger(__name__)
 
@@ -107,6 +108,7 @@ def build_registry(
             f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(_hook_names()))}"
         ) from error
     found, more = _collect(manager, sources)
+    check_formats(found["readers"], found["exporters"])
     failures = tuple(sorted([*failures, *more], key=str))
     for failure in failures:
         log.warning("disabled %s", failure)
@@ -147,11 +149,23 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     shelf: Mapping[str, Any] = getattr(registry, kind)
     if name in shelf:
         return shelf[name]
-    message = f"no {_SHELVES[kind].noun} named '{name}'; {instead(name, shelf)}"
+    raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {instead(name, shelf)}")
+
+
+def absent(registry: Registry, message: str) -> CaseError | PluginError:
+    """The error of something that a case names and nothing supplies.
+
+    Returns
+    -------
+    CaseError
+        With the message.
+    PluginError
+        With the causes added, when a plugin that might have supplied it failed to load.
+    """
     if registry.failures:
         causes = "; ".join(str(failure) for failure in registry.failures)
-        raise PluginError(f"{message}. It may be missing because a plugin is disabled: {causes}")
-    raise CaseError(message)
+        return PluginError(f"{message}. It may be missing because a plugin is disabled: {causes}")
+    return CaseError(message)
 
 
 def _hook_names() -> list[str]:
