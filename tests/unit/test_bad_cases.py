@@ -171,6 +171,11 @@ WRONG = [
     ('size = "8 mm"', 'size = ["4 mm", "8 mm"]', ['grading = "level"', "goes with one length"]),
     ('size = "8 mm"', 'size = "8 mm"\nwall = "1 mm"', ['is needed with grading = "size"']),
     ('skin = {thickness = "1 mm"}', "skin = {net = true}", ["not there yet"]),
+    (
+        'min_wall = "0.8 mm"',
+        'min_wall = "0.8 mm"\nbuild_direction = "+z"',
+        ["print.build_direction: not used yet"],
+    ),
     ('["stl"]', '["STL"]', ["expected the name of a format", 'did you mean "stl"']),
     ('["stl"]', '["stl", "stl"]', ["a format twice"]),
 ]

@@ -56,7 +56,6 @@ skin = {thickness = "2 mm"}
 
 [print]
 min_wall = "0.8 mm"
-build_direction = "+z"
 
 [run]
 memory = "8 GB"
@@ -117,7 +116,6 @@ def test_design_example_is_read_in_internal_units(load, tmp_path):
     assert case.lattice.density == (0.10, 0.65)
     assert case.lattice.skin == 2.0
     assert case.print.min_wall == 0.8
-    assert case.print.build_vector == (0.0, 0.0, 1.0)
     assert case.run.memory == 8_000_000_000
     assert case.run.time == 1200.0
     assert case.output.formats == ("stl", "vtu", "report")
