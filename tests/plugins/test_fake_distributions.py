@@ -75,3 +75,34 @@ def test_the_environment_can_disable_installed_plugins(install, monkeypatch):
 def test_the_built_ins_are_registered_once(install):
     install("fake-good", CELL.format(name="fake-cell"))
     assert [p.entry_point for p in build_registry().plugins].count("builtin") == 1
+
+
+UNMARKED = (
+    CELL.replace("@hookimpl\n", "") + "\n@hookimpl\ndef gradedesign_materials():\n    return ()\n"
+)
+
+
+def test_a_hook_without_its_marker_is_warned_of(install, cli, caplog):
+    install("fake-unmarked", UNMARKED.format(name="fake-cell"))
+    words = "function gradedesign_cell_families of plugin 'fake-unmarked' (fake-unmarked 1.2)"
+    registry = build_registry()
+    assert "fake-unmarked 1.2" in [str(p) for p in registry.plugins]
+    assert not registry.failures
+    (warning,) = registry.warnings
+    assert warning.startswith(words)
+    assert "@hookimpl" in warning
+    assert words in caplog.text
+    with pytest.raises(PluginError, match="lacks @hookimpl"):
+        lookup(registry, "cell_families", "fake-cell")
+    with pytest.raises(PluginError, match="lacks @hookimpl"):
+        build_registry(strict=True)
+    told = cli("materials")
+    assert told.code == 0
+    assert f"warning: {words}" in told.err
+    assert cli("materials", "--strict-plugins").code == 7
+
+
+def test_only_functions_with_the_name_of_a_hook_need_the_marker(install):
+    helper = "\ndef gradedesign_helper():\n    pass\ngradedesign_readers = None\n"
+    install("fake-good", CELL.format(name="fake-cell") + helper)
+    assert build_registry(strict=True).warnings == ()

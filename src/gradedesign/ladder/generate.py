@@ -254,7 +254,7 @@ def generated_result(
     case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
 ) -> RunResult:
     """What was made, as the result that is written."""
-    warnings = [*made.part.report.warnings, *(f"disabled {f}" for f in registry.failures)]
+    warnings = [*made.part.report.warnings, *registry.notes]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")
     slabs = made.slabs[0]

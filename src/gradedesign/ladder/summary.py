@@ -275,7 +275,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
     law = setup.law
     return {
         "solid_mass_g": _solid_mass(setup),
-        "warnings": (*setup.warnings, *(f"disabled {failure}" for failure in registry.failures)),
+        "warnings": (*setup.warnings, *registry.notes),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
         "case_hash": setup.case.case_hash,

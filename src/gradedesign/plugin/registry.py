@@ -24,6 +24,7 @@ from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
 from gradedesign.plugin.format_checks import check_formats
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
+from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 
 __all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
@@ -88,7 +89,8 @@ def build_registry(
     ------
     PluginError
         For a misspelt hook, a hook that takes arguments, a record of the wrong type or with an
-        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load.
+        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load
+        and for a function with the name of a hook that is not marked as one.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -105,15 +107,18 @@ def build_registry(
     except pluggy.PluginValidationError as error:
         source = sources.get(manager.get_name(error.plugin) or "")
         raise PluginError(
-            f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(_hook_names()))}"
+            f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(hook_names()))}"
         ) from error
     found, more = _collect(manager, sources)
     check_formats(found["readers"], found["exporters"])
     failures = tuple(sorted([*failures, *more], key=str))
+    unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
         log.warning("disabled %s", failure)
-    if strict and failures:
-        raise PluginError("; ".join(str(failure) for failure in failures))
+    for warning in unmarked:
+        log.warning("%s", warning)
+    if strict and (failures or unmarked):
+        raise PluginError("; ".join([*map(str, failures), *unmarked]))
     failed = {failure.entry_point for failure in failures}
     return Registry(
         **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
@@ -125,6 +130,7 @@ def build_registry(
         ),
         plugins=tuple(s for _, s in sorted(sources.items()) if s.entry_point not in failed),
         failures=failures,
+        warnings=unmarked,
     )
 
 
@@ -162,15 +168,10 @@ def absent(registry: Registry, message: str) -> CaseError | PluginError:
     PluginError
         With the causes added, when a plugin that might have supplied it failed to load.
     """
-    if registry.failures:
-        causes = "; ".join(str(failure) for failure in registry.failures)
-        return PluginError(f"{message}. It may be missing because a plugin is disabled: {causes}")
+    if registry.notes:
+        causes = "; ".join(registry.notes)
+        return PluginError(f"{message}. A plugin may be to blame: {causes}")
     return CaseError(message)
-
-
-def _hook_names() -> list[str]:
-    """Names of every hook."""
-    return [name for name in vars(hookspecs) if name.startswith("gradedesign_")]
 
 
 def _distribution_source(
