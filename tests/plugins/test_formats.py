@@ -159,6 +159,10 @@ def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
     assert len(one.faces) == len(other.faces)
 
 
+def test_the_doctor_lists_formats(installed, cli):
+    assert "parts: .off, .stl; formats: ply, stl, vtu, report" in cli("doctor").out
+
+
 def test_units_and_bytes_of_the_file_count(installed, tmp_path):
     case = load_case(write(tmp_path, SIZED.replace('units = "mm"', 'units = "cm"')))
     part = read_part(case, part_readers(case, build_registry()))
