@@ -6,8 +6,11 @@ A message says what is wrong, the value with its unit, what was expected and wha
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 class GradeDesignError(Exception):
