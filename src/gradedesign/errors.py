@@ -68,13 +68,15 @@ class PluginError(GradeDesignError):
 
 
 @contextmanager
-def blaming(what: str) -> Iterator[None]:
+def blaming(what: str, *, always: bool = True) -> Iterator[None]:
     """Run code of a plugin; whatever it raises names the plugin.
 
     Parameters
     ----------
     what : str
         What runs and whose it is, such as ``cell 'acme-cube'``.
+    always : bool
+        Whether errors that the code raised on purpose name it too, or pass as they are.
 
     Raises
     ------
@@ -87,6 +89,8 @@ def blaming(what: str) -> Iterator[None]:
     try:
         yield
     except GradeDesignError as error:
+        if not always:
+            raise
         raise type(error)(f"{what}: {error}") from error
     except (KeyboardInterrupt, MemoryError):
         raise

@@ -197,7 +197,7 @@ def test_a_missing_file_is_told_before_its_suffix_is_judged(tmp_path):
 HEAD = """
 import sys
 import numpy as np
-from gradedesign import Exporter, PartReader, RawTriangles, hookimpl
+from gradedesign import Exporter, PartError, PartReader, RawTriangles, hookimpl
 """
 BAD_EXPORTER = """
 def write(path, lattice):
@@ -247,6 +247,7 @@ def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, 
     [
         ("int('x')", "failed: ValueError"),
         ("sys.exit(0)", "failed: SystemExit"),
+        ("raise PartError('block.off: torn')", "part.file: block.off: torn"),
         ("return np.zeros((1, 3, 3))", "returned a ndarray, expected RawTriangles"),
         ("return RawTriangles(corners=np.full((1, 3, 3), np.nan))", "9 values that are not finite"),
         ("return RawTriangles(corners=np.full((1, 3, 3), 1e9))", "facets reach absurdly far"),

@@ -43,11 +43,11 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
 
 
 def _blamed(reader: PartReader, source: str) -> Reader:
-    """Read a file; only a plugin's own errors pass unchanged but for whose they are."""
+    """Read a file; what is wrong with the file is told as the reader tells it."""
 
     def read(path: Path, unit: str) -> RawTriangles:
         who = f"part reader '{reader.name}' of {source} on {path.name}"
-        with blaming(who):
+        with blaming(who, always=False):
             raw = reader.read(path, unit)
         if not isinstance(raw, RawTriangles):
             raise PluginError(f"{who} returned a {type(raw).__name__}, expected RawTriangles")
