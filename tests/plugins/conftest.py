@@ -1,7 +1,10 @@
 """Installed distributions, laid out as pip leaves them."""
 
+import re
+import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 
@@ -28,3 +31,28 @@ def install(tmp_path, monkeypatch):
     for name in set(sys.modules) - before:
         if name.startswith("fake_"):
             del sys.modules[name]
+
+
+@pytest.fixture(scope="session")
+def formats_site(tmp_path_factory):
+    """Build a wheel of the formats in plugins/README.md and return where it is installed."""
+    folder = tmp_path_factory.mktemp("formats")
+    text = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```(?:python|toml)\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    (module,) = (block for block in blocks if "def gradedesign_exporters" in block)
+    project = next(block for block in blocks if "[build-system]" in block)
+    project = project.replace("acme-iwp", "acme-formats").replace("acme_iwp", "acme_formats")
+    (folder / "pyproject.toml").write_text(project, encoding="utf-8")
+    (folder / "gradedesign_acme_formats.py").write_text(module, encoding="utf-8")
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir"]
+    subprocess.run(
+        [*build, str(folder / "dist"), str(folder)], check=True, timeout=120, capture_output=True
+    )
+    (wheel,) = (folder / "dist").glob("*.whl")
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
+    subprocess.run(
+        [*install, "--disable-pip-version-check", "--target", str(folder / "site"), str(wheel)],
+        check=True,
+        timeout=120,
+    )
+    return folder / "site"

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -19,9 +18,7 @@ from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
-PYTHON = re.findall(r"^```python\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
 TOML = re.findall(r"^```toml\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
-(MODULE,) = (block for block in PYTHON if "def gradedesign_exporters" in block)
 (NAMED,) = (block for block in TOML if "formats = " in block)
 
 #: A block of 10 x 5 x 5 mm; facets seen from outside.
@@ -87,32 +84,10 @@ formats = ["ply"]
 """
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory):
-    """Build a wheel of the README's text and return the folder it would be installed in."""
-    folder = tmp_path_factory.mktemp("formats")
-    project = next(block for block in TOML if "[build-system]" in block)
-    project = project.replace("acme-iwp", "acme-formats").replace("acme_iwp", "acme_formats")
-    (folder / "pyproject.toml").write_text(project, encoding="utf-8")
-    (folder / "gradedesign_acme_formats.py").write_text(MODULE, encoding="utf-8")
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir"]
-    subprocess.run(
-        [*build, str(folder / "dist"), str(folder)], check=True, timeout=120, capture_output=True
-    )
-    (wheel,) = (folder / "dist").glob("*.whl")
-    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
-    subprocess.run(
-        [*install, "--disable-pip-version-check", "--target", str(folder / "site"), str(wheel)],
-        check=True,
-        timeout=120,
-    )
-    return folder / "site"
-
-
 @pytest.fixture
-def installed(built, monkeypatch):
+def installed(formats_site, monkeypatch):
     """The README's formats, as if installed."""
-    monkeypatch.syspath_prepend(str(built))
+    monkeypatch.syspath_prepend(str(formats_site))
     yield
     sys.modules.pop("gradedesign_acme_formats", None)
 

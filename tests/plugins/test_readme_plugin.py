@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from gradedesign import PluginError
 from gradedesign.plugin.choose_law import choose_law
@@ -52,7 +53,7 @@ max_rounds = 1
 mesh_cubes_per_wall = 2.0
 acceptance = "whole"
 [output]
-formats = ["stl"]
+formats = ["stl", "ply"]
 """
 
 
@@ -151,7 +152,7 @@ def test_the_cell_installs_is_found_and_conforms(built, monkeypatch):
     check_scaling_law(registry.scaling_laws["acme-iwp"])
 
 
-def test_a_case_with_the_cell_reaches_a_verdict(built, tmp_path):
+def test_a_case_with_the_cell_reaches_a_verdict(built, formats_site, tmp_path):
     lattice = tomllib.loads(blocks("toml")[1])["lattice"]
     assert lattice == {
         "cell": "acme-iwp-network",
@@ -161,6 +162,7 @@ def test_a_case_with_the_cell_reaches_a_verdict(built, tmp_path):
     }
     table = blocks("toml")[1].replace('"10 mm"', '"8 mm"')
     (tmp_path / "case.toml").write_text(CASE + table, encoding="utf-8")
+    path = [str(built), str(formats_site), *filter(None, [os.environ.get("PYTHONPATH")])]
     result = subprocess.run(
         [
             *(sys.executable, "-m", "gradedesign", "run", str(tmp_path)),
@@ -169,7 +171,7 @@ def test_a_case_with_the_cell_reaches_a_verdict(built, tmp_path):
         capture_output=True,
         text=True,
         timeout=600,
-        env={**os.environ, "PYTHONPATH": str(built)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
         check=False,
     )
     assert result.returncode == 0, result.stderr
@@ -180,4 +182,8 @@ def test_a_case_with_the_cell_reaches_a_verdict(built, tmp_path):
     assert data["law"]["name"] == "acme-iwp"
     assert data["law"]["cell"] == "acme-iwp-network"
     assert "gradedesign-acme-iwp 0.1.0" in data["plugins"]
-    assert (tmp_path / "run" / "lattice.stl").is_file()
+    # What was judged, in the STL that acceptance read back and in the format of the other plugin.
+    assert (data["files"]["stl"], data["files"]["lattice_ply"]) == ("lattice.stl", "lattice.ply")
+    one, other = (trimesh.load(tmp_path / "run" / f"lattice.{s}") for s in ("stl", "ply"))
+    assert other.is_watertight
+    assert other.volume == pytest.approx(one.volume, rel=1e-6)
