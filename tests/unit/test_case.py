@@ -252,13 +252,15 @@ def test_hash_follows_meaning_not_spelling(load):
     assert load(swap=[('[output]\nformats = ["stl", "vtu", "report"]\n', "")]).case_hash == base
 
 
-def test_a_case_with_more_time_or_memory_is_the_same_case(load):
+def test_a_case_with_more_time_or_memory_or_other_files_is_the_same_case(load):
     # so that a run that ran out of either resumes
     base = load().case_hash
     for less, more in (
         ('time = "20 min"', 'time = "40 min"'),
         ('memory = "8 GB"', 'memory = "16 GB"'),
         ("max_rounds = 6", "max_rounds = 9"),
+        # or that an exporter stopped: its rounds are worth keeping
+        ('["stl", "vtu", "report"]', '["vtu", "ply"]'),
     ):
         assert load(swap=[(less, more)]).case_hash == base
     assert load(swap=[('acceptance = "auto"', 'acceptance = "whole"')]).case_hash != base
