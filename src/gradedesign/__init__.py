@@ -27,7 +27,8 @@ from gradedesign.material.shipped_tables import shipped_finite_size_tables, ship
 from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.exporter import Exporter
-from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin.hookspecs import hookimpl
 
@@ -49,6 +50,7 @@ __all__ = [
     "PartError",
     "PartReader",
     "PluginError",
+    "PrintedLattice",
     "PropertyTable",
     "RawTriangles",
     "ResourceError",
@@ -60,6 +62,7 @@ __all__ = [
     "hookimpl",
     "load_case",
     "power_law",
+    "raw_triangles",
     "read_finite_size_table",
     "read_property_table",
     "run",

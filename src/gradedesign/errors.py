@@ -3,6 +3,19 @@
 A message says what is wrong, the value with its unit, what was expected and what to try.
 """
 
+from __future__ import annotations
+
+import errno
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class Interrupted(BaseException):
+    """Somebody asked the command to end; `KeyboardInterrupt` would be answered by typer."""
+
 
 class GradeDesignError(Exception):
     """Base of every error that gradedesign raises on purpose."""
@@ -56,3 +69,36 @@ class PluginError(GradeDesignError):
     """A plugin failed to load, clashes with another, or broke its contract."""
 
     exit_code = 7
+
+
+@contextmanager
+def blaming(what: str, *, always: bool = True) -> Iterator[None]:
+    """Run code of a plugin; whatever it raises names the plugin.
+
+    Parameters
+    ----------
+    what : str
+        What runs and whose it is, such as ``cell 'acme-cube'``.
+    always : bool
+        Whether errors that the code raised on purpose name it too, or pass as they are.
+
+    Raises
+    ------
+    GradeDesignError
+        Of the class that the code raised on purpose.
+    PluginError
+        If it raised anything else, an attempt to end the process included. An interruption by the
+        user, a lack of memory and a full disk are nobody's fault and stay what they are.
+    """
+    try:
+        yield
+    except GradeDesignError as error:
+        if not always:
+            raise
+        raise type(error)(f"{what}: {error}") from error
+    except (KeyboardInterrupt, Interrupted, MemoryError):
+        raise
+    except BaseException as error:
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        raise PluginError(f"{what} failed: {type(error).__name__}: {error}") from error

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +23,8 @@ from gradedesign.material.scaling_law import ScalingLaw
 
 __all__ = ["check_cell_family", "check_scaling_law"]
 
+log = logging.getLogger(__name__)
+
 #: Proper and mirror operations whose invariance each declared symmetry needs of the power
 #: spectrum; rows of signed permutation matrices.
 _SWAP_XY = ((0, 1, 0), (1, 0, 0), (0, 0, 1))
@@ -32,7 +38,12 @@ _OPERATIONS = {
 }
 
 
-def check_cell_family(family: CellFamily) -> None:
+#: Millions of values that the kit evaluates: for densities and levels, and for walls of sheets and
+#: of networks. Walls of a true distance need none.
+_FOR_DENSITIES, _FOR_SHEETS, _FOR_NETWORKS = 3.0, 6.0, 3.0
+
+
+def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | None = None) -> None:
     """Check that a cell family keeps every promise of `CellFamily`.
 
     The name; output that follows the shape of the input, for one point, a list and a grid; finite
@@ -45,6 +56,10 @@ def check_cell_family(family: CellFamily) -> None:
     ----------
     family : CellFamily
         Checked with its default parameters.
+    on_step : callable, optional
+        Receives one line before every step, such as ``print``; the line of the densities says
+        how long a slow shape will take. The log (``gradedesign.testing``, INFO) holds them all,
+        with the seconds they took.
 
     Raises
     ------
@@ -66,15 +81,43 @@ def check_cell_family(family: CellFamily) -> None:
         raise PluginError(f"cell '{family.name}': the name must be lower case with dashes")
     rng = np.random.default_rng(20220701)
     points = family.period * rng.uniform(-2.0, 2.0, size=(3, 500))
-    values = _check_output(family, points)
-    require_period(family, family.parameters)
-    _check_sides(family, values)
+
+    @contextmanager
+    def step(what: str) -> Iterator[None]:
+        if on_step is not None:
+            on_step(f"{family.name}: {what}")
+        began = time.perf_counter()
+        yield
+        log.info("%s: %s, %.1f s", family.name, what, time.perf_counter() - began)
+
+    with step("output and period"):
+        values = _check_output(family, points)
+        require_period(family, family.parameters)
+    if family.sides == 2:
+        with step("two sides"):
+            _check_sides(family, values)
     if family.distance:
-        _check_distance(family, points)
-    _check_symmetry(family)
-    calibration = calibrate(family)
-    _check_level(calibration)
-    _check_wall(calibration)
+        with step("distance"):
+            _check_distance(family, points)
+    with step("symmetry"):
+        _check_symmetry(family)
+    with step(f"densities, {_expected(family)}"):
+        calibration = calibrate(family)
+    with step("levels"):
+        _check_level(calibration)
+    with step("walls"):
+        _check_wall(calibration)
+
+
+def _expected(family: CellFamily) -> str:
+    """How long the rest of the check will take, from the time that some thousand points take."""
+    points = family.period * spread_points(4000)
+    began = time.perf_counter()
+    evaluate_shape(family, family.parameters, points)
+    micro = (time.perf_counter() - began) / 4000 * 1e6
+    walls = _FOR_SHEETS if family.sides == 2 else _FOR_NETWORKS
+    millions = _FOR_DENSITIES + (0.0 if family.distance else walls)
+    return f"{micro:.2g} us a point, about {max(millions * micro, 1):.0f} s for the rest"
 
 
 def check_scaling_law(law: ScalingLaw) -> None:
@@ -140,8 +183,6 @@ def _check_output(family: CellFamily, points: FloatArray) -> FloatArray:
 
 def _check_sides(family: CellFamily, values: FloatArray) -> None:
     """Two-sided shapes are 0 on the middle of the wall and positive elsewhere."""
-    if family.sides != 2:
-        return
     nodes = family.period * grid_nodes(_count(family, 48), (0.31, 0.57, 0.83))
     grid = evaluate_shape(family, family.parameters, nodes)
     if values.min() < 0 or grid.min() < 0 or grid.min() > 0.1 * grid.max():

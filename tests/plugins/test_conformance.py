@@ -1,5 +1,8 @@
 """Every installed family and law keeps the promises of its record; the kit itself can fail."""
 
+import logging
+import re
+
 import numpy as np
 import pytest
 
@@ -104,3 +107,20 @@ def test_the_kit_finds_a_wrong_derivative():
     )
     with pytest.raises(PluginError, match="derivative"):
         check_scaling_law(bad)
+
+
+def test_the_kit_says_what_it_is_doing(caplog):
+    caplog.set_level(logging.INFO, logger="gradedesign.testing")
+    steps = []
+    check_cell_family(CellFamily(name="told", shape=lambda u: nodal(u)), on_step=steps.append)
+    words = ["output and period", "symmetry", "densities", "levels", "walls"]
+    assert len(steps) == len(words)
+    for step, word in zip(steps, words, strict=True):
+        assert step.startswith(f"told: {word}")
+    # A slow shape is known to be slow after its first values.
+    assert re.search(r"us a point, about \d+ s", steps[2])
+    assert [r.message.split(",")[0] for r in caplog.records] == [f"told: {w}" for w in words]
+    steps.clear()
+    with pytest.raises(PluginError, match="sides=2"):
+        check_cell_family(CellFamily(name="told", shape=nodal, sides=2), on_step=steps.append)
+    assert [step.partition(":")[2] for step in steps] == [" output and period", " two sides"]

@@ -1,8 +1,5 @@
 """Installed plugins: folders with a dist-info, as pip leaves them, that work, fail and clash."""
 
-import sys
-import textwrap
-
 import pytest
 
 from gradedesign import CaseError, PluginError
@@ -16,30 +13,6 @@ from gradedesign import CellFamily, hookimpl
 def gradedesign_cell_families():
     yield CellFamily(name="{name}", shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0))
 """
-
-
-@pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Lay out a distribution with one module and put it on the path."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-    def lay_out(distribution, source, version="1.2"):
-        module = distribution.replace("-", "_")
-        (tmp_path / f"{module}.py").write_text(textwrap.dedent(source), encoding="utf-8")
-        info = tmp_path / f"{module}-{version}.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n", encoding="utf-8"
-        )
-        (info / "entry_points.txt").write_text(
-            f"[gradedesign]\n{distribution} = {module}\n", encoding="utf-8"
-        )
-
-    before = set(sys.modules)
-    yield lay_out
-    for name in set(sys.modules) - before:
-        if name.startswith("fake_"):
-            del sys.modules[name]
 
 
 def test_a_good_plugin_is_found_with_its_source(install):
@@ -102,3 +75,34 @@ def test_the_environment_can_disable_installed_plugins(install, monkeypatch):
 def test_the_built_ins_are_registered_once(install):
     install("fake-good", CELL.format(name="fake-cell"))
     assert [p.entry_point for p in build_registry().plugins].count("builtin") == 1
+
+
+UNMARKED = (
+    CELL.replace("@hookimpl\n", "") + "\n@hookimpl\ndef gradedesign_materials():\n    return ()\n"
+)
+
+
+def test_a_hook_without_its_marker_is_warned_of(install, cli, caplog):
+    install("fake-unmarked", UNMARKED.format(name="fake-cell"))
+    words = "function gradedesign_cell_families of plugin 'fake-unmarked' (fake-unmarked 1.2)"
+    registry = build_registry()
+    assert "fake-unmarked 1.2" in [str(p) for p in registry.plugins]
+    assert not registry.failures
+    (warning,) = registry.warnings
+    assert warning.startswith(words)
+    assert "@hookimpl" in warning
+    assert words in caplog.text
+    with pytest.raises(PluginError, match="lacks @hookimpl"):
+        lookup(registry, "cell_families", "fake-cell")
+    with pytest.raises(PluginError, match="lacks @hookimpl"):
+        build_registry(strict=True)
+    told = cli("materials")
+    assert told.code == 0
+    assert f"warning: {words}" in told.err
+    assert cli("materials", "--strict-plugins").code == 7
+
+
+def test_only_functions_with_the_name_of_a_hook_need_the_marker(install):
+    helper = "\ndef gradedesign_helper():\n    pass\ngradedesign_readers = None\n"
+    install("fake-good", CELL.format(name="fake-cell") + helper)
+    assert build_registry(strict=True).warnings == ()

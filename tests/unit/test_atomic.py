@@ -163,3 +163,24 @@ def test_clock_before_1980_does_no_harm(tmp_path, monkeypatch):
     monkeypatch.setattr("time.time", lambda: 0.0)
     write_sealed(tmp_path / "a.npz", {}, {"x": np.arange(5)})
     assert read_sealed(tmp_path / "a.npz").arrays.keys() == {"x"}
+
+
+def test_a_writer_of_paths_replaces_whole_files_only(tmp_path):
+    path = tmp_path / "lattice.ply"
+    path.write_text("old")
+    with atomic.replacing_path(path) as unfinished:
+        assert unfinished.name == path.name
+        unfinished.write_text("new")
+        assert path.read_text() == "old"
+    assert (path.read_text(), names(tmp_path)) == ("new", ["lattice.ply"])
+
+    def fail_half_way():
+        with atomic.replacing_path(path) as unfinished:
+            unfinished.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail_half_way()
+    with pytest.raises(CaseError, match=r"lattice\.ply"), atomic.replacing_path(path):
+        pass  # a writer that leaves nothing
+    assert (path.read_text(), names(tmp_path)) == ("new", ["lattice.ply"])

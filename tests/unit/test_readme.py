@@ -1,14 +1,25 @@
 """The README and the Makefile say what the program does."""
 
+import ast
+import inspect
 import re
 import tomllib
+import typing
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import pytest
 from typer.main import get_command
 
-from gradedesign import errors
+from gradedesign import errors, load_case, run
 from gradedesign.cli.app import app
+from gradedesign.cli.run import print_verdict
+from gradedesign.cli.show import ProgressLines
 from gradedesign.errors import GradeDesignError
+from gradedesign.ladder import summary
+from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.result import Iteration
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -60,3 +71,119 @@ def test_the_build_calls_the_tests():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in ("install", "run", "test", "test-all", "bench"):
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE)
+
+
+def block(language, words):
+    """The one fenced block of a language in the README that holds these words."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+    (found,) = (text for text in blocks if words in text)
+    return found
+
+
+#: Names as in cases/bracket, so that lines about them read as the README's.
+CASE = """
+[case]
+name = "bracket"
+[part]
+box = ["30 mm", "10 mm", "10 mm"]
+mesh_size = "10 mm"
+[region.bolts]
+plane = "x = min"
+[region.lug_hole]
+plane = "x = max"
+[material]
+name = "Ti-6Al-4V"
+[[load_case]]
+name = "pull"
+fix = [{region = "bolts"}]
+load = [{region = "lug_hole", force = ["0 N", "0 N", "10 N"]}]
+[limits]
+displacement = [{region = "lug_hole", magnitude = "0.14 mm"}]
+[lattice]
+cell = "sc"
+size = "10 mm"
+density = [0.12, 0.60]
+[run]
+stop_after = "solid"
+[output]
+formats = ["report"]
+"""
+
+
+@pytest.fixture
+def small(tmp_path, monkeypatch):
+    """A folder in which cases/bracket is a small box that is analysed solid."""
+    folder = tmp_path / "cases" / "bracket"
+    folder.mkdir(parents=True)
+    (folder / "case.toml").write_text(CASE, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+
+
+def test_the_python_snippet_runs(small, capsys):
+    code = block("python", "gradedesign.run(")
+    (path,) = re.findall(r'load_case\("([^"]+)"\)', code)
+    assert (ROOT / path / "case.toml").is_file()
+    names = {}
+    exec(code, names)
+    assert names["result"].status == "partial"
+    printed = capsys.readouterr().out.splitlines()
+    assert any(line.startswith("solid displacement of lug_hole") for line in printed)
+    assert printed[-1].startswith("partial None [('displacement of lug_hole magnitude', 0.")
+
+
+def shape(line):
+    """A line with # for every number."""
+    return re.sub(r"[+-]?\d+(\.\d+)?(e[+-]?\d+)?%?", "#", line)
+
+
+def filled(record, count):
+    """A record of numbers, whatever its fields."""
+    values = {int: 3, float: 2.5, bool: True, tuple[float, ...]: (2.5,) * count}
+    hints = typing.get_type_hints(record)
+    return record(**{name: values[typing.get_args(h)[0] if h == float | None else h]
+                     for name, h in hints.items()})  # fmt: skip
+
+
+def sentences(module):
+    """Texts that a module writes, with # for what is filled in."""
+    for node in ast.walk(ast.parse(inspect.getsource(module))):
+        if isinstance(node, ast.JoinedStr):
+            parts = (getattr(part, "value", "") for part in node.values)
+            yield "".join(part if isinstance(part, str) else "#" for part in parts)
+
+
+def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
+    case = load_case("cases/bracket")
+    result = run(case, on_event=ProgressLines())
+    rows = tuple(replace(row, resolution_error=-0.029) for row in result.limits)
+    rows += (replace(rows[0], name="stress in lattice", unit="MPa"),)
+    announce = Announcer(ProgressLines())
+    announce.round(SimpleNamespace(iteration=filled(Iteration, 1), rows=rows))
+    sample = block("text", "Limits\n").splitlines()
+    (verdict,) = (line for line in sample if line.startswith("MET, lightest: "))
+    reason = verdict.removeprefix("MET, lightest: ")
+    assert shape(reason) in set(sentences(summary))
+    masses = dict.fromkeys(
+        ("mass_g", "solid_mass_g", "relative_density", "lattice_mass_g", "lattice_density"), 2.5
+    )
+    print_verdict(
+        replace(result, status="met", lightest=True, reason=reason, limits=rows, **masses)
+    )
+    printed = capsys.readouterr().out.splitlines()
+
+    def table(lines):
+        first = lines.index("Limits") + 1
+        count = next(n for n, line in enumerate(lines[first:]) if not line.startswith("  "))
+        return [re.split(r"  +", line.strip()) for line in lines[first : first + count]]
+
+    (header, *found), (expected, *real) = table(sample), table(printed)
+    assert header == expected
+    # Name and load case first, who judged last; what stands between them is all numbers and units.
+    for cells in found:
+        assert [shape(c) for c in cells[2:-1]] in [[shape(c) for c in r[2:-1]] for r in real]
+    known = {shape(line) for line in printed}
+    for line in sample:
+        if not line.startswith("  ") and line != "...":
+            whole = line.removesuffix(" ...")
+            assert any(k == shape(line) or (whole != line and k.startswith(shape(whole)))
+                       for k in known), line  # fmt: skip

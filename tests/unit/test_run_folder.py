@@ -304,6 +304,16 @@ def test_after_a_kill_at_any_moment_everything_found_is_whole(tmp_path):
     assert found > 0
 
 
+def test_what_a_killed_exporter_left_is_removed(tmp_path):
+    folder = tmp_path / "run"
+    open_run_folder(folder, "hash", resume=False, overwrite=False).close()
+    left = folder / ".lattice.ply.0123456789abcdef.unfinished"
+    left.mkdir()
+    (left / "lattice.ply").write_text("half")
+    open_run_folder(folder, "hash", resume=True, overwrite=False).close()
+    assert not left.exists()
+
+
 def test_memory_and_deadline():
     # Origin: psutil's own counts for this process and machine.
     resident = psutil.Process().memory_info().rss

@@ -9,12 +9,10 @@ from pydantic import Field, model_validator
 from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
 from gradedesign.case.orientation_schema import OrientationSpec
 from gradedesign.case.own_cell_schema import OwnCellSpec
-from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
-    Direction,
     JsonSchema,
     Name,
     Number,
@@ -311,13 +309,17 @@ class PrintSpec(Table):
 
     min_wall: Size = Field(examples=["0.8 mm"])
     """Thinnest wall or strut, mm."""
-    build_direction: Direction = "+z"
-    """Direction in which layers are added."""
 
-    @property
-    def build_vector(self) -> Triple:
-        """Unit vector of the build direction."""
-        return direction_vector(self.build_direction)
+    @model_validator(mode="before")
+    @classmethod
+    def _unused(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "build_direction" in data:
+            raise key_error(
+                "build_direction",
+                "not used yet: no overhang or support is checked, whichever way the part is built; "
+                "leave it out",
+            )
+        return data
 
 
 class KeepSpec(Table):

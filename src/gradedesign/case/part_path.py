@@ -7,8 +7,6 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from gradedesign.case.suggest import instead, listed, shown
 
-_READ = (".stl",)
-_PLANNED = (".3mf", ".step", ".stp")
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 _OPTION = "--allow-outside"
 
@@ -34,12 +32,17 @@ def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
     ------
     ValueError
         If the path leaves the folder, is an address or abbreviation, does not exist, is no file,
-        or has a suffix that is not read.
+        or has no suffix: which ones are read is the installed readers' to say.
     """
     path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
-    _check_suffix(text)
+    if not PurePosixPath(text).suffix:
+        raise ValueError(
+            f'found {shown(text)}; expected a name with a suffix, such as "bracket.stl", which '
+            f"says how it is read"
+        )
     if not exists:
-        raise ValueError(f"found {shown(text)}, which does not exist; {_neighbours(text, folder)}")
+        near = instead(text, _beside(folder), what="files in the folder of the case")
+        raise ValueError(f"found {shown(text)}, which does not exist; {near}")
     if not is_file:
         raise ValueError(f"found {shown(text)}, which is not a regular file")
     return path
@@ -136,15 +139,11 @@ def _check_inside(text: str) -> None:
         )
 
 
-def _check_suffix(text: str) -> None:
-    suffix = PurePosixPath(text).suffix.lower()
-    if suffix in _READ:
-        return
-    state = "not there yet" if suffix in _PLANNED else "not a part file"
-    raise ValueError(f"found {shown(text)}, {state}; readable: {listed(_READ)}")
+def _beside(folder: Path) -> list[str]:
+    """Files in the folder of a case that may be parts."""
+    return sorted(p.name for p in folder.iterdir() if p.is_file() and p.suffix != ".toml")
 
 
-def _neighbours(text: str, folder: Path, suffixes: tuple[str, ...] = _READ) -> str:
+def _neighbours(text: str, folder: Path, suffixes: tuple[str, ...]) -> str:
     names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes)
-    what = "part files" if suffixes == _READ else "such files"
-    return instead(text, names, what=f"{what} in the folder of the case")
+    return instead(text, names, what="such files in the folder of the case")

@@ -23,7 +23,7 @@ class ShapeSpec(Table):
     box: Annotated[Triple, Vector("length")] | None = None
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
-    """Unit of the coordinates of an STL file, which carries none."""
+    """Unit of the coordinates of the file."""
     repair: Annotated[str, Choice(("safe", "auto"))] = "safe"
     """How far a damaged surface may be repaired."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
@@ -60,7 +60,7 @@ class ShapeSpec(Table):
         if self.file is not None and self.units is None:
             raise key_error(
                 "file",
-                f"an STL file carries no unit; {instead('', UNITS, what='add units, one of')}",
+                f"the file carries no unit; {instead('', UNITS, what='add units, one of')}",
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")

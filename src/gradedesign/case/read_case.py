@@ -229,8 +229,9 @@ def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
 
-    Budgets of time, memory and rounds do not count: with more of them, a run that ended early
-    resumes from the stages it finished.
+    Budgets of time, memory and rounds do not count, nor do the formats that are written: with more
+    of them, or without one that cannot be written, a run that ended early resumes from the stages
+    it finished.
 
     Parameters
     ----------
@@ -249,6 +250,7 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     asked = content.model_dump(
         mode="json",
         exclude={
+            "output": True,
             "part": {"file"},
             "run": {"time", "memory", "max_rounds"},
             "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},

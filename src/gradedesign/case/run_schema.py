@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated
 
-from gradedesign.case.suggest import instead, listed, shown
+from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table
 from gradedesign.case.value_types import (
     Choice,
@@ -17,8 +18,10 @@ from gradedesign.case.value_types import (
     Whole,
 )
 
-_FORMATS = ("stl", "vtu", "report")
-_PLANNED_FORMATS = ("3mf", "slices", "vtkhdf")
+#: Formats that are no exporter's: fields of the analyses, and the report.
+OWN_FORMATS = ("vtu", "report")
+_FORMATS = ("stl", *OWN_FORMATS)
+_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
 class _Memory(Reader):
@@ -34,25 +37,24 @@ class _Memory(Reader):
 
 
 class _Formats(Reader):
-    """A list of different formats."""
+    """A list of different formats, by name; what is installed says later which there are."""
 
     __slots__ = ()
 
     def read(self, value: object) -> tuple[str, ...]:
         if not isinstance(value, list):
-            raise Refused(f"found {shown(value)}; expected a list of {listed(_FORMATS)}")
+            raise Refused(f"found {shown(value)}; expected a list such as {list(_FORMATS)}")
         for entry in value:
-            word = entry if isinstance(entry, str) else ""
-            if word in _PLANNED_FORMATS:
-                raise Refused(f"found {shown(word)}, not there yet; {instead('', _FORMATS)}")
-            if word not in _FORMATS:
-                raise Refused(f"found {shown(entry)}; {instead(word, _FORMATS)}")
+            if not (isinstance(entry, str) and _NAME.fullmatch(entry)):
+                near = instead(entry if isinstance(entry, str) else "", _FORMATS)
+                raise Refused(f"found {shown(entry)}; expected the name of a format; {near}")
         if len(set(value)) != len(value):
             raise Refused("found a format twice; expected each once")
         return tuple(value)
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "array", "items": {"enum": list(_FORMATS)}, "uniqueItems": True}
+        name = {"type": "string", "pattern": f"^{_NAME.pattern}$", "examples": list(_FORMATS)}
+        return {"type": "array", "items": name, "uniqueItems": True}
 
 
 class RunSpec(Table):
@@ -82,4 +84,4 @@ class OutputSpec(Table):
     """What is written; pictures always are."""
 
     formats: Annotated[tuple[str, ...], _Formats()] = _FORMATS
-    """Files to write."""
+    """Files to write: vtu, report, and what the installed exporters write."""

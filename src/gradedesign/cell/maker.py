@@ -10,7 +10,7 @@ from typing import Any
 
 from gradedesign.case.suggest import instead
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import CaseError, GradeDesignError, PluginError
+from gradedesign.errors import CaseError, GradeDesignError, Interrupted, PluginError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,9 +92,9 @@ def make_cell(
     given = dict(options) if file is None else {**options, "file": file}
     try:
         made = maker.make(name, **given)
-    except GradeDesignError:
+    except (GradeDesignError, KeyboardInterrupt, Interrupted, MemoryError):
         raise
-    except Exception as error:
+    except BaseException as error:
         raise PluginError(f"the maker '{maker.name}' cannot use its options: {error}") from error
     if not isinstance(made, CellFamily) or made.name != name:
         raise PluginError(

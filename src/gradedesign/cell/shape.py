@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import CaseError, GradeDesignError, PluginError
+from gradedesign.errors import CaseError, PluginError, blaming
 
 
 def complete_parameters(
@@ -56,12 +56,8 @@ def evaluate_shape(
         If the function raises anything else, returns another shape, or values that are not finite.
     """
     where = f"cell '{family.name}'" + (f" with {dict(parameters)}" if parameters else "")
-    try:
+    with blaming(where):
         value = np.asarray(family.shape(u, **parameters), dtype=np.float64)
-    except GradeDesignError as error:
-        raise type(error)(f"{where}: {error}") from error
-    except Exception as error:
-        raise PluginError(f"{where} failed: {type(error).__name__}: {error}") from error
     if value.shape != u.shape[1:]:
         raise PluginError(
             f"{where} returned an array of shape {value.shape} for points {u.shape}; "
@@ -75,6 +71,19 @@ def evaluate_shape(
             f"not finite, the first at u = ({first[0]:.4g}, {first[1]:.4g}, {first[2]:.4g})"
         )
     return value
+
+
+def blamed_shape(family: CellFamily) -> Callable[..., FloatArray]:
+    """The shape function for the loops over a whole lattice: what it raises names the family.
+
+    Unlike `evaluate_shape` it keeps the float type of the points and checks no value.
+    """
+
+    def shape(u: FloatArray, **parameters: float) -> FloatArray:
+        with blaming(f"cell '{family.name}'"):
+            return family.shape(u, **parameters)
+
+    return shape
 
 
 def spread_points(count: int) -> FloatArray:

@@ -6,7 +6,8 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from gradedesign.cli.interrupt import Interrupted, interruptible
+from gradedesign.cli.interrupt import interruptible
+from gradedesign.errors import Interrupted
 
 __all__ = ["main"]
 

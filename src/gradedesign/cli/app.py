@@ -9,9 +9,10 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
 from gradedesign.cli import check as check_command
 from gradedesign.cli import doctor as doctor_command
@@ -21,12 +22,40 @@ from gradedesign.cli import lists as list_commands
 from gradedesign.cli import run as run_module
 from gradedesign.cli import tabulate as tabulate_command
 from gradedesign.cli import validate as validate_command
-from gradedesign.cli.interrupt import Interrupted, Interruption
+from gradedesign.cli.interrupt import Interruption
 from gradedesign.cli.tabulate_finite_size import tabulate_finite_size
-from gradedesign.errors import GradeDesignError, ResourceError
+from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
+
+#: Errors keep their traceback.
+_DEBUG_FLAG = "--debug"
+
+
+class Commands(TyperGroup):
+    """The commands; nothing that they run may end the process but their own exit codes."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command.
+
+        Raises
+        ------
+        PluginError
+            If something called ``sys.exit`` or raised what is no ``Exception``: no code of
+            gradedesign does, so it was a plugin.
+        """
+        try:
+            return super().invoke(ctx)
+        except (KeyboardInterrupt, Interrupted, Exception):
+            raise
+        except BaseException as error:
+            raise PluginError(
+                f"a plugin tried to end the program: {type(error).__name__}: {error}; "
+                f"{_DEBUG_FLAG} shows where, GRADEDESIGN_DISABLE_PLUGINS=1 runs without plugins"
+            ) from error
+
 
 app = typer.Typer(
     name="gradedesign",
+    cls=Commands,
     help="The lightest printable lattice version of a part that still meets its limits.",
     no_args_is_help=True,
     add_completion=True,
@@ -35,9 +64,6 @@ app = typer.Typer(
 )
 
 INTERNAL = 70
-
-#: Errors keep their traceback.
-_DEBUG_FLAG = "--debug"
 
 CasePath = Annotated[Path, typer.Argument(help="The case file, or its folder.")]
 Outside = Annotated[

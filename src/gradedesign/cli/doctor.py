@@ -7,6 +7,7 @@ from typing import Any
 
 import typer
 
+from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.ladder.summary import library_versions
@@ -29,6 +30,8 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "versions": library_versions(),
         "plugins": [str(p) for p in registry.plugins],
         "failed_plugins": [str(f) for f in registry.failures],
+        "reads": sorted(s for reader in registry.readers.values() for s in reader.suffixes),
+        "formats": [*registry.exporters, *OWN_FORMATS],
         "cores": usable_cores(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
         "opengl": opengl_works(),
@@ -39,6 +42,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         return
     print_table("Versions", ("library", "version"), list(data["versions"].items()))
     typer.echo("plugins: " + (", ".join(data["plugins"]) or "none"))
+    typer.echo(f"parts: {', '.join(data['reads'])}; formats: {', '.join(data['formats'])}")
     typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
     typer.echo(
         "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")

@@ -8,14 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from gradedesign.errors import Interrupted
+
 #: Seconds after which a request to end that was swallowed is made again.
 AGAIN_S = 0.3
 
 _ASKED = (signal.SIGINT, signal.SIGTERM)
-
-
-class Interrupted(BaseException):
-    """Somebody asked the command to end; `KeyboardInterrupt` would be answered by typer."""
 
 
 class Interruption:

@@ -1,4 +1,4 @@
-"""The registry as the commands build it: a plugin that is disabled is told."""
+"""The registry as the commands build it: what is wrong with a plugin is told."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from gradedesign.plugin.registry import Registry, build_registry
 
 
 def registry_for(*, strict_plugins: bool) -> Registry:
-    """Build the registry of the installed plugins and name every one that failed to load.
+    """Build the registry of the installed plugins and tell what is wrong with them.
 
     Raises
     ------
     PluginError
-        With ``strict_plugins``, for one that failed to load.
+        With ``strict_plugins``, for one that failed to load or has a hook without its marker.
     """
     registry = build_registry(strict=strict_plugins)
-    for failure in registry.failures:
-        typer.echo(f"warning: disabled {failure}", err=True)
+    for note in registry.notes:
+        typer.echo(f"warning: {note}", err=True)
     return registry

@@ -10,6 +10,7 @@ import numpy as np
 from gradedesign.errors import LatticeError
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.buckling import BUCKLING
+from gradedesign.ladder.lattice_files import STL_NAME
 from gradedesign.ladder.round import explicit_displacements
 from gradedesign.ladder.rounds import Analysed, Round
 from gradedesign.ladder.second_size import SecondSize, analyse_second_size, with_resolution
@@ -38,8 +39,6 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the cube of the explicit mesh.
 SURFACE_PER_CUBE = 0.5
-#: Name of the exported file.
-STL_NAME = "lattice.stl"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

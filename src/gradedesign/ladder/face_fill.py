@@ -12,6 +12,7 @@ from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import ResourceError
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.mesh.tet_mesh import TetMesh, centroids
@@ -72,7 +73,7 @@ def face_fill(
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
     inside = _inside(axes, turn, edges, origin, case.lattice.skin, distance, kept)
     one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
-    shape = family.shape(np.array(np.meshgrid(one, one, one, indexing="ij")), **dict(parameters))
+    shape = evaluate_shape(family, parameters, np.array(np.meshgrid(one, one, one, indexing="ij")))
     # A mean over an even number of samples stands for the face between its two middle ones.
     index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL
 

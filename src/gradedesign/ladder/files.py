@@ -13,14 +13,15 @@ from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average, von_mises
-from gradedesign.ladder.accepted import STL_NAME
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.lattice_files import STL_NAME, printed_lattice, write_lattice_files
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.round import build_design, density_grid
 from gradedesign.ladder.rounds import Analysed
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.solid import solid_stiffness
 from gradedesign.lattice.islands import remove_islands
+from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
@@ -85,7 +86,7 @@ def write_outputs(
         if density is not None:
             warnings += _density_files(out, setup, density, files)
         if shown is not None:
-            files["stl"] = STL_NAME
+            _exported_files(out, setup, shown.surface, shown.analysed.design, files)
             warnings += _lattice_files(out, setup, shown, files)
         elif rho is not None and setup.case.run.stop_after == "lattice":
             warnings += _unjudged_lattice(out, setup, rho, files)
@@ -288,14 +289,29 @@ def _unjudged_lattice(
     surface, islands = remove_islands(
         raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
     )
-    files |= {"stl": STL_NAME, "lattice": "lattice.png"}
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)
+    _exported_files(out, setup, surface, design, files)
+    files["lattice"] = "lattice.png"
     warnings = picture_lattice(out.path_of("lattice.png"), surface)
     _adopt_drawn(out, files, "lattice")
     if islands.dropped:
         return (*warnings, f"{islands.dropped} floating islands were removed")
     return warnings
+
+
+def _exported_files(
+    out: RunFolder,
+    setup: Setup,
+    surface: SurfaceMesh,
+    design: LatticeDesign,
+    files: dict[str, str],
+) -> None:
+    """The printed surface in every format asked for; the STL, always made, lies there already."""
+    files["stl"] = STL_NAME
+    others = [file for file in setup.lattice_files if file.name != STL_NAME]
+    lattice = printed_lattice(setup.case, surface, design, setup.material.name)
+    files |= write_lattice_files(out, others, lattice)
 
 
 def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:

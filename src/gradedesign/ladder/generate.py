@@ -14,8 +14,10 @@ from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import write_result
 from gradedesign.ladder.generate_files import write_generated
+from gradedesign.ladder.lattice_files import lattice_files, printed_lattice
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.own_cell import with_own_cell
+from gradedesign.ladder.part_readers import part_readers
 from gradedesign.ladder.placed_map import lattice_points
 from gradedesign.ladder.resolve import resolve_material
 from gradedesign.ladder.result import RunResult
@@ -146,8 +148,9 @@ def _generate(
     density: DensitySource | None,
 ) -> RunResult:
     """The stages in order."""
+    formats = lattice_files(case, registry)
     with announce.stage("part"), locating(case, "part.file"):
-        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
+        part = read_part(case, part_readers(case, registry))
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
@@ -160,7 +163,9 @@ def _generate(
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
     result = generated_result(case, registry, made, report)
-    return write_generated(out, case, made.surface, made.slabs, result, announce)
+    material = None if case.material is None else resolve_material(case.material, registry).name
+    lattice = printed_lattice(case, made.surface, made.design, material)
+    return write_generated(out, case, formats, lattice, made.slabs, result, announce)
 
 
 def _design(
@@ -249,7 +254,7 @@ def generated_result(
     case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
 ) -> RunResult:
     """What was made, as the result that is written."""
-    warnings = [*made.part.report.warnings, *(f"disabled {f}" for f in registry.failures)]
+    warnings = [*made.part.report.warnings, *registry.notes]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")
     slabs = made.slabs[0]

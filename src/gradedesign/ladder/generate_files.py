@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from gradedesign.case.generate_schema import GenerateCase
-from gradedesign.ladder.accepted import STL_NAME
 from gradedesign.ladder.announce import Announcer
 from gradedesign.ladder.files import RESULT_NAME, write_result
+from gradedesign.ladder.lattice_files import LatticeFile, write_lattice_files
 from gradedesign.ladder.result import RunResult
 from gradedesign.lattice.slab_density import SlabDensities
-from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import picture_lattice
-from gradedesign.output.stl import write_stl
+from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.run_folder import RunFolder
 
 SLABS_NAME = "slabs.csv"
@@ -22,7 +21,8 @@ SLABS_NAME = "slabs.csv"
 def write_generated(
     out: RunFolder,
     case: GenerateCase,
-    surface: SurfaceMesh,
+    formats: Sequence[LatticeFile],
+    lattice: PrintedLattice,
     slabs: Sequence[SlabDensities],
     result: RunResult,
     announce: Announcer,
@@ -30,12 +30,9 @@ def write_generated(
     """Write surface, picture, densities and result.json; return the result with its files."""
     files = {"slabs": SLABS_NAME, "result": RESULT_NAME}
     with announce.stage("output"):
-        if "stl" in case.output.formats:
-            write_stl(out.path_of(STL_NAME), surface)
-            out.adopt(STL_NAME)
-            files["stl"] = STL_NAME
+        files |= write_lattice_files(out, formats, lattice)
         cell = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
-        warnings = picture_lattice(out.path_of("lattice.png"), surface, title=cell)
+        warnings = picture_lattice(out.path_of("lattice.png"), lattice.surface, title=cell)
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")
             files["lattice"] = "lattice.png"

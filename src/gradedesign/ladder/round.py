@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray
+from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.solution import Solution
@@ -180,7 +181,7 @@ def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
     points = setup.part.surface.vertices
     return LatticeDesign(
         part=setup.distance,
-        shape=setup.family.shape,
+        shape=blamed_shape(setup.family),
         level_of=setup.calibration.level_of,
         cell_map=setup.layout.cell_map,
         cell_size=setup.layout.typical,

@@ -25,7 +25,9 @@ from gradedesign.ladder.exclusion import exclusion_warnings
 from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.graded_map import require_one_thickness
+from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.part_readers import part_readers
 from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
@@ -95,6 +97,8 @@ class Setup:
     warnings : tuple of str
     solid : tuple of LimitRow
         Every limit with its value on the fully solid part, once that is analysed.
+    lattice_files : tuple of LatticeFile
+        What is written of the printed lattice.
     """
 
     case: Case
@@ -122,6 +126,7 @@ class Setup:
     frames: Field | None = None
     buckling_factor: float | None = None
     solid: tuple[LimitRow, ...] = ()
+    lattice_files: tuple[LatticeFile, ...] = ()
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
@@ -131,9 +136,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
+    files = lattice_files(case, registry)
     # Reading comes before what may take a minute: a damaged file is found at once.
     with locating(case, "part.file"):
-        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
+        part = read_part(case, part_readers(case, registry))
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -236,6 +242,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             *layout_warnings(layout, law.name),
             *(() if table is None else spread_warnings(table)),
         ),
+        lattice_files=files,
     )
 
 

@@ -16,7 +16,7 @@ from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.increments import CellIncrements, cell_increments
 from gradedesign.cell.neck import joining_shift, measure_neck
-from gradedesign.cell.shape import complete_parameters
+from gradedesign.cell.shape import blamed_shape, complete_parameters
 from gradedesign.cell.transition import Scale, cell_transition
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError
@@ -175,7 +175,7 @@ def build_cells(
         )
     if spec is None:
         return BuiltCells(
-            shape=first.family.shape,
+            shape=blamed_shape(first.family),
             parameters=first.parameters,
             cell_map=cell_map,
             transition={},

@@ -290,7 +290,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
     return {
         "solid_mass_g": _solid_mass(setup),
         "solid": setup.solid,
-        "warnings": (*setup.warnings, *(f"disabled {failure}" for failure in registry.failures)),
+        "warnings": (*setup.warnings, *registry.notes),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
         "case_hash": setup.case.case_hash,

@@ -1,4 +1,4 @@
-"""The record of a surface exporter: one file format for printing."""
+"""The record of an exporter: one file format of the printed lattice."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.printed_lattice import PrintedLattice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exporter:
-    """Writes the printed surface in one file format.
+    """Writes the printed lattice in one file format.
 
     Attributes
     ----------
@@ -20,9 +20,10 @@ class Exporter:
     suffix : str
         Lower-case file ending with its dot, such as ``.stl``.
     write : callable
-        ``write(path, surface)`` writes a closed `SurfaceMesh` in mm.
+        ``write(path, lattice)`` writes a `PrintedLattice` to one new file at ``path``. The file
+        takes its place in the run folder when ``write`` returns.
     """
 
     name: str
     suffix: str
-    write: Callable[[Path, SurfaceMesh], None]
+    write: Callable[[Path, PrintedLattice], None]

@@ -10,6 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.atomic import replacing
 
 log = logging.getLogger(__name__)
@@ -55,6 +56,11 @@ def write_stl(path: Path, surface: SurfaceMesh) -> None:
             handle.write(_records(vertices[surface.faces[low : low + _BATCH]]).tobytes())
     _read_back(path, count, enclosed_volume(surface), surface.vertices.mean(axis=0))
     log.info("wrote %s: %d triangles, %.3g MB", path, count, (84 + 50 * count) / 1e6)
+
+
+def export_stl(path: Path, lattice: PrintedLattice) -> None:
+    """Write the printed lattice as `write_stl` does; errors likewise."""
+    write_stl(path, lattice.surface)
 
 
 def float32_vertices(vertices: FloatArray) -> FloatArray:

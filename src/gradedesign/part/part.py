@@ -12,10 +12,11 @@ from typing import TypeAlias
 import numpy as np
 
 from gradedesign.case.schema import CaseIdentity, ShapeSpec
+from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
 from gradedesign.part.smooth_faces import SmoothFaces, segment_faces
@@ -112,16 +113,15 @@ def _read_file(
     """Read and repair a part file."""
     read = readers.get(path.suffix.lower())
     if read is None:
-        known = ", ".join(sorted(readers)) or "none"
-        raise CaseError(
-            f"part.file: {path.name} has the suffix {path.suffix!r}, which no installed reader "
-            f"takes; readable: {known}"
-        )
+        near = instead(path.suffix.lower(), sorted(readers), what="readable")
+        raise CaseError(f"part.file: found {path.name}, which no reader takes; {near}")
     if spec.units is None:
         raise CaseError(
             f"part.units: missing; {path.name} carries no unit, state mm, cm, m or inch"
         )
     raw = read(path, spec.units)
+    # Whoever wrote the reader: no part is empty, not finite or larger than any building.
+    raw = raw_triangles(raw.corners, "mm", source=path.name, warnings=raw.warnings)
     surface, report = build_surface(
         raw.corners, repair=spec.repair, bodies=spec.bodies, source=path.name
     )

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.output.exporter import Exporter
-from gradedesign.output.stl import write_stl
+from gradedesign.output.stl import export_stl
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.plugin.hookspecs import hookimpl
@@ -28,4 +28,4 @@ def gradedesign_readers() -> Iterable[PartReader]:
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
     """Register the STL exporter."""
-    yield Exporter(name="stl", suffix=".stl", write=write_stl)
+    yield Exporter(name="stl", suffix=".stl", write=export_stl)

@@ -57,7 +57,7 @@ def choose_law(
                 f"law '{law}' describes {others}, not '{family}'; "
                 f"{instead(law, ['auto', *for_family])}"
             )
-        if registry.failures:
+        if registry.notes:
             lookup(registry, "scaling_laws", law)
         raise CaseError(f"no law named '{law}'; {instead(law, ['auto', *for_family])}")
     usable = usable_laws(registry, family)

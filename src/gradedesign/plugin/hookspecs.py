@@ -134,9 +134,10 @@ def gradedesign_readers() -> Iterable[PartReader]:
     Examples
     --------
     >>> import numpy as np
-    >>> from gradedesign import PartReader, RawTriangles, hookimpl
+    >>> from gradedesign import PartReader, hookimpl, raw_triangles
     >>> def read_corners(path, unit):
-    ...     return RawTriangles(corners=np.loadtxt(path).reshape(-1, 3, 3))
+    ...     corners = np.loadtxt(path).reshape(-1, 3, 3)
+    ...     return raw_triangles(corners, unit, source=path.name)
     >>> @hookimpl
     ... def gradedesign_readers():
     ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
@@ -148,13 +149,14 @@ def gradedesign_readers() -> Iterable[PartReader]:
 
 @hookspec
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register file formats in which the printed surface can be written.
+    """Register file formats in which the printed lattice can be written.
 
     Examples
     --------
     >>> import numpy as np
     >>> from gradedesign import Exporter, hookimpl
-    >>> def write_corners(path, surface):
+    >>> def write_corners(path, lattice):
+    ...     surface = lattice.surface
     ...     np.savetxt(path, surface.vertices[surface.faces].reshape(-1, 9))
     >>> @hookimpl
     ... def gradedesign_exporters():

@@ -56,6 +56,8 @@ class Registry:
         Every plugin that was loaded, for the report.
     failures : tuple of PluginFailure
         Every plugin that was not.
+    warnings : tuple of str
+        What loaded plugins do that cannot be meant.
     """
 
     cell_families: Mapping[str, CellFamily]
@@ -68,3 +70,9 @@ class Registry:
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
     failures: tuple[PluginFailure, ...]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Everything that a user should hear about the plugins, one sentence each."""
+        return (*(f"disabled {failure}" for failure in self.failures), *self.warnings)

@@ -15,16 +15,18 @@ import pluggy
 from gradedesign.case.suggest import instead
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.errors import CaseError, PluginError
+from gradedesign.errors import CaseError, Interrupted, PluginError
 from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
+from gradedesign.plugin.format_checks import check_formats
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
+from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 
-__all__ = ["PluginFailure", "PluginSource", "Registry", "build_registry", "lookup"]
+__all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
 log = logging.getLogger(__name__)
 
@@ -87,7 +89,8 @@ def build_registry(
     ------
     PluginError
         For a misspelt hook, a hook that takes arguments, a record of the wrong type or with an
-        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load.
+        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load
+        and for a function with the name of a hook that is not marked as one.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -104,14 +107,18 @@ def build_registry(
     except pluggy.PluginValidationError as error:
         source = sources.get(manager.get_name(error.plugin) or "")
         raise PluginError(
-            f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(_hook_names()))}"
+            f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(hook_names()))}"
         ) from error
     found, more = _collect(manager, sources)
+    check_formats(found["readers"], found["exporters"])
     failures = tuple(sorted([*failures, *more], key=str))
+    unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
         log.warning("disabled %s", failure)
-    if strict and failures:
-        raise PluginError("; ".join(str(failure) for failure in failures))
+    for warning in unmarked:
+        log.warning("%s", warning)
+    if strict and (failures or unmarked):
+        raise PluginError("; ".join([*map(str, failures), *unmarked]))
     failed = {failure.entry_point for failure in failures}
     return Registry(
         **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
@@ -123,6 +130,7 @@ def build_registry(
         ),
         plugins=tuple(s for _, s in sorted(sources.items()) if s.entry_point not in failed),
         failures=failures,
+        warnings=unmarked,
     )
 
 
@@ -147,16 +155,23 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     shelf: Mapping[str, Any] = getattr(registry, kind)
     if name in shelf:
         return shelf[name]
-    message = f"no {_SHELVES[kind].noun} named '{name}'; {instead(name, shelf)}"
-    if registry.failures:
-        causes = "; ".join(str(failure) for failure in registry.failures)
-        raise PluginError(f"{message}. It may be missing because a plugin is disabled: {causes}")
-    raise CaseError(message)
+    raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {instead(name, shelf)}")
 
 
-def _hook_names() -> list[str]:
-    """Names of every hook."""
-    return [name for name in vars(hookspecs) if name.startswith("gradedesign_")]
+def absent(registry: Registry, message: str) -> CaseError | PluginError:
+    """The error of something that a case names and nothing supplies.
+
+    Returns
+    -------
+    CaseError
+        With the message.
+    PluginError
+        With the causes added, when a plugin that might have supplied it failed to load.
+    """
+    if registry.notes:
+        causes = "; ".join(registry.notes)
+        return PluginError(f"{message}. A plugin may be to blame: {causes}")
+    return CaseError(message)
 
 
 def _distribution_source(
@@ -223,7 +238,9 @@ def _load_installed(
         source = _distribution_source(point.dist, point.name, point.value)
         try:
             plugin = point.load()
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - foreign code may raise anything
+        except (KeyboardInterrupt, Interrupted):
+            raise
+        except BaseException as error:  # noqa: BLE001 - foreign code may raise anything
             failures.append(_failure(source, error))
             continue
         _register(manager, sources, plugin, source)
@@ -256,7 +273,9 @@ def _collect(
                 for implementation in getattr(manager.hook, f"gradedesign_{kind}").get_hookimpls():
                     if implementation.plugin_name == plugin_name:
                         records += [(kind, record) for record in implementation.function()]
-        except Exception as error:  # noqa: BLE001 - foreign code may raise anything
+        except (KeyboardInterrupt, Interrupted):
+            raise
+        except BaseException as error:  # noqa: BLE001 - foreign code may raise anything
             failures.append(_failure(source, error))
             continue
         for kind, record in records:

@@ -6,6 +6,7 @@ import errno
 import os
 import re
 import secrets
+import shutil
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -111,6 +112,41 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         # Gone already after a successful rename; otherwise nothing half-written may stay.
         with suppress(OSError):
             unfinished.unlink()
+
+
+@contextmanager
+def replacing_path(path: Path) -> Iterator[Path]:
+    """Like `replacing`, for writers that take a path and may look at its name or suffix.
+
+    Parameters
+    ----------
+    path : Path
+        The target.
+
+    Yields
+    ------
+    Path
+        Of the same name in an empty folder beside the target; the file written there replaces the
+        target, the folder goes.
+
+    Raises
+    ------
+    CaseError, ResourceError
+        As `replacing`.
+    """
+    folder = path.with_name(f".{path.name}.{secrets.token_hex(8)}.unfinished")
+    try:
+        folder.mkdir()
+        unfinished = folder / path.name
+        yield unfinished
+        with unfinished.open("rb") as handle:
+            os.fsync(handle.fileno())
+        unfinished.replace(path)
+        _flush_folder(path.parent)
+    except OSError as cause:
+        raise write_error(path, cause) from cause
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _flush_folder(folder: Path) -> None:

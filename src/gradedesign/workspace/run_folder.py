@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
+import shutil
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -280,8 +281,11 @@ def _make_folder(folder: Path, *, parents: bool = False) -> None:
 
 def _remove_unfinished(folder: Path) -> None:
     """Remove what a killed run was writing; nothing else can have such a name."""
-    for leftover in folder.rglob(".*.unfinished"):
+    for leftover in list(folder.rglob(".*.unfinished")):
         if UNFINISHED.fullmatch(leftover.name):
+            if leftover.is_dir() and not leftover.is_symlink():
+                shutil.rmtree(leftover, ignore_errors=True)
+                continue
             with suppress(OSError):
                 leftover.unlink()
 

@@ -1,0 +1,302 @@
+"""File formats of plugins end to end: the README's distribution, built and installed."""
+
+import json
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from gradedesign import CaseError, PluginError, load_case
+from gradedesign.case.read_generate import load_generate_case
+from gradedesign.ladder.generate import generate
+from gradedesign.ladder.part_readers import part_readers
+from gradedesign.part.part import read_part
+from gradedesign.plugin.registry import build_registry
+
+README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
+TOML = re.findall(r"^```toml\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+(NAMED,) = (block for block in TOML if "formats = " in block)
+
+#: A block of 10 x 5 x 5 mm; facets seen from outside.
+OFF = """OFF
+8 12 0
+0 0 0
+10 0 0
+10 5 0
+0 5 0
+0 0 5
+10 0 5
+10 5 5
+0 5 5
+3 0 2 1
+3 0 3 2
+3 4 5 6
+3 4 6 7
+3 0 1 5
+3 0 5 4
+3 2 3 7
+3 2 7 6
+3 1 2 6
+3 1 6 5
+3 3 0 4
+3 3 4 7
+"""
+PART = '[part]\nfile = "block.off"\nunits = "mm"\n'
+GENERATED = f"""\
+[case]
+name = "block"
+{PART}
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = 0.4
+[output]
+formats = ["ply", "stl"]
+"""
+SIZED = f"""\
+[case]
+name = "block"
+{PART}mesh_size = "4 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "PA12"
+[[load_case]]
+name = "pull"
+fix = [{{region = "root"}}]
+load = [{{region = "tip", force = ["50 N", "0 N", "0 N"]}}]
+[limits]
+displacement = [{{region = "tip", magnitude = "1 mm"}}]
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = [0.2, 0.5]
+[run]
+stop_after = "lattice"
+[output]
+formats = ["ply"]
+"""
+
+
+@pytest.fixture
+def installed(formats_site, monkeypatch):
+    """The README's formats, as if installed."""
+    monkeypatch.syspath_prepend(str(formats_site))
+    yield
+    sys.modules.pop("gradedesign_acme_formats", None)
+
+
+def write(folder, text, off=OFF):
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    (folder / "block.off").write_text(off, encoding="utf-8")
+    return folder
+
+
+def test_the_readme_names_the_formats_of_its_plugin():
+    named = tomllib.loads(NAMED)
+    assert named["part"]["file"].endswith(".off")
+    assert named["output"]["formats"] == ["stl", "ply"]
+
+
+def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cli):
+    case = write(tmp_path, GENERATED)
+    ended = cli("generate", case, "-o", tmp_path / "out", "--strict-plugins")
+    assert ended.code == 0, ended.err
+    result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    assert result["files"]["lattice_ply"] == "lattice.ply"
+    assert result["files"]["stl"] == "lattice.stl"
+    assert "gradedesign-acme-formats 0.1.0" in result["plugins"]
+    # A reader of others: the surface is closed and encloses what the result says.
+    mesh = trimesh.load(tmp_path / "out" / "lattice.ply")
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(result["measures"]["volume_mm3"], rel=1e-9)
+    assert mesh.bounds[1] - mesh.bounds[0] == pytest.approx([10, 5, 5], abs=0.02)
+    manifest = json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))
+    assert "lattice.ply" in manifest["artefacts"]
+    assert not list((tmp_path / "out").glob(".*unfinished"))
+
+
+def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
+    case = write(tmp_path, SIZED)
+    ended = cli("run", case, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    assert "lattice.ply" in ended.out
+    files = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))["files"]
+    assert (files["lattice_ply"], files["stl"]) == ("lattice.ply", "lattice.stl")
+    one, other = (trimesh.load(tmp_path / "out" / f"lattice.{s}") for s in ("ply", "stl"))
+    assert one.volume == pytest.approx(other.volume, rel=1e-5)
+    assert len(one.faces) == len(other.faces)
+
+
+def test_the_doctor_lists_formats(installed, cli):
+    assert "parts: .off, .stl; formats: ply, stl, vtu, report" in cli("doctor").out
+
+
+def test_units_and_bytes_of_the_file_count(installed, tmp_path):
+    case = load_case(write(tmp_path, SIZED.replace('units = "mm"', 'units = "cm"')))
+    part = read_part(case, part_readers(case, build_registry()))
+    assert part.volume == pytest.approx(250_000.0)
+    before = load_case(write(tmp_path, SIZED)).case_hash
+    assert load_case(write(tmp_path, SIZED, OFF.replace("10 ", "12 "))).case_hash != before
+
+
+@pytest.mark.parametrize("command", ["run", "generate", "check"])
+def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, cli, command):
+    text = GENERATED if command == "generate" else SIZED
+    place = [] if command == "check" else ["-o", tmp_path / "out"]
+    case = write(tmp_path, text.replace('"ply"', '"stll"'))
+    wrong = cli(command, case, *place)
+    line = text.splitlines().index("[output]") + 2
+    assert wrong.code == 2
+    assert f"case.toml:{line}: output.formats: no format named 'stll'; did you mean" in wrong.err
+    assert "available: stl, vtu, report" in wrong.err
+    case = write(tmp_path, text.replace('"ply", "stl"', '"stl"').replace('"ply"', '"vtu"'))
+    wrong = cli(command, case, *place)
+    assert wrong.code == 2
+    assert 'case.toml:4: part.file: found "block.off", which no installed reader' in wrong.err
+    assert "readable: .stl" in wrong.err
+
+
+def test_a_missing_file_is_told_before_its_suffix_is_judged(tmp_path):
+    write(tmp_path, SIZED.replace("block.off", "blok.off"))
+    with pytest.raises(CaseError, match=r'case\.toml:4: part\.file: .*did you mean "block\.off"'):
+        load_case(tmp_path)
+
+
+HEAD = """
+import sys
+import numpy as np
+from gradedesign import Exporter, PartError, PartReader, RawTriangles, hookimpl
+"""
+BAD_EXPORTER = """
+def write(path, lattice):
+    {body}
+
+@hookimpl
+def gradedesign_exporters():
+    yield Exporter(name="fake", suffix=".fake", write=write)
+"""
+BAD_READER = """
+def read(path, unit):
+    {body}
+
+@hookimpl
+def gradedesign_readers():
+    yield PartReader(name="fake", suffixes=(".off",), read=read)
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("lattice.surfaces", "failed: AttributeError"),
+        ("path.write_text('half'); raise OSError('gone')", "failed: OSError: gone"),
+        ("sys.exit(0)", "failed: SystemExit"),
+        ("pass", "left nothing"),
+        ("path.write_text('')", "left an empty file"),
+        ("path.with_suffix('.mtl').write_text('x'); path.write_text('x')", "lattice.fake, lattice"),
+        ("path.symlink_to('/etc/hosts')", "expected that one file"),
+    ],
+)
+def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, words):
+    install("fake-writer", HEAD + BAD_EXPORTER.format(body=body))
+    box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
+    case = load_generate_case(write(tmp_path, box.replace('"ply", "stl"', '"fake"')))
+    with pytest.raises(PluginError, match=r"exporter 'fake' of fake-writer 1\.2 ") as told:
+        generate(case, folder=tmp_path / "out")
+    assert "writing lattice.fake" in str(told.value)
+    assert words in str(told.value)
+    names = {p.name for p in (tmp_path / "out").iterdir()}
+    assert "lattice.fake" not in names
+    assert not [name for name in names if "unfinished" in name]
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("int('x')", "failed: ValueError"),
+        ("sys.exit(0)", "failed: SystemExit"),
+        ("raise PartError('block.off: torn')", "part.file: block.off: torn"),
+        ("return np.zeros((1, 3, 3))", "returned a ndarray, expected RawTriangles"),
+        ("return RawTriangles(corners=np.full((1, 3, 3), np.nan))", "9 values that are not finite"),
+        ("return RawTriangles(corners=np.full((1, 3, 3), 1e9))", "facets reach absurdly far"),
+        ("return RawTriangles(corners=np.zeros((0, 3, 3)))", "block.off: no triangles"),
+    ],
+)
+def test_a_broken_reader_is_named_with_its_file(install, tmp_path, cli, body, words):
+    install("fake-reader", HEAD + BAD_READER.format(body=body))
+    case = write(tmp_path, GENERATED.replace('"ply", "stl"', '"stl"'))
+    ended = cli("generate", case, "-o", tmp_path / "out")
+    assert ended.code in (3, 7)
+    assert "case.toml:4: part.file: " in ended.err
+    assert words in ended.err
+    assert ended.code == 3 or "part reader 'fake' of fake-reader 1.2 on block.off" in ended.err
+
+
+def test_a_format_of_a_disabled_plugin_is_an_error_of_the_plugin(install, tmp_path, cli):
+    install("fake-broken", "import no_such_module_at_all")
+    ended = cli("generate", write(tmp_path, GENERATED), "-o", tmp_path / "out")
+    assert ended.code == 7
+    assert "no_such_module_at_all" in ended.err
+
+
+TWO = """
+@hookimpl
+def gradedesign_readers():
+    yield PartReader(name="a", suffixes={one}, read=print)
+    yield PartReader(name="b", suffixes={other}, read=print)
+"""
+ONE = """
+@hookimpl
+def gradedesign_exporters():
+    yield Exporter(name="{name}", suffix="{suffix}", write=print)
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        (TWO.format(one="('.x', '.y')", other="('.y',)"), r"'\.y' is read by both 'a'.*'b'"),
+        (TWO.format(one="('.stl',)", other="('.y',)"), r"'\.stl' is read by both .*'stl' of gra"),
+        (TWO.format(one="'.x'", other="('.y',)"), "expected a tuple"),
+        (TWO.format(one="('.X',)", other="('.y',)"), "lower-case"),
+        (ONE.format(name="vtu", suffix=".vtu"), "writes itself"),
+        (ONE.format(name="x", suffix="/../x"), "expected a dot"),
+    ],
+)
+def test_formats_that_clash_or_have_no_suffix_are_refused(install, source, words):
+    install("fake-formats", HEAD + source)
+    with pytest.raises(PluginError, match=words):
+        build_registry()
+
+
+def test_two_formats_of_one_suffix_get_two_names(install, tmp_path):
+    install(
+        "fake-two",
+        HEAD + "write = lambda path, lattice: path.write_text(f'{lattice.material} {lattice.unit}')"
+        "\n@hookimpl\ndef gradedesign_exporters():\n    for name in ('one', 'two'):\n"
+        "        yield Exporter(name=name, suffix='.stl', write=write)\n",
+    )
+    box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
+    text = box.replace('"ply", "stl"', '"two", "one", "stl"') + '[material]\nname = "PA12"\n'
+    result = generate(load_generate_case(write(tmp_path, text)), folder=tmp_path / "out")
+    names = ("lattice-two.stl", "lattice-one.stl", "lattice.stl")
+    assert tuple(result.files[k] for k in ("lattice_two", "lattice_one", "stl")) == names
+    assert (tmp_path / "out" / "lattice-two.stl").read_text() == "PA12 mm"
+
+
+def test_an_exporter_may_evaluate_the_field(install, tmp_path):
+    body = "np.savetxt(path, lattice.field(lattice.surface.vertices.T))"
+    install("fake-field", HEAD + BAD_EXPORTER.format(body=body))
+    box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
+    case = load_generate_case(write(tmp_path, box.replace('"ply", "stl"', '"fake"')))
+    generate(case, folder=tmp_path / "out")
+    values = np.loadtxt(tmp_path / "out" / "lattice.fake")
+    # The surface was extracted on a grid of 0.2 mm: its vertices lie near the zero set.
+    assert np.abs(values).max() < 0.05
