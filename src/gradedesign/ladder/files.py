@@ -36,6 +36,7 @@ from gradedesign.output.report import render_report
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
 from gradedesign.verify.explicit import governing_measure
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 RESULT_NAME = "result.json"
@@ -195,6 +196,7 @@ def _solid_vtu(
         ).mean(axis=1)
         for s in solid
     }
+    report_step("writing solid.vtu")
     files["solid_vtu"] = "solid.vtu"
     write_vtu(
         out.path_of("solid.vtu"),
@@ -213,6 +215,7 @@ def _density_files(
     warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
     _adopt_drawn(out, files, "density")
     if "vtu" in setup.case.output.formats:
+        report_step("writing density.vtu")
         files["density_vtu"] = "density.vtu"
         write_vtu(
             out.path_of("density.vtu"),
@@ -238,6 +241,7 @@ def _lattice_files(
         E=np.full(result.space.element_count, setup.material.youngs_modulus),
         nu=setup.material.poissons_ratio,
     )
+    report_step("stress for the pictures")
     at_vertices = von_mises(
         element_stress(result.space, stiffness, solution.displacement, at="vertices")
     )
@@ -263,6 +267,7 @@ def _lattice_files(
     for name in ("lattice", "stress", "deformed"):
         _adopt_drawn(out, files, name)
     if "vtu" in setup.case.output.formats:
+        report_step("writing lattice.vtu")
         files["lattice_vtu"] = "lattice.vtu"
         write_vtu(
             out.path_of("lattice.vtu"),

@@ -43,7 +43,7 @@ from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
-from gradedesign.workspace.progress import Event, Listener, ignore
+from gradedesign.workspace.progress import Event, Listener, ignore, report_step, stepping
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -117,6 +117,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
+    report_step("reading and repairing the part")
     # Reading comes before what may take a minute: a damaged file is found at once.
     with locating(case, "part.file"):
         part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
@@ -132,6 +133,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
+    report_step("distance field and cell map")
     distance = surface_distance(part.surface)
     kept = tuple(
         KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
@@ -146,8 +148,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
-    with locating(case, "part.mesh_size"):
+    with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh, attempts = part_tets(case, part)
+    report_step("supports, loads and the lattice's share of each tetrahedron")
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)
     clamped_names = sorted({f.region for spec in case.load_case for f in spec.fix})
@@ -163,6 +166,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     )
     if case.lattice.faces == "measured":
         with locating(case, "lattice.faces"):
+            report_step("cells cut by the part's faces")
             fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
         model = replace(model, fill=fill)
     if table is not None:

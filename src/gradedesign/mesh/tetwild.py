@@ -21,6 +21,7 @@ from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
 from gradedesign.workspace.cache import content_key, entry_path, load_arrays, store_arrays
 from gradedesign.workspace.limits import Deadline
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.worker import Option, run_worker
 
 log = logging.getLogger(__name__)
@@ -227,8 +228,9 @@ def _attempt(
 ) -> tuple[TetMesh, TetReport, tuple[str, ...]]:
     """Ask in each way until an answer is sound."""
     attempts: list[str] = []
-    for way, options in _WAYS:
+    for number, (way, options) in enumerate(_WAYS, start=1):
         start = clock.elapsed()
+        report_step(f"mesher, way {number} of {len(_WAYS)}: {way}")
         try:
             result = run_worker(
                 worker_module,

@@ -33,6 +33,7 @@ from gradedesign.output.scene import (
     thinned,
 )
 from gradedesign.workspace.atomic import write_bytes
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -204,6 +205,7 @@ def round_factor(wanted: float, largest: float) -> float:
 
 def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
     """Draw with OpenGL, or plainly, or not at all, the latter two with a warning."""
+    report_step(f"drawing {path.name}")
     if fault := _fault(scene):
         return _warned(f"{path.name}: not drawn: {fault}")
     plain = not opengl_works()

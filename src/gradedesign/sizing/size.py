@@ -35,6 +35,7 @@ from gradedesign.sizing.responses import (
     stiffness_derivative,
 )
 from gradedesign.sizing.stress_limit import StressLimit, density_for_stress, stress_use
+from gradedesign.workspace.progress import stepping
 
 log = logging.getLogger(__name__)
 
@@ -155,7 +156,8 @@ def size(
     allowance, room = 1.0, 1.0
     for iteration in range(max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
-        use, gradients, stress = _evaluate(problem, rho)
+        with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
+            use, gradients, stress = _evaluate(problem, rho)
         worst = stress_use(problem.stress_limit, model, rho, stress)
         if problem.stress_limit is not None:
             allowance = _next_allowance(allowance, problem.target, worst)

@@ -16,6 +16,7 @@ from gradedesign.mesh.quality import TetReport, tet_report
 from gradedesign.mesh.sharpen import sharpen
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
@@ -80,11 +81,17 @@ def mesh_lattice(design: LatticeDesign, cube: float, *, memory_limit_bytes: floa
     cube = fitted_cube(design, cube)
     lower, shape = grid_for(design, cube)
     field = lattice_field(design, band=3 * cube)
-    volume = field_volume(design, cube)
+    with stepping(f"volume of the lattice at {cube:.3g} mm"):
+        volume = field_volume(design, cube)
     _require_memory(volume, cube, memory_limit_bytes)
-    raw = sharpen(stuff(field, lower, shape, cube), design.part, body_field(design), cube)
-    mesh, dropped, share = largest_piece(raw, max_share=LOOSE_SHARE)
-    report = tet_report(mesh)
+    with stepping(f"meshing the lattice at {cube:.3g} mm"):
+        stuffed = stuff(field, lower, shape, cube)
+        report_step("sharp edges")
+        raw = sharpen(stuffed, design.part, body_field(design), cube)
+        report_step("loose pieces")
+        mesh, dropped, share = largest_piece(raw, max_share=LOOSE_SHARE)
+        report_step("quality")
+        report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
     return ExplicitMesh(
