@@ -172,7 +172,7 @@ def loop(
             factors = latest.factors
         if len(rounds) >= setup.case.run.max_rounds or _out_of_time(rounds, deadline):
             break
-        with announce.stage("round"):
+        with announce.stage("round", f"{len(rounds) + 1} of {setup.case.run.max_rounds} at most"):
             matrix = design_filter(setup) if matrix is None else matrix
             done, analysed = play_round(
                 setup, rounds, factors, matrix, on_step=announce.sizing_step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import textwrap
 from collections.abc import Sequence
@@ -10,6 +11,9 @@ from collections.abc import Sequence
 WIDTH = 80
 #: Columns that are used at least, and at most: longer lines are hard to read.
 NARROWEST, WIDEST = 40, 120
+#: A number with its unit, between which no line ends.
+_UNIT = re.compile(r"\d (?=(mm|N|MPa|GPa|g|s|%|GB)\b|%)")
+_GLUE = "\u00a0"
 #: Spaces before a table's lines and between its columns.
 INDENT, GAP = 2, 2
 
@@ -28,13 +32,17 @@ def wrapped(text: str, *, width: int | None = None, hang: int = 0) -> list[str]:
     ['files: lattice.stl,', '  report.html']
     """
     found = textwrap.wrap(
-        text,
+        _UNIT.sub(_glued, text),
         width_now() if width is None else width,
         subsequent_indent=" " * hang,
         break_long_words=False,
         break_on_hyphens=False,
     )
-    return found or [""]
+    return [line.replace(_GLUE, " ") for line in found] or [""]
+
+
+def _glued(found: re.Match[str]) -> str:
+    return found[0].replace(" ", _GLUE)
 
 
 def table_lines(
@@ -68,7 +76,10 @@ def _fitted(cells: Sequence[Sequence[str]], room: int) -> list[int] | None:
     """Widths of columns that fit into the room, the widest narrowed first; None if none do."""
     table = list(zip(*cells, strict=True))
     widths = [max(map(len, column)) for column in table]
-    least = [max((len(w) for cell in column for w in cell.split()), default=0) for column in table]
+    least = [
+        max((len(w) for cell in column for w in _UNIT.sub(_glued, cell).split(" ")), default=0)
+        for column in table
+    ]
     if sum(least) > room:
         return None
     while sum(widths) > room:
@@ -87,13 +98,7 @@ def _blocks(cells: Sequence[Sequence[str]], room: int) -> list[str]:
         for name, cell in zip(names, row, strict=True):
             hang = INDENT + label + GAP
             text = " " * INDENT + name.ljust(label + GAP) + cell
-            lines += textwrap.wrap(
-                text,
-                INDENT + room,
-                subsequent_indent=" " * hang,
-                break_long_words=False,
-                break_on_hyphens=False,
-            )
+            lines += wrapped(text, width=INDENT + room, hang=hang)
     return lines
 
 

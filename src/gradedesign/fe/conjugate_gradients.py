@@ -121,7 +121,7 @@ def _iterate(
             active[k] = norms(r[k : k + 1])[0] > goal[k] and done[k] < limit
         if not active.any():
             return
-        report_step("multigrid iterations", _share_done(first, norms(r), goal, active))
+        report_step("multigrid", _share_done(first, norms(r), goal, active))
         z = precondition(r)
         for k in np.flatnonzero(active):
             p[k] *= -dots(z[k : k + 1], q[k : k + 1])[0] / curvature[k]

@@ -238,7 +238,7 @@ def _solve_group(
     if np.count_nonzero(free) < SMALL:
         return _directly(system, cases, free, right, note="")
     if key not in system.hierarchies:
-        report_step(f"multigrid levels for {right.shape[1]} unknowns")
+        report_step(f"multigrid of {right.shape[1]} unknowns")
         system.hierarchies[key] = build_hierarchy(
             system.space, system.stiffness, system.matrix, fixed
         )
