@@ -15,6 +15,7 @@ from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average, von_mises
 from gradedesign.ladder.accepted import STL_NAME
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.round import build_design, density_grid
 from gradedesign.ladder.rounds import Analysed
@@ -31,7 +32,6 @@ from gradedesign.output.pictures import (
     picture_loads,
     picture_stress,
 )
-from gradedesign.output.region_mark import RegionMark
 from gradedesign.output.report import render_report
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
@@ -142,43 +142,14 @@ def iteration_log(result: RunResult) -> str:
 def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:
     files["loads"] = "loads.png"
     warnings = picture_loads(
-        out.path_of("loads.png"), setup.part.surface, region_marks(setup), title="Loading"
+        out.path_of("loads.png"),
+        setup.part.surface,
+        region_marks(setup.case, setup.part.regions),
+        action_marks(setup.case, setup.part),
+        note=warming_note(setup.case),
     )
     _adopt_drawn(out, files, "loads")
     return warnings
-
-
-def region_marks(setup: Setup) -> list[RegionMark]:
-    """Supports, loads and kept regions as the picture names them."""
-    marks = []
-    regions = setup.part.regions
-    held = dict.fromkeys(f.region for spec in setup.case.load_case for f in spec.fix)
-    for name in held:
-        marks.append(RegionMark(name=name, role="support", corners=regions[name].corners))
-    for spec in setup.case.load_case:
-        for load in spec.load:
-            direction, text = None, ""
-            if load.force is not None:
-                direction = np.asarray(load.force, dtype=np.float64)
-                text = f"{np.linalg.norm(direction):.4g} N ({spec.name})"
-            elif load.pressure is not None:
-                text = f"{load.pressure:.4g} MPa ({spec.name})"
-            marks.append(
-                RegionMark(
-                    name=load.region,
-                    role="load",
-                    corners=regions[load.region].corners,
-                    text=text,
-                    direction=direction,
-                )
-            )
-    shown = set(held) | {m.name for m in marks}
-    for keep in setup.case.keep:
-        if keep.region not in shown:
-            marks.append(
-                RegionMark(name=keep.region, role="kept", corners=regions[keep.region].corners)
-            )
-    return marks
 
 
 def _solid_vtu(
