@@ -15,6 +15,7 @@ from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average, von_mises
 from gradedesign.ladder.accepted import STL_NAME
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.iteration_log import iteration_log
 from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.round import build_design, density_grid
@@ -102,7 +103,7 @@ def write_outputs(
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),
     )
-    out.write_text("iterations.csv", iteration_log(result))
+    out.write_text("iterations.csv", iteration_log(result.iterations, setup.displacement_limits))
     if "report" in formats:
         pictures = {
             name: (out.path / path).read_bytes()
@@ -113,30 +114,6 @@ def write_outputs(
         out.write_text("report.html", render_report(as_json(result), pictures, case_text))
     write_result(out, result)
     return result
-
-
-def iteration_log(result: RunResult) -> str:
-    """One line per round, comma separated, units in the header."""
-    columns = (
-        "round",
-        "mass_g",
-        "lattice_mass_g",
-        "mean_density",
-        "use",
-        "passed",
-        "stress_gap",
-        "dofs",
-        "mesh_size_mm",
-        "seconds",
-        "stiffness_factor",
-        "stress_factor",
-    )
-    lines = [",".join((*columns, "displacement_gap"))]
-    for it in result.iterations:
-        values = [f"{getattr(it, c)}" for c in columns]
-        values.append(" ".join(f"{g:.6g}" for g in it.displacement_gap))
-        lines.append(",".join(values))
-    return "\n".join(lines) + "\n"
 
 
 def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +34,8 @@ LONGEST_EDGE = 4.0 / 3.0
 #: Of bisection: tetrahedra for one of the least number, and bytes for each of them, measured at
 #: 0.07 to 0.84 million.
 _BISECTED, _BYTES_PER_TET = 5.4, 430.0
+#: How the line of an attempt says that it is the last one.
+_SUCCEEDED = "succeeded in"
 #: What attempts differ in. Never a geometric tolerance: that would be another question.
 _WAYS: tuple[tuple[str, dict[str, Option]], ...] = (
     ("all threads, surface simplified first", {"threads": 0, "simplify": True}),
@@ -80,6 +82,17 @@ class _Question:
     volume: float
     volume_tolerance: float
     what: str
+
+
+def failed_attempts(attempts: Sequence[str]) -> tuple[str, ...]:
+    """Lines of the attempts, of one mesh or of several, that had to be retried.
+
+    Examples
+    --------
+    >>> failed_attempts(["all threads: timed out", "one thread: succeeded in 3.1 s"])
+    ('all threads: timed out',)
+    """
+    return tuple(line for line in attempts if f": {_SUCCEEDED} " not in line)
 
 
 def tetrahedralize(
@@ -248,7 +261,7 @@ def _attempt(
             if clock.expired():
                 break
         else:
-            attempts.append(f"{way}: succeeded in {clock.elapsed() - start:.1f} s")
+            attempts.append(f"{way}: {_SUCCEEDED} {clock.elapsed() - start:.1f} s")
             return mesh, report, tuple(attempts)
     raise _given_up(question, key, attempts)
 
