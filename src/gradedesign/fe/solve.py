@@ -276,7 +276,8 @@ def _by_multigrid(
     open_cases = list(range(len(cases)))
     for tightening in range(1 + TIGHTENINGS):
         goal = rtol * TIGHTER**tightening
-        with stepping(f"solving {', '.join(cases[k].name for k in open_cases)}"):
+        names = dict.fromkeys(cases[k].name for k in open_cases)
+        with stepping(f"solving {', '.join(names)}"):
             step = conjugate_gradients(
                 system.matrix, keep, right[open_cases], preconditioner(hierarchy, len(open_cases)),
                 rtol=goal, max_iterations=MAX_ITERATIONS - int(done[open_cases].max()),

@@ -213,6 +213,7 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
         If the thinnest wall is thinner than [print] min_wall.
     """
     case = setup.case
+    report_step("thinnest wall")
     thinnest = thinnest_wall(setup, grid)
     if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
         raise LatticeError(
@@ -242,6 +243,7 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
     report_step("predicting the design")
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
+    report_step("stress and share of the lattice")
     values = displacement_values(limits, solutions)
     limit = corrected_stress_limit(setup, correction)
     share, carrying = lattice_share(system, model, rho, limits, solutions)

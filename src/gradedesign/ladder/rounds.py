@@ -53,6 +53,7 @@ from gradedesign.verify.explicit import (
     governing_measure,
 )
 from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
+from gradedesign.workspace.progress import report_step
 
 #: A density counts as at its lower bound within this relative distance.
 AT_BOUND = 1e-3
@@ -162,6 +163,7 @@ def play_round(
     predicted = predict(setup, correction, sized.rho)
     analysed = analyse_cells(setup, sized.rho)
     result = analysed.result
+    report_step("learning from the explicit analysis")
     displacements = explicit_displacements(setup, result)
     rows = (
         *limit_rows(setup, displacements, result.measures, "explicit analysis"),

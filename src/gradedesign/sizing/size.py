@@ -35,7 +35,7 @@ from gradedesign.sizing.responses import (
     stiffness_derivative,
 )
 from gradedesign.sizing.stress_limit import StressLimit, density_for_stress, stress_use
-from gradedesign.workspace.progress import stepping
+from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
@@ -158,6 +158,7 @@ def size(
         rho = np.asarray(problem.filter @ x).ravel()
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
             use, gradients, stress = _evaluate(problem, rho)
+        report_step(f"new densities of iteration {iteration + 1}")
         worst = stress_use(problem.stress_limit, model, rho, stress)
         if problem.stress_limit is not None:
             allowance = _next_allowance(allowance, problem.target, worst)

@@ -16,7 +16,7 @@ from gradedesign.mesh.quality import TetReport, tet_report
 from gradedesign.mesh.sharpen import sharpen
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.workspace.progress import report_step, stepping
+from gradedesign.workspace.progress import counted, report_step, stepping
 
 log = logging.getLogger(__name__)
 
@@ -143,7 +143,7 @@ def field_volume(design: LatticeDesign, cube: float) -> float:
         lower[d] + step * (np.arange(VOLUME_SAMPLES * shape[d]) + 1 / np.sqrt(7)) for d in range(3)
     ]
     inside = 0
-    for x in axes[0]:
+    for x in counted(axes[0], "layer", len(axes[0])):
         grid = np.stack(np.meshgrid([x], axes[1], axes[2], indexing="ij"))
         inside += int(np.count_nonzero(field(grid) < 0))
     return inside * step**3
