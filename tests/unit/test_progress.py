@@ -1,5 +1,6 @@
 """Progress: steps reach whoever watches, and a command shows that it lives."""
 
+import importlib
 import io
 import json
 import re
@@ -37,7 +38,7 @@ STATUS = re.compile(
 def talkative(monkeypatch):
     """A command that never keeps silent: a line at every look."""
     monkeypatch.setattr(progress_lines, "SILENCE", 0.0)
-    monkeypatch.setattr(progress_lines, "POLL", 0.002)
+    monkeypatch.setattr(progress_lines, "POLL", 0.02)
     monkeypatch.setenv("COLUMNS", "80")
 
 
@@ -193,6 +194,29 @@ def test_every_long_command_shows_progress():
         "run", "generate", "check", "homogenise", "tabulate", "tabulate_finite_size", "validate",
     ):  # fmt: skip
         assert "with ProgressLines(" in (folder / f"{name}.py").read_text(encoding="utf-8"), name
+
+
+@pytest.mark.parametrize(
+    ("module", "names"),
+    [
+        ("mesh._quality_kernels", "cosine_range label_pieces"),
+        ("mesh._closest_kernels", "build_tree find_closest"),
+        ("mesh._point_location_kernels", "bin_tets find_tets weigh"),
+        ("mesh._stuffing_kernels", "mark_cuts list_cuts warp_nodes number_vertices place_vertices"),
+        ("mesh._stuffing_pinches_kernels", "mark_pinches"),
+        ("mesh._stuffing_tets_kernels", "make_tets"),
+        ("fe._assembly_kernels", "elements_of_nodes block_pattern stiffness_blocks"),
+        ("fe._space_kernels", "number_edges"),
+        ("fe._multigrid_kernels", "_multiply_threaded _relax_threaded inverse_diagonal"),
+        ("lattice._surface_kernels", "march_brick unpaired_edges vertex_shells shell_volumes"),
+        ("cell._percolation_kernels", "flood"),
+    ],
+)
+def test_kernels_over_a_whole_mesh_let_other_threads_speak(module, names):
+    """One call takes seconds on a million tetrahedra: it must not hold the interpreter's lock."""
+    kernels = importlib.import_module(f"gradedesign.{module}")
+    for name in names.split():
+        assert getattr(kernels, name).targetoptions.get("nogil"), name
 
 
 def test_on_a_terminal_one_line_is_kept_and_then_erased(monkeypatch):
