@@ -283,6 +283,12 @@ def test_what_cannot_be_drawn_is_a_warning(tmp_path, caplog, faces, value, match
     assert not list(tmp_path.iterdir())
 
 
+def test_pictures_without_opengl_warn_in_the_same_words(tmp_path, monkeypatch):
+    monkeypatch.setattr(pictures, "opengl_works", lambda: False)
+    found = {picture_lattice(tmp_path / f"{n}.png", ends()[0]) for n in range(2)}
+    assert len(found) == 1  # a run repeats no warning
+
+
 def test_failure_while_drawing_is_a_warning(tmp_path, monkeypatch):
     def fail(scene):
         raise RuntimeError("the driver gave up")

@@ -278,7 +278,8 @@ def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
         return _warned(f"{path.name}: not drawn: {cause}")
     write_bytes(path, picture)
     if plain:
-        return _warned(f"{path.name}: no OpenGL on this machine, drawn plainly in less detail")
+        # The same words for every picture, so that a run says it once.
+        return _warned("no OpenGL on this machine: pictures are drawn plainly, in less detail")
     return ()
 
 
