@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gradedesign.cli import progress_lines
+from gradedesign.cli import progress_lines, show
 from gradedesign.cli.progress_lines import ProgressLines, clock, status_text
 from gradedesign.fe.conjugate_gradients import _share_done
 from gradedesign.workspace.limits import resident_memory_bytes
@@ -153,6 +153,17 @@ def test_without_a_terminal_a_line_tells_where_the_computation_stands(talkative,
     assert " of 1:30; " in line
 
 
+def test_a_stage_does_not_begin_with_the_last_step_of_the_one_before():
+    with ProgressLines(memory=lambda: 10**9) as progress:
+        progress(Event(stage="part", message="started"))
+        report_step("meshing")
+        assert progress.status().message.startswith("meshing, ")
+        progress(Event(stage="part", message="done", seconds=1.0))
+        progress(Event(stage="solid", message="started"))
+        assert (progress.status().stage, progress.status().fraction) == ("solid", None)
+        assert progress.status().message.startswith("working, ")
+
+
 def test_a_run_says_where_it_stands(talkative, cli, tmp_path):
     ended = cli("run", CASES / "infeasible", "-o", tmp_path / "run")
     assert ended.code == 4
@@ -227,12 +238,19 @@ def test_on_a_terminal_one_line_is_kept_and_then_erased(monkeypatch):
         lambda stderr: Console(file=screen, force_terminal=True, width=80, stderr=stderr),
     )
     monkeypatch.setattr(progress_lines, "LIVE_POLL", 0.002)
-    with ProgressLines("homogenise"), stepping("64^3 voxels"):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    with ProgressLines("homogenise") as progress, stepping("64^3 voxels"):
         for _ in range(2000):
             if "64^3 voxels" in screen.getvalue():
                 break
             time.sleep(0.005)
+        progress(Event(stage="part", message="done", seconds=1.0))
+        show.print_text("an answer")
     drawn = screen.getvalue()
     assert "64^3 voxels" in drawn
+    # What is printed meanwhile stands in lines of its own, the live line below it.
+    seen = [line.split("\x1b[2K")[-1].rstrip("\r") for line in drawn.split("\n")]
+    assert "part        done (1.0 s)" in seen
+    assert "an answer" in seen
     assert drawn.rstrip().endswith(("\x1b[2K", "\x1b[?25h"))  # erased, cursor shown again
     assert sys.stdout is not screen

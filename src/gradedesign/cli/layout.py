@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 import textwrap
 from collections.abc import Sequence
 
@@ -16,6 +17,16 @@ _UNIT = re.compile(r"\d (?=(mm|N|MPa|GPa|g|s|%|GB)\b|%)")
 _GLUE = "\u00a0"
 #: Spaces before a table's lines and between its columns.
 INDENT, GAP = 2, 2
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print lines to where standard output, or error, leads now, past a live line if there is one.
+
+    Not `typer.echo`, which goes round the stream that a live line puts in its place.
+    """
+    stream = sys.stderr if err else sys.stdout
+    stream.write(f"{text}\n")
+    stream.flush()
 
 
 def width_now() -> int:

@@ -15,12 +15,11 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
 
-import typer
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from gradedesign.cli.layout import width_now, wrapped
+from gradedesign.cli.layout import say, width_now, wrapped
 from gradedesign.workspace.limits import resident_memory_bytes
 from gradedesign.workspace.progress import Event, Step, Watch, watching
 
@@ -141,11 +140,13 @@ class ProgressLines:
 
     def _enter(self, stage: str) -> None:
         with self._lock:
+            self._watch.report("")
             self._stages.append(stage)
             self._entered = time.monotonic()
 
     def _leave(self, stage: str) -> None:
         with self._lock:
+            self._watch.report("")
             if self._stages[-1] == stage and len(self._stages) > 1:
                 self._stages.pop()
             self._entered = time.monotonic()
@@ -154,8 +155,7 @@ class ProgressLines:
         """Print an event, wrapped to the width."""
         with self._lock:
             lines = wrapped(f"{stage:<{STAGE - 1}} {message}", hang=STAGE)
-            typer.echo("\n".join(lines), err=self._err)
-            (sys.stderr if self._err else sys.stdout).flush()
+            say("\n".join(lines), err=self._err)
             self._spoke = time.monotonic()
 
     def _beat(self) -> None:

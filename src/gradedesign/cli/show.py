@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from gradedesign.cli.layout import table_lines, wrapped
+from gradedesign.cli.layout import say, table_lines, wrapped
 from gradedesign.ladder.verdict import LimitRow
 
 
@@ -20,16 +20,16 @@ def print_json(data: Any) -> None:
 
 def print_text(text: str, *, hang: int = 0) -> None:
     """Print a text within the width, its later lines indented by ``hang``."""
-    typer.echo("\n".join(wrapped(text, hang=hang)))
+    say("\n".join(wrapped(text, hang=hang)))
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table within the width, its columns aligned; bold title on a terminal."""
     bold = sys.stdout.isatty()
     for line in wrapped(title, hang=2):
-        typer.echo(typer.style(line, bold=True) if bold else line)
+        say(typer.style(line, bold=True) if bold else line)
     for line in table_lines(columns, rows):
-        typer.echo(line)
+        say(line)
 
 
 def print_limits(rows: Sequence[LimitRow]) -> None:

@@ -9,10 +9,10 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
-import typer
 from numba import get_num_threads, set_num_threads
 
 from gradedesign.cli.doctor import usable_cores
+from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_text
@@ -82,7 +82,7 @@ def tabulate(
             names, resolution, poissons_ratio, workers, scheduler, buckling=buckling
         ):
             if text is None:
-                typer.echo(f"{name}: {message}", err=True)
+                say(f"{name}: {message}", err=True)
                 code = failed
                 continue
             path = output / f"{name}.json"

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import typer
-
+from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_text
@@ -68,7 +67,7 @@ def tabulate_finite_size(
             try:
                 table = finite_size_table(family, poissons_ratio=poissons_ratio)
             except GradeDesignError as error:
-                typer.echo(f"{family.name}: {error}", err=True)
+                say(f"{family.name}: {error}", err=True)
                 code = error.exit_code
                 continue
             path = output / f"{family.name}.json"

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import typer
-
 from gradedesign.case.read_case import load_case
+from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text
@@ -229,7 +228,7 @@ def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: boo
         new = _as_toml(changed[quantity].value)
         lines[number] = f"{found[1]}{new}{found[3]}\n"
         if not quiet:
-            typer.echo(f"{path}: {quantity} {found[2]} -> {new}")
+            say(f"{path}: {quantity} {found[2]} -> {new}")
     write_text(path, "".join(lines))
 
 
