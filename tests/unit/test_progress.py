@@ -164,6 +164,16 @@ def test_a_stage_does_not_begin_with_the_last_step_of_the_one_before():
         assert progress.status().message.startswith("working, ")
 
 
+def test_a_step_that_lets_no_thread_run_is_said_before_it(monkeypatch, capsys):
+    monkeypatch.setattr(progress_lines, "BLOCKED", 0.0)
+    monkeypatch.setattr(progress_lines, "SILENCE", np.inf)
+    with ProgressLines():
+        report_step("intersection")
+        assert capsys.readouterr().out == ""
+        report_step("intersection", blocking=True)
+        assert STATUS.fullmatch(capsys.readouterr().out.strip())
+
+
 def test_a_run_says_where_it_stands(talkative, cli, tmp_path):
     ended = cli("run", CASES / "infeasible", "-o", tmp_path / "run")
     assert ended.code == 4

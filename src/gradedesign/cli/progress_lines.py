@@ -25,6 +25,8 @@ from gradedesign.workspace.progress import Event, Step, Watch, watching
 
 #: Seconds without a line after which one is printed, where there is no terminal.
 SILENCE = 7.0
+#: Seconds without a line after which one is printed before a step that lets no thread run.
+BLOCKED = 2.0
 #: Seconds between looks at the steps.
 POLL, LIVE_POLL = 0.5, 0.5
 #: Sizing reports every iteration; only each n-th is worth a line.
@@ -64,7 +66,7 @@ class ProgressLines:
         self._stages = [stage]
         self._budget, self._err, self._events, self._memory = budget_s, err, events, memory
         self._sizing = 0
-        self._watch = Watch()
+        self._watch = Watch(before_blocking=self._speak_before)
         self._began = self._spoke = self._entered = time.monotonic()
         self._stop, self._lock = threading.Event(), threading.Lock()
         self._thread: threading.Thread | None = None
@@ -150,6 +152,12 @@ class ProgressLines:
             if self._stages[-1] == stage and len(self._stages) > 1:
                 self._stages.pop()
             self._entered = time.monotonic()
+
+    def _speak_before(self) -> None:
+        """Say where the computation stands before no thread but its own runs."""
+        if self._live is None and time.monotonic() - self._spoke >= BLOCKED:
+            event = self.status()
+            self._print(event.stage, event.message)
 
     def _print(self, stage: str, message: str) -> None:
         """Print an event, wrapped to the width."""

@@ -9,7 +9,7 @@ from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.surface import extract_surface, require_closed
 from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.workspace.progress import report_step, stepping
+from gradedesign.workspace.progress import stepping
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut.
 OVERHANG = 2.0
@@ -60,7 +60,7 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     field = lattice_field(untrimmed, band=3 * step, single=True)
     with stepping(f"contouring at {step:.3g} mm"):
         raw = extract_surface(field, untrimmed.lower - step, untrimmed.upper + step, step)
-    report_step(f"cutting {len(raw.faces)} triangles with the part")
-    trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
+    with stepping(f"cutting {len(raw.faces)} triangles with the part"):
+        trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
     require_closed(trimmed)
     return trimmed

@@ -78,10 +78,24 @@ class Step:
 
 
 class Watch:
-    """The steps that a computation is in, outermost first; any thread may read them."""
+    """The steps that a computation is in, outermost first; any thread may read them.
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    Parameters
+    ----------
+    clock : callable
+        Seconds.
+    before_blocking : callable, optional
+        Called in the thread of the computation before a step in which no other thread runs.
+    """
+
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        *,
+        before_blocking: Callable[[], None] | None = None,
+    ) -> None:
         self._clock = clock
+        self._before_blocking = before_blocking
         self._lock = threading.Lock()
         self._levels: list[Step] = [Step(text="", fraction=None, began=clock())]
 
@@ -96,6 +110,11 @@ class Watch:
             last = self._levels[-1]
             began = last.began if last.text == text else self._clock()
             self._levels[-1] = Step(text=text, fraction=fraction, began=began)
+
+    def block(self) -> None:
+        """Tell whoever watches that no other thread will run for a while."""
+        if self._before_blocking is not None:
+            self._before_blocking()
 
     def enter(self) -> int:
         """Open a level below the innermost step; return what `leave` wants."""
@@ -124,7 +143,7 @@ def watching(watch: Watch) -> Iterator[None]:
         _WATCH.reset(token)
 
 
-def report_step(text: str, fraction: float | None = None) -> None:
+def report_step(text: str, fraction: float | None = None, *, blocking: bool = False) -> None:
     """Say what is being computed from here on, for whoever watches.
 
     Parameters
@@ -133,10 +152,14 @@ def report_step(text: str, fraction: float | None = None) -> None:
         For a person, without its numbers of progress: ``"multigrid iterations"``.
     fraction : float, optional
         Share that is done, 0 to 1.
+    blocking : bool
+        What follows holds the interpreter's lock, so that it must be said now or after it.
     """
     watch = _WATCH.get()
     if watch is not None:
         watch.report(text, fraction)
+        if blocking:
+            watch.block()
 
 
 @contextmanager
