@@ -48,12 +48,14 @@ def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: boo
     p = data["prediction"]
     print_text(
         f"cell {data['cell']}, law {data['law']}, density {p['density'][0]:.3g} to "
-        f"{p['density'][1]:.3g}, thinnest wall {p['thinnest_wall_mm']:.3g} mm"
+        f"{p['density'][1]:.3g}, thinnest wall {p['thinnest_wall_mm']:.3g} mm",
+        hang=2,
     )
     print_text(
         f"part: {p['part_dofs']} unknowns; explicit lattice at a grid of {p['cube_mm']:.3g} mm: "
         f"about {p['explicit_dofs'] / 1e6:.2g} M unknowns, {p['memory_GB']:.2g} GB, "
-        f"{p['seconds_per_round']:.0f} s per round"
+        f"{p['seconds_per_round']:.0f} s per round",
+        hang=2,
     )
     print_warnings(setup.warnings)
 

@@ -150,7 +150,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh, attempts = part_tets(case, part)
-    report_step("supports, loads and the lattice's share of each tetrahedron")
+    report_step("supports, loads and solid shares of the part")
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)
     clamped_names = sorted({f.region for spec in case.load_case for f in spec.fix})

@@ -38,8 +38,10 @@ def draw_plain(scene: Scene) -> bytes:
     # Triangles are sorted among each other, all in one; what nothing hides is drawn after them.
     axes.computed_zorder = False
     _add_layers(axes, scene.layers, scene.bar)
+    # Strokes know no depth here: beside a coloured surface they stand behind it.
+    under = 0 if scene.bar else 2
     for lines in (found for found in scene.lines if len(found.segments)):
-        width, order = (4, 3) if lines.radius > 0 else (1, 2)
+        width, order = (4, 3) if lines.radius > 0 else (1, under)
         axes.add_collection3d(
             Line3DCollection(lines.segments, colors=lines.colour, linewidths=width, zorder=order)
         )
