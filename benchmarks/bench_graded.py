@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from gradedesign import load_case, run
-from gradedesign.cli.show import ProgressLines
+from gradedesign.cli.progress_lines import ProgressLines
 
 
 def solved(folder: Path, grading: str, out: Path) -> dict:

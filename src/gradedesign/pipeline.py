@@ -191,7 +191,7 @@ def loop(
         if stop is not None:
             ended = stop
             break
-        with announce.stage("round"):
+        with announce.stage("round", f"{len(rounds) + 1} of {setup.case.run.max_rounds} at most"):
             matrix = design_filter(setup) if matrix is None else matrix
             done, analysed = play_round(
                 setup,

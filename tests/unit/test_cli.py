@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -58,7 +59,7 @@ def test_an_infeasible_case_ends_with_4_and_names_what_helps(infeasible):
     ended, _ = infeasible
     assert ended.returncode == 4
     assert ended.stderr == ""
-    lines = ended.stdout.splitlines()
+    lines = re.sub(r"\n(  )+ *", " ", ended.stdout).splitlines()  # paragraphs in one line again
     (verdict,) = [line for line in lines if line.startswith("INFEASIBLE: ")]
     assert "displacement of tip magnitude" in verdict
     assert "would help" in verdict

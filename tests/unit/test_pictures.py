@@ -1,15 +1,20 @@
 """Pictures exist, show what they should, and never end a run."""
 
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from gradedesign.case.read_case import load_case
+from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.output import _opengl, pictures
+from gradedesign.output.action_mark import SHORTEST, ActionMark
+from gradedesign.output.label_places import label_box
 from gradedesign.output.pictures import (
     RegionMark,
     boundary_surface,
@@ -20,8 +25,10 @@ from gradedesign.output.pictures import (
     picture_stress,
     round_factor,
 )
-from gradedesign.output.scene import Layer, hatch, sharp_edges, thinned
+from gradedesign.output.scene import SIZE, Layer, frame_of, hatch, sharp_edges, thinned
+from gradedesign.part.part import read_part
 
+CASES = Path(__file__).parents[2] / "cases"
 BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.1)
 
 
@@ -76,17 +83,155 @@ def ends():
     return surface, *(corners[(corners[:, :, 0] == x).all(axis=1)] for x in (0, 4))
 
 
+def force(corners, vector, case="pull", kind="force", text="5 kN"):
+    return ActionMark(load_case=case, kind=kind, text=text, vector=vector, corners=corners)
+
+
 def test_loads_show_supports_and_arrows(drawn):
     path, warnings = drawn
     surface, root, tip = ends()
     support = RegionMark(name="root", role="support", corners=root)
-    load = RegionMark(name="tip", role="load", corners=tip, text="5 kN", direction=[0, 0, -1])
     assert len(picture_loads(path, surface, [support])) == warnings
     bare = image(path)
     assert share(bare, red) < 1e-4
     assert share(bare, blue) > 5e-3
-    picture_loads(path, surface, [support, load])
-    assert share(image(path), red) > 8e-3
+    picture_loads(path, surface, [support], [force(tip, [0, 0, -1])])
+    assert share(image(path), red) > 1e-3
+
+
+@pytest.fixture
+def scene(monkeypatch, tmp_path):
+    """What a picture of the loading would draw."""
+    found = []
+    monkeypatch.setattr(pictures, "_draw", lambda _, scene: found.append(scene) or ())
+
+    def call(regions, actions, **options):
+        picture_loads(tmp_path / "loads.png", boundary_surface(BOX)[0], regions, actions, **options)
+        return found[-1]
+
+    return call
+
+
+def test_arrows_are_as_long_as_forces_are_large(scene):
+    """As in cases/bracket: 1300 N and 500 N on the same region, and a far smaller one."""
+    _, root, tip = ends()
+    drawn = scene(
+        [RegionMark(name="lug", role="load", corners=tip)],
+        [
+            force(tip, [500.0, 0, 1200], "pull", text="1300 N"),
+            force(tip, [0, 500.0, 0], "side", text="500 N"),
+            force(root, [0, 0, 1.0], "touch", text="1 N"),
+        ],
+    )
+    pull, side, touch = (np.linalg.norm(a.tip - a.tail) for a in drawn.arrows)
+    assert side / pull == pytest.approx(500 / 1300)
+    assert touch / pull == pytest.approx(SHORTEST)
+    assert f"{SHORTEST:.0%} of the longest at least" in drawn.caption
+    assert len({a.colour for a in drawn.arrows}) == 3
+
+
+def test_arrows_of_one_kind_only_are_compared(scene):
+    _, _, tip = ends()
+    drawn = scene([], [force(tip, [0, 0, 9.0]), force(tip, [0, 0, 1e5], kind="acceleration")])
+    first, second = (np.linalg.norm(a.tip - a.tail) for a in drawn.arrows)
+    assert first == pytest.approx(second)
+
+
+def test_equal_forces_of_two_load_cases_do_not_cover_each_other(scene):
+    _, _, tip = ends()
+    drawn = scene([], [force(tip, [0, 0, -1.0], "a"), force(tip, [0, 0, -2.0], "b")])
+    one, other = drawn.arrows
+    assert np.linalg.norm(np.cross(one.tail - other.tail, [0, 0, 1])) > 0.1
+
+
+def test_the_legend_names_what_is_drawn_and_nothing_else(scene):
+    _, root, tip = ends()
+    support = RegionMark(name="root", role="support", corners=root)
+    bare = scene([support], [])
+    assert [e.text for e in bare.legend] == ["supports"]
+    kept = RegionMark(name="tip", role="kept", corners=tip)
+    full = scene([support, kept], [force(tip, [1.0, 0, 0], "pull")], note="warmed")
+    assert [e.text for e in full.legend] == ["supports", "kept solid", "pull"]
+    assert full.caption == "warmed"  # one arrow has no other to be compared with
+    empty = RegionMark(name="none", role="kept", corners=tip[:0])
+    assert [e.text for e in scene([support, empty], []).legend] == ["supports"]
+
+
+def test_a_moment_turns_right_handed_about_its_axis(scene):
+    _, _, tip = ends()
+    drawn = scene([], [force(tip, [7.0, 0, 0], kind="moment")])
+    (arc,) = [lines for lines in drawn.lines if lines.radius > 0]
+    centre = np.array([4, 0.5, 0.5])
+    first, then = (arc.segments[n, 0] - centre for n in (0, 3))
+    assert np.cross(first, then)[0] > 0
+    np.testing.assert_allclose(arc.segments[:, :, 0], 4.0, atol=1e-9)
+
+
+def test_pressure_points_at_the_region(scene):
+    _, _, tip = ends()
+    drawn = scene([], [force(tip, [2.0, 0, 0], kind="pressure")])
+    for arrow in drawn.arrows:
+        assert arrow.tip[0] == pytest.approx(4.0)
+        assert arrow.tail[0] > 4.0
+
+
+def test_labels_do_not_overlap_and_stay_in_the_picture(scene):
+    _, root, tip = ends()
+    regions = [
+        RegionMark(name=f"a rather long name {n}", role="load", corners=tip) for n in range(6)
+    ]
+    actions = [force(tip, [0, 0, 1.0], f"case {n}", text=f"{n}000 N") for n in range(4)]
+    drawn = scene([*regions, RegionMark(name="root", role="support", corners=root)], actions)
+    frame = frame_of(drawn)
+    boxes = [label_box(label, frame) for label in drawn.labels]
+    assert len(boxes) == 11
+    for n, one in enumerate(boxes):
+        assert one[0, 0] >= 0
+        assert one[0, 1] <= SIZE[0]
+        for other in boxes[:n]:
+            apart = (one[:, 0] >= other[:, 1] - 1e-6) | (other[:, 0] >= one[:, 1] - 1e-6)
+            assert apart.any()
+
+
+def test_marks_of_a_case_are_what_it_asks_for(tmp_path):
+    """Force, moment, pressure, acceleration and displacement each have a mark."""
+    text = (CASES / "mini" / "case.toml").read_text(encoding="utf-8")
+    more = """[[load_case]]
+name = "more"
+fix = [{region = "root", displacement = ["0.1 mm", "0 mm", "0 mm"]}]
+load = [{region = "tip", moment = ["0 N*m", "0 N*m", "20 N*m"], pressure = "2 MPa"}]
+acceleration = ["0 m/s^2", "0 m/s^2", "-30 m/s^2"]
+temperature_change = "20 K"
+
+[limits]"""
+    (tmp_path / "case.toml").write_text(text.replace("[limits]", more), encoding="utf-8")
+    case = load_case(tmp_path)
+    part = read_part(case, {})
+    found = [(m.load_case, m.kind, m.text) for m in action_marks(case, part)]
+    assert found == [
+        ("shear", "force", "400 N"),
+        ("more", "pressure", "2 MPa"),
+        ("more", "moment", "20 N m"),
+        ("more", "displacement", "0.1 mm"),
+        ("more", "acceleration", "30 m/s^2"),
+    ]
+    assert warming_note(case) == "change of temperature: more +20 K"
+    marks = region_marks(case, part.regions)
+    assert [(m.name, m.role) for m in marks] == [
+        ("root, kept solid", "support"),
+        ("tip, kept solid", "load"),
+    ]
+
+
+def test_captions_claim_only_what_is_seen(monkeypatch, tmp_path):
+    captions = []
+    monkeypatch.setattr(pictures, "_draw", lambda _, s: captions.append(s.caption) or ())
+    picture_density(tmp_path / "a.png", BOX, np.linspace(0.1, 0.6, 6))
+    assert "cut away" not in captions[-1]  # no tetrahedron of six lies in the nearest eighth
+    values = 50.0 * (1 + BALL.vertices[:, 2])
+    picture_stress(tmp_path / "a.png", BALL, values, limit=120.0)
+    assert "magenta" not in captions[-1]
+    assert "nowhere above it" in captions[-1]
 
 
 def test_density_uses_the_colours_of_its_bar(drawn):
@@ -136,6 +281,12 @@ def test_what_cannot_be_drawn_is_a_warning(tmp_path, caplog, faces, value, match
     assert match in warnings[0]
     assert warnings[0] in caplog.text
     assert not list(tmp_path.iterdir())
+
+
+def test_pictures_without_opengl_warn_in_the_same_words(tmp_path, monkeypatch):
+    monkeypatch.setattr(pictures, "opengl_works", lambda: False)
+    found = {picture_lattice(tmp_path / f"{n}.png", ends()[0]) for n in range(2)}
+    assert len(found) == 1  # a run repeats no warning
 
 
 def test_failure_while_drawing_is_a_warning(tmp_path, monkeypatch):

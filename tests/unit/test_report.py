@@ -161,6 +161,32 @@ def test_every_number_is_there(html, words):
     assert words in html
 
 
+def test_the_run_says_what_it_took_and_what_ended_it(html):
+    assert "<p>The run: 1 round; 33 s.</p>" in html
+    told = RESULT | {
+        "ended_by": "time",
+        "budget": {"time_s": 900.0, "max_rounds": 6},
+        # The parts of a round are not counted again.
+        "timing_s": {"part": 2.0, "round": 600.0, "sizing": 300.0, "acceptance": 98.0},
+    }
+    assert (
+        "<p>The run: 1 round of 6 at most; 700 s of 900 s; ended because its time was used up.</p>"
+        in render_report(told, {}, "")
+    )
+
+
+def test_every_displacement_limit_has_a_column_of_its_own(html):
+    assert '<th class="n">gap of tip (side)</th>' in html
+    more = dict(RESULT["limits"][1], load_case="pull")
+    two = RESULT | {
+        "limits": [*RESULT["limits"], more],
+        "iterations": [RESULT["iterations"][0] | {"displacement_gap": (0.012, -0.034)}],
+    }
+    html = render_report(two, {}, "")
+    assert "gap of tip (pull)" in html
+    assert '<td class="n">+1.2%</td><td class="n">-3.4%</td>' in html
+
+
 def test_a_window_that_does_not_match_stands_out(html):
     assert '<span class="broken">NO</span>' in html
 

@@ -12,7 +12,7 @@ from gradedesign.arrays import IntArray
 LARGEST, SPANNING_TOTAL, LARGEST_INDEX = 0, 1, 2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def flood(order: IntArray, n: int, history: IntArray) -> None:
     """Add nodes one by one and follow the pieces they form.
 

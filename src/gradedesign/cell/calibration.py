@@ -16,6 +16,7 @@ from gradedesign.cell.percolation import Percolation, percolation
 from gradedesign.cell.period import require_period
 from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes, spread_points
 from gradedesign.errors import DensityError, PluginError
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -128,6 +129,7 @@ def _calibrate(
 ) -> Calibration:
     """Calibrate with hashable arguments."""
     parameters = dict(items)
+    report_step(f"calibrating cell {family.name}")
     require_period(family, parameters)
     points = family.period * spread_points(resolution**3)
     samples = np.sort(evaluate_shape(family, parameters, points))

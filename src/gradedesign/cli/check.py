@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.show import print_json, print_table
+from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.round import explicit_cube_for
@@ -27,14 +27,15 @@ def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: boo
     case = load_case(path, allow_outside=allow_outside)
     registry = with_own_cell(case, registry_for(strict_plugins=strict_plugins))
     # What may take minutes the first time is told beside the answer.
-    setup = prepare(case, registry, lambda event: typer.echo(event.message, err=True))
-    data = describe(setup)
+    with ProgressLines("check", err=True) as progress:
+        setup = prepare(case, registry, progress)
+        data = describe(setup)
     if as_json:
         print_json(data)
         return
-    typer.echo(f"case {case.name}: the part holds {data['part']['volume_mm3']:.6g} mm^3")
+    print_text(f"case {case.name}: the part holds {data['part']['volume_mm3']:.6g} mm^3")
     repairs = data["part"]["repairs"]
-    typer.echo("repairs: " + (", ".join(f"{k} {v}" for k, v in repairs.items()) or "none"))
+    print_text("repairs: " + (", ".join(f"{k} {v}" for k, v in repairs.items()) or "none"))
     print_table(
         "Regions",
         ("region", "faces", "area mm^2", "centroid mm"),
@@ -43,24 +44,20 @@ def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: boo
             for r in data["regions"]
         ],
     )
-    print_table(
-        "Limits",
-        ("limit", "load case", "allowed"),
-        [(r["name"], r["load_case"], r["allowed"]) for r in data["limits"]],
-    )
-    typer.echo("free rigid motions: none")
+    print_text("free rigid motions: none")
     p = data["prediction"]
-    typer.echo(
+    print_text(
         f"cell {data['cell']}, law {data['law']}, density {p['density'][0]:.3g} to "
-        f"{p['density'][1]:.3g}, thinnest wall {p['thinnest_wall_mm']:.3g} mm"
+        f"{p['density'][1]:.3g}, thinnest wall {p['thinnest_wall_mm']:.3g} mm",
+        hang=2,
     )
-    typer.echo(
+    print_text(
         f"part: {p['part_dofs']} unknowns; explicit lattice at a grid of {p['cube_mm']:.3g} mm: "
         f"about {p['explicit_dofs'] / 1e6:.2g} M unknowns, {p['memory_GB']:.2g} GB, "
-        f"{p['seconds_per_round']:.0f} s per round"
+        f"{p['seconds_per_round']:.0f} s per round",
+        hang=2,
     )
-    for warning in setup.warnings:
-        typer.echo(f"warning: {warning}")
+    print_warnings(setup.warnings)
 
 
 def describe(setup: Setup) -> dict[str, Any]:

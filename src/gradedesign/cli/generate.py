@@ -8,12 +8,12 @@ import typer
 
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import holds_only_a_failure, print_result_json
-from gradedesign.cli.show import ProgressLines, print_table
+from gradedesign.cli.show import print_files, print_table, print_text, print_warnings
 from gradedesign.ladder.generate import generate as generate_lattice
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.stages import default_folder
-from gradedesign.workspace.progress import ignore
 
 
 def generate(
@@ -29,13 +29,14 @@ def generate(
     case = load_generate_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
     folder = default_folder(case) if output is None else output
-    result = generate_lattice(
-        case,
-        registry,
-        folder=folder,
-        overwrite=overwrite or holds_only_a_failure(folder),
-        on_event=ignore if as_json else ProgressLines(),
-    )
+    with ProgressLines(err=as_json, events=not as_json) as progress:
+        result = generate_lattice(
+            case,
+            registry,
+            folder=folder,
+            overwrite=overwrite or holds_only_a_failure(folder),
+            on_event=progress,
+        )
     if as_json:
         print_result_json(result)
     else:
@@ -65,14 +66,13 @@ def print_generated(result: RunResult) -> None:
         (f"{axis} mm", "target", "field", "surface", "error"),
         rows,
     )
-    typer.echo(
+    print_text(
         f"total: target {density['target']:.4f}, field {density['field']:.4f}, surface "
         f"{density['surface']:.4f}; thinnest wall "
-        f"{result.measures['cell']['thinnest_wall_mm']:.3g} mm"
+        f"{result.measures['cell']['thinnest_wall_mm']:.3g} mm",
+        hang=2,
     )
     if result.mass_g is not None:
-        typer.echo(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
-    for warning in result.warnings:
-        typer.echo(f"warning: {warning}")
-    names = ", ".join(sorted(set(result.files.values())))
-    typer.echo(f"files in {result.folder}: {names}")
+        print_text(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
+    print_warnings(result.warnings)
+    print_files(result.folder, result.files.values())

@@ -12,6 +12,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.family import CellFamily
 from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json
 from gradedesign.cli.show_properties import print_properties
 from gradedesign.errors import CaseError
@@ -35,6 +36,7 @@ from gradedesign.output.property_plots import (
 )
 from gradedesign.plugin.registry import lookup
 from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.progress import report_step
 
 #: Components of stress in the order of the stiffness.
 VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -64,27 +66,28 @@ def homogenise(
     """
     registry = registry_for(strict_plugins=strict_plugins)
     family = lookup(registry, "cell_families", cell)
-    found = cell_properties(
-        family,
-        parsed_parameters(parameters),
-        density,
-        poissons_ratio=poissons_ratio,
-        resolution=resolution,
-        with_surface=output is not None,
-    )
-    data = properties_data(family, parsed_parameters(parameters), found, poissons_ratio)
-    laws = [law for law in registry.scaling_laws.values() if cell in law.families]
-    data["laws"] = law_values(laws, density)
-    if conductivity:
-        data["conductivity"] = _conductivity_data(family, found, parsed_parameters(parameters))
-    if buckling:
-        data["buckling"] = _buckling_data(
-            critical_stress(
-                family, parsed_parameters(parameters), density, poissons_ratio=poissons_ratio
-            )
+    values = parsed_parameters(parameters)
+    with ProgressLines("homogenise", err=True):
+        found = cell_properties(
+            family,
+            values,
+            density,
+            poissons_ratio=poissons_ratio,
+            resolution=resolution,
+            with_surface=output is not None,
         )
-    if output is not None:
-        data["files"] = [str(p) for p in write_files(output, data, found, laws, poissons_ratio)]
+        data = properties_data(family, values, found, poissons_ratio)
+        laws = [law for law in registry.scaling_laws.values() if cell in law.families]
+        data["laws"] = law_values(laws, density)
+        if conductivity:
+            report_step("conductivity")
+            data["conductivity"] = _conductivity_data(family, found, values)
+        if buckling:
+            critical = critical_stress(family, values, density, poissons_ratio=poissons_ratio)
+            data["buckling"] = _buckling_data(critical)
+        if output is not None:
+            report_step("drawing")
+            data["files"] = [str(p) for p in write_files(output, data, found, laws, poissons_ratio)]
     if as_json:
         print_json(data)
     else:

@@ -8,7 +8,14 @@ import typer
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.show import ProgressLines, limit_columns, print_json, print_table
+from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.cli.show import (
+    print_files,
+    print_json,
+    print_limits,
+    print_text,
+    print_warnings,
+)
 from gradedesign.ladder.files import RESULT_NAME
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.stages import default_folder
@@ -16,7 +23,6 @@ from gradedesign.output.limit_notes import scope_words
 from gradedesign.pipeline import run as run_case
 from gradedesign.workspace.atomic import is_folder
 from gradedesign.workspace.manifest import read_manifest
-from gradedesign.workspace.progress import ignore
 from gradedesign.workspace.run_folder import STAGES
 
 #: Statuses that are results but not successes, and their exit code.
@@ -37,14 +43,15 @@ def run(
     case = load_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
     folder = default_folder(case) if output is None else output
-    result = run_case(
-        case,
-        registry,
-        folder=folder,
-        resume=resume,
-        overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
-        on_event=ignore if as_json else ProgressLines(),
-    )
+    with ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json) as progress:
+        result = run_case(
+            case,
+            registry,
+            folder=folder,
+            resume=resume,
+            overwrite=overwrite or (not resume and holds_only_a_failure(folder)),
+            on_event=progress,
+        )
     if as_json:
         print_result_json(result)
     else:
@@ -71,9 +78,10 @@ def print_result_json(result: RunResult) -> None:
 def print_verdict(result: RunResult) -> None:
     """Print the verdict, the limits and where the files are."""
     typer.echo("")
-    typer.echo(f"{result.status.upper()}{', lightest' if result.lightest else ''}: {result.reason}")
+    lightest = ", lightest" if result.lightest else ""
+    print_text(f"{result.status.upper()}{lightest}: {result.reason}", hang=2)
     if result.limits:
-        print_table("Limits", *limit_columns(result.limits))
+        print_limits(result.limits)
     if result.mass_g is not None and result.solid_mass_g and result.relative_density is not None:
         lattice = (
             ""
@@ -81,13 +89,12 @@ def print_verdict(result: RunResult) -> None:
             else f", lattice {result.lattice_mass_g:.4g} g at mean density "
             f"{result.lattice_density:.3f}"
         )
-        typer.echo(
+        print_text(
             f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid "
-            f"({result.relative_density:.1%}){lattice}"
+            f"({result.relative_density:.1%}){lattice}",
+            hang=2,
         )
     if result.acceptance:
-        typer.echo(scope_words(result.acceptance))
-    for warning in result.warnings:
-        typer.echo(f"warning: {warning}")
-    names = sorted(set(result.files.values()))
-    typer.echo(f"files in {result.folder}: {', '.join(names)}")
+        print_text(scope_words(result.acceptance), hang=2)
+    print_warnings(result.warnings)
+    print_files(result.folder, result.files.values())

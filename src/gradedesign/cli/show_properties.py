@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import typer
-
-from gradedesign.cli.show import print_table
+from gradedesign.cli.show import print_table, print_text
 
 
 def print_properties(data: Mapping[str, Any]) -> None:
     """Print a result for reading; moduli in per cent of the base material's E."""
-    typer.echo(
+    print_text(
         f"{data['cell']} at relative density {data['density']:g}, Poisson's ratio "
         f"{data['poissons_ratio']:g}, {data['resolution']}^3 and {data['resolution'] // 2}^3 voxels"
     )
-    typer.echo("moduli in % of the base material's Young's modulus")
+    print_text("moduli in % of the base material's Young's modulus")
     print_table(
         f"Stiffness C (engineering shear), right to {data['stiffness_error']:.1%}; "
         f"to {data['energy_error']:.1%} in the strain that it knows least",
@@ -73,7 +71,7 @@ def print_properties(data: Mapping[str, Any]) -> None:
             ],
         )
     for path in data.get("files", ()):
-        typer.echo(f"wrote {path}")
+        print_text(f"wrote {path}")
 
 
 def _print_averages(data: Mapping[str, Any]) -> None:
@@ -113,7 +111,7 @@ def _print_strength(strength: Mapping[str, Any]) -> None:
     )
     if "surface" in strength:
         surface = strength["surface"]
-        typer.echo(
+        print_text(
             f"strength surface: exponent {surface['exponent']}, {surface['terms']} terms, error "
             f"{surface['max_error']:.1%} at most, {surface['rms_error']:.1%} rms, "
             f"{surface['unsafe_error']:.1%} unsafe"

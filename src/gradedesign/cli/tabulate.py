@@ -9,11 +9,13 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
-import typer
 from numba import get_num_threads, set_num_threads
 
 from gradedesign.cli.doctor import usable_cores
+from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.cli.show import print_text
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.homogenise.table import compute_buckling, compute_table
 from gradedesign.material.property_table import (
@@ -23,6 +25,7 @@ from gradedesign.material.property_table import (
 )
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.progress import counted
 
 #: What a worker returns: a table's text, or the message and exit code of an error.
 _Outcome = tuple[str | None, str, int]
@@ -74,21 +77,23 @@ def tabulate(
         lookup(registry, "cell_families", name)
     make_folder(output)
     code = 0
-    for name, (text, message, failed) in _outcomes(
-        names, resolution, poissons_ratio, workers, scheduler, buckling=buckling
-    ):
-        if text is None:
-            typer.echo(f"{name}: {message}", err=True)
-            code = failed
-            continue
-        path = output / f"{name}.json"
-        write_text(path, text)
-        table = read_property_table(text)
-        typer.echo(
-            f"{name}: {table.density.size} densities from {table.density[0]:g} to "
-            f"{table.density[-1]:g}, stiffness to {table.stiffness_error.max():.1%}, strength to "
-            f"{table.strength_error.max():.1%}{_buckling_text(table)}; wrote {path}"
-        )
+    with ProgressLines("tabulate", err=True):
+        for name, (text, message, failed) in _outcomes(
+            names, resolution, poissons_ratio, workers, scheduler, buckling=buckling
+        ):
+            if text is None:
+                say(f"{name}: {message}", err=True)
+                code = failed
+                continue
+            path = output / f"{name}.json"
+            write_text(path, text)
+            table = read_property_table(text)
+            print_text(
+                f"{name}: {table.density.size} densities from {table.density[0]:g} to "
+                f"{table.density[-1]:g}, stiffness to {table.stiffness_error.max():.1%}, strength "
+                f"to {table.strength_error.max():.1%}{_buckling_text(table)}; wrote {path}",
+                hang=2,
+            )
     return code
 
 
@@ -161,7 +166,7 @@ def _outcomes(
     has_dask = find_spec("distributed") is not None
     count = workers or (usable_cores() if has_dask else 1)
     if scheduler is None and (count == 1 or len(names) == 1):
-        for name in names:
+        for name in counted(names, "cell", len(names)):
             yield name, table_outcome(name, resolution, poissons_ratio, buckling)
         return
     if not has_dask:
@@ -196,7 +201,8 @@ def _on_dask(
     try:
         with distributed.Client(scheduler if cluster is None else cluster, timeout="20s") as client:
             futures = {client.submit(_alone, *task, pure=False): task[0] for task in tasks}
-            for future in distributed.as_completed(list(futures)):
+            waiting = distributed.as_completed(list(futures))
+            for future in counted(waiting, "cells beside each other, number", len(tasks)):
                 yield futures[future], future.result()
     except OSError as error:
         raise CaseError(

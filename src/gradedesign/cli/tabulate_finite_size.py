@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import typer
-
+from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.cli.show import print_text
 from gradedesign.cli.tabulate import make_folder
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.homogenise.finite_size_rows import finite_size_table
 from gradedesign.material.finite_size_table import write_finite_size_table
 from gradedesign.plugin.registry import lookup
 from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.progress import counted
 
 
 def tabulate_finite_size(
@@ -60,17 +62,19 @@ def tabulate_finite_size(
     families = [lookup(registry, "cell_families", name) for name in names]
     make_folder(output)
     code = 0
-    for family in families:
-        try:
-            table = finite_size_table(family, poissons_ratio=poissons_ratio)
-        except GradeDesignError as error:
-            typer.echo(f"{family.name}: {error}", err=True)
-            code = error.exit_code
-            continue
-        path = output / f"{family.name}.json"
-        write_text(path, write_finite_size_table(table))
-        typer.echo(
-            f"{family.name}: {len(table.rows)} densities from {table.density[0]:g} to "
-            f"{table.density[-1]:g}; wrote {path}"
-        )
+    with ProgressLines("tabulate", err=True):
+        for family in counted(families, "cell", len(families)):
+            try:
+                table = finite_size_table(family, poissons_ratio=poissons_ratio)
+            except GradeDesignError as error:
+                say(f"{family.name}: {error}", err=True)
+                code = error.exit_code
+                continue
+            path = output / f"{family.name}.json"
+            write_text(path, write_finite_size_table(table))
+            print_text(
+                f"{family.name}: {len(table.rows)} densities from {table.density[0]:g} to "
+                f"{table.density[-1]:g}; wrote {path}",
+                hang=2,
+            )
     return code

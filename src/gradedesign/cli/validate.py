@@ -10,16 +10,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import typer
-
 from gradedesign.case.read_case import load_case
+from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
-from gradedesign.cli.show import print_json, print_table
+from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.cli.show import print_json, print_table, print_text
 from gradedesign.errors import CaseError, GradeDesignError
 from gradedesign.ladder.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.registry import Registry
 from gradedesign.workspace.atomic import is_folder, write_text
+from gradedesign.workspace.progress import Listener, counted, ignore
 from gradedesign.workspace.scratch import scratch_folder
 
 DEVIATES = 1
@@ -54,16 +55,17 @@ def validate(
     chosen = case_folders(folders or [Path("cases")], keyword)
     registry = registry_for(strict_plugins=strict_plugins)
     comparisons: list[Comparison] = []
-    for folder in chosen:
-        expected = read_expected(folder / "expected.toml")
-        data = run_data(folder, registry)
-        name = folder.resolve().name
-        found = [compare(name, key, spec, data) for key, spec in expected.items()]
-        comparisons += found
-        if not as_json:
-            typer.echo(f"{folder}: {data['status']}; {data['reason']}")
-        if update and data["status"] != "failed":
-            update_expected(folder / "expected.toml", found, quiet=as_json)
+    with ProgressLines("validate", err=True, events=False) as progress:
+        for folder in counted(chosen, "case", len(chosen)):
+            expected = read_expected(folder / "expected.toml")
+            data = run_data(folder, registry, progress)
+            name = folder.resolve().name
+            found = [compare(name, key, spec, data) for key, spec in expected.items()]
+            comparisons += found
+            if not as_json:
+                print_text(f"{folder}: {data['status']}; {data['reason']}", hang=2)
+            if update and data["status"] != "failed":
+                update_expected(folder / "expected.toml", found, quiet=as_json)
     if as_json:
         print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
     else:
@@ -125,12 +127,14 @@ def matches(name: str, expression: str) -> bool:
     )
 
 
-def run_data(folder: Path, registry: Registry) -> dict[str, Any]:
+def run_data(folder: Path, registry: Registry, on_event: Listener = ignore) -> dict[str, Any]:
     """Run a case in a temporary run folder; what result.json holds, also of a failure."""
     with scratch_folder("validate") as temporary:
         try:
             case = load_case(folder / "case.toml")
-            return result_data(run_case(case, registry, folder=temporary / "run"))
+            return result_data(
+                run_case(case, registry, folder=temporary / "run", on_event=on_event)
+            )
         except GradeDesignError as error:
             return {"status": "failed", "reason": str(error), "exit_code": error.exit_code}
 
@@ -226,7 +230,7 @@ def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: boo
         new = _as_toml(changed[quantity].value)
         lines[number] = f"{found[1]}{new}{found[3]}\n"
         if not quiet:
-            typer.echo(f"{path}: {quantity} {found[2]} -> {new}")
+            say(f"{path}: {quantity} {found[2]} -> {new}")
     write_text(path, "".join(lines))
 
 

@@ -27,7 +27,7 @@ VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 PAIR = np.array([[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def elements_of_nodes(
     elements: NDArray[np.int32], n: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int8]]:
@@ -63,7 +63,7 @@ def _sort(values: Any, first: int, last: int) -> None:
         values[q] = value
 
 
-@njit(parallel=True, cache=True)
+@njit(parallel=True, cache=True, nogil=True)
 def block_pattern(
     elements: NDArray[np.int32], start: NDArray[np.int64], element: NDArray[np.int32]
 ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
@@ -161,7 +161,7 @@ def _couple(g: Any, c: Any, u: int, bc: Any, h: Any) -> None:
             h[v, x, 2] = g[v, 0] * bc[x, 4] + g[v, 1] * bc[x, 3] + g[v, 2] * bc[x, 2]
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
 def stiffness_blocks(
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],
@@ -222,7 +222,7 @@ def _shape_slopes(shape: Any, g: Any, slope: Any) -> None:
             slope[a, x] = total
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
 def stiffness_blocks_of_moments(
     nodes: NDArray[np.float64],
     elements: NDArray[np.int32],

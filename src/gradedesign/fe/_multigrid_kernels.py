@@ -152,7 +152,7 @@ def _row_product_pair(
     yt[k + 2] = add * yt[k + 2] + keep[k + 2] * t2
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
 def _multiply_pair_threaded(
     row: Any, column: Any, blocks: Any, xs: Any, xt: Any, keep: Any, add: Any, ys: Any, yt: Any
 ) -> None:
@@ -170,7 +170,7 @@ def _multiply_pair_serial(
         _row_product_pair(i, row, column, blocks, xs, xt, keep, add, ys, yt)
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
 def _multiply_threaded(
     row: Any, column: Any, blocks: Any, x: Any, keep: Any, add: Any, y: Any
 ) -> None:
@@ -204,7 +204,7 @@ def _relax_node(
         x[k + r] += d[k + r]
 
 
-@njit(parallel=True, fastmath=FAST, cache=True)
+@njit(parallel=True, fastmath=FAST, cache=True, nogil=True)
 def _relax_threaded(inverse: Any, f: Any, y: Any, momentum: Any, step: Any, d: Any, x: Any) -> None:
     """`relax` on all threads."""
     for i in prange(inverse.shape[0]):
@@ -218,7 +218,7 @@ def _relax_serial(inverse: Any, f: Any, y: Any, momentum: Any, step: Any, d: Any
         _relax_node(i, inverse, f, y, momentum, step, d, x)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def inverse_diagonal(
     row: NDArray[np.int32],
     column: NDArray[np.int32],

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 LOCAL_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def number_edges(
     tets: NDArray[np.int32], n_points: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

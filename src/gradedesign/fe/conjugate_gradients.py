@@ -10,6 +10,7 @@ from scipy.sparse import bsr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.fe._multigrid_kernels import multiply
+from gradedesign.workspace.progress import report_step
 
 #: The recursive residual drifts from the true one; the iteration restarts this often to mend it.
 RESTARTS = 2
@@ -105,6 +106,7 @@ def _iterate(
     rz = dots(r, z)
     q = np.zeros_like(x)
     active = active.copy()
+    first = norms(r)
     while True:
         multiply(matrix.indptr, matrix.indices, matrix.data, p, keep, 0.0, q)
         curvature = dots(p, q)
@@ -119,11 +121,23 @@ def _iterate(
             active[k] = norms(r[k : k + 1])[0] > goal[k] and done[k] < limit
         if not active.any():
             return
+        report_step("multigrid", _share_done(first, norms(r), goal, active))
         z = precondition(r)
         for k in np.flatnonzero(active):
             p[k] *= -dots(z[k : k + 1], q[k : k + 1])[0] / curvature[k]
             p[k] += z[k]
         rz = dots(r, z)
+
+
+def _share_done(
+    first: FloatArray, now: FloatArray, goal: FloatArray, active: BoolArray
+) -> float | None:
+    """Share of the digits of the least reduced residual that are won; None where none is due."""
+    due = active & (first > goal) & (now > 0) & (goal > 0)
+    if not due.any():
+        return None
+    won = np.log(first[due] / now[due]) / np.log(first[due] / goal[due])
+    return float(np.clip(won.min(), 0.0, 1.0))
 
 
 def dots(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -37,6 +37,7 @@ from gradedesign.fe.block_rows import (
 from gradedesign.fe.rigid_modes import rigid_body_modes
 from gradedesign.fe.space import TetSpace, edge_ends, vertex_space
 from gradedesign.fe.stiffness import Stiffness
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -146,6 +147,7 @@ def build_hierarchy(
         )
     candidates = rigid_body_modes(space.nodes).reshape(-1, 6) * keep[:, None]
     while matrix.shape[0] > COARSEST:
+        report_step(f"multigrid level of {matrix.shape[0]} unknowns")
         smoother = _smoother(matrix, keep, COARSE_SMOOTHING if levels else FINEST_SMOOTHING)
         coarse = coarsen(matrix, keep, smoother.inverse, smoother.largest, candidates)
         if coarse is None:

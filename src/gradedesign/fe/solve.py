@@ -31,6 +31,7 @@ from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.solution import Balance, LoadVector, Solution
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import Stiffness, require_positive
+from gradedesign.workspace.progress import report_step, stepping
 
 __all__ = [
     "Balance",
@@ -104,6 +105,7 @@ def prepare_elastic(
         If a stiffness is not positive.
     """
     start = time.perf_counter()
+    report_step(f"assembling {space.dof_count} unknowns")
     require_positive(stiffness)
     matrix = assemble(pattern or assembly_pattern(space), stiffness)
     log.info(
@@ -236,6 +238,7 @@ def _solve_group(
     if np.count_nonzero(free) < SMALL:
         return _directly(system, cases, free, right, note="")
     if key not in system.hierarchies:
+        report_step(f"multigrid of {right.shape[1]} unknowns")
         system.hierarchies[key] = build_hierarchy(
             system.space, system.stiffness, system.matrix, fixed
         )
@@ -273,11 +276,13 @@ def _by_multigrid(
     open_cases = list(range(len(cases)))
     for tightening in range(1 + TIGHTENINGS):
         goal = rtol * TIGHTER**tightening
-        step = conjugate_gradients(
-            system.matrix, keep, right[open_cases], preconditioner(hierarchy, len(open_cases)),
-            rtol=goal, max_iterations=MAX_ITERATIONS - int(done[open_cases].max()),
-            start=x[open_cases],
-        )  # fmt: skip
+        names = dict.fromkeys(cases[k].name for k in open_cases)
+        with stepping(f"solving {', '.join(names)}"):
+            step = conjugate_gradients(
+                system.matrix, keep, right[open_cases], preconditioner(hierarchy, len(open_cases)),
+                rtol=goal, max_iterations=MAX_ITERATIONS - int(done[open_cases].max()),
+                start=x[open_cases],
+            )  # fmt: skip
         x[open_cases] = step.x
         done[open_cases] += step.iterations
         for k in open_cases:
@@ -307,6 +312,7 @@ def _directly(
     note: str,
 ) -> list[Solution]:
     """Solve by factorisation; raise if an answer is not sound."""
+    report_step(f"direct solution of {np.count_nonzero(free)} unknowns")
     x, method = solve_direct(system.matrix, free, right)
     solutions = [
         evaluate(

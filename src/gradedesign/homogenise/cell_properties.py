@@ -28,6 +28,7 @@ from gradedesign.homogenise.strength import (
     local_stress,
 )
 from gradedesign.material.strength_surface import StrengthSurface
+from gradedesign.workspace.progress import report_step, stepping
 
 #: Voxels along the cell that are tried in turn until the wall has enough of them.
 RESOLUTIONS = (64, 80, 96, 112, 128)
@@ -130,12 +131,15 @@ def cell_properties(
     stiffness, strength = [], []
     symmetry = stretched_symmetry(family.symmetry, edges)
     for n in (fine // 2, fine):
-        fill = cell_fill(family, parameters, rho, n, edges=edges)
-        solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)
-        stiffness.append(solution.stiffness)
-        local = local_stress(solution)
-        strength.append(cell_strength(local, percentile))
-        del solution
+        with stepping(f"{n}^3 voxels"):
+            report_step("filling voxels")
+            fill = cell_fill(family, parameters, rho, n, edges=edges)
+            solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)
+            stiffness.append(solution.stiffness)
+            report_step("strength")
+            local = local_stress(solution)
+            strength.append(cell_strength(local, percentile))
+            del solution
     correction = (stiffness[1] - stiffness[0]) / 3
     extrapolated = stiffness[1] + correction
     uncertainty = np.abs(correction)
@@ -143,6 +147,7 @@ def cell_properties(
         symmetric = cubic_part(extrapolated, family.name)
         uncertainty = np.maximum(uncertainty, np.abs(extrapolated - symmetric))
         extrapolated = symmetric
+    report_step("strength surface")
     require_bounds(extrapolated, rho, poissons_ratio, what=f"cell '{family.name}'")
     return CellProperties(
         density=rho,

@@ -24,6 +24,7 @@ from gradedesign.homogenise.sampling import (
     voxels_in_wall,
 )
 from gradedesign.homogenise.strength import local_stress, stress_factors
+from gradedesign.workspace.progress import counted
 
 log = logging.getLogger(__name__)
 
@@ -129,7 +130,8 @@ def critical_stress(
         for n in (fine // 2, fine)
     )
     critical, cells, error = np.zeros((6, 2)), np.zeros((6, 2), dtype=np.int64), 0.0
-    for load in (0, 5) if symmetry == "cubic" else range(6):
+    loads = (0, 5) if symmetry == "cubic" else tuple(range(6))
+    for load in counted(loads, "buckling under stress", len(loads)):
         equal_senses = load > 2 and symmetry in ("cubic", "orthotropic")
         senses = _both_senses(coarse_solution, fine_solution, load, equal_senses=equal_senses)
         for sense, (value, repeat, change) in enumerate(senses):
@@ -164,7 +166,7 @@ def _both_senses(
             signs=signs,
             both=not equal_senses,
         )
-        for signs in ALL_SIGNS
+        for signs in counted(ALL_SIGNS, "combination of signs", len(ALL_SIGNS))
     }
     strongest = max(abs(end.value) for pair in scan.values() for end in pair if end is not None)
     found: list[tuple[float, int, float] | None] = []

@@ -17,6 +17,7 @@ from gradedesign.errors import DensityError, SolverError
 from gradedesign.homogenise.finite_size import FiniteSize, finite_size
 from gradedesign.homogenise.sampling import LEAST_VOXELS, cell_fill, voxels_in_wall
 from gradedesign.material.finite_size_table import FiniteRatio, FiniteSizeRow, FiniteSizeTable
+from gradedesign.workspace.progress import counted
 
 log = logging.getLogger(__name__)
 
@@ -83,7 +84,7 @@ def finite_size_table(
             f"{RESOLUTIONS[-1]} at {len(usable)} of the densities {list(densities)}; expected two"
         )
     rows = []
-    for rho, resolution in usable:
+    for rho, resolution in counted(usable, "density", len(usable)):
         more = rho == MORE_AT and resolution == RESOLUTIONS[0]
         counts = MORE_COUNTS if more else COUNTS
         row = finite_size_row(family, rho, resolution, counts=counts, poissons_ratio=poissons_ratio)

@@ -22,6 +22,7 @@ from gradedesign.homogenise.operator import (
     threads_for,
     voxel_operator,
 )
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -247,6 +248,8 @@ def conjugate_gradients(
         reached = float(np.sqrt(square) / size)
         if reached < rtol:
             return iteration, reached
+        done = np.clip(np.log(max(reached, rtol)) / np.log(rtol), 0.0, 1.0)
+        report_step(f"load case {case + 1}", float(done))
     raise SolverError(
         f"homogenisation stopped after {max_iterations} iterations at a residual of {reached:.2e} "
         f"in load case {case}, expected {rtol:g}; the cell may hang together by edges or corners "

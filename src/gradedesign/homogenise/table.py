@@ -35,6 +35,7 @@ from gradedesign.homogenise.sampling import (
 from gradedesign.homogenise.strength import PERCENTILE
 from gradedesign.material.buckling_table import BucklingTable
 from gradedesign.material.property_table import PropertyTable
+from gradedesign.workspace.progress import counted
 
 log = logging.getLogger(__name__)
 
@@ -92,7 +93,7 @@ def compute_table(
     if densities is None:
         densities = table_densities(family, parameters, finest, edges)
     rows = []
-    for rho in densities:
+    for rho in counted(densities, f"{family.name}, density", len(densities)):
         row = cell_properties(
             family,
             parameters,
@@ -174,7 +175,7 @@ def compute_buckling(
         ]
     )
     rows, refused = [], ""
-    for rho in chosen:
+    for rho in counted(chosen, f"buckling of {family.name}, density", len(chosen)):
         try:
             row = critical_stress(
                 family,

@@ -35,6 +35,7 @@ from gradedesign.verify.acceptance import (
     accept_windows,
     choose_scope,
 )
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the cube of the explicit mesh.
@@ -135,9 +136,11 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     design = analysed.design
     step = SURFACE_PER_CUBE * analysed.mesh.cube
     raw = trimmed_surface(design, setup.part.surface, step)
+    report_step("loose pieces of the surface")
     surface, islands = remove_islands(
         raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
     )
+    report_step("writing and reading back the surface")
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)

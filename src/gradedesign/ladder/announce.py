@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from gradedesign.case.run_schema import RunSpec
@@ -14,7 +14,7 @@ from gradedesign.ladder.setup import Setup, part_volume
 from gradedesign.ladder.verdict import LimitRow
 from gradedesign.sizing.size import SizingStep
 from gradedesign.verify.submodel import SubmodelResult
-from gradedesign.workspace.progress import Event, Listener
+from gradedesign.workspace.progress import Event, Listener, stepping
 
 
 @dataclass(slots=True)
@@ -29,12 +29,13 @@ class Announcer:
         return {name: round(value, 3) for name, value in self.seconds.items()}
 
     @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time a stage; stages of the same name add up."""
+    def stage(self, name: str, which: str = "") -> Iterator[None]:
+        """Time a stage; stages of the same name add up, ``which`` says which of them this is."""
         began = time.perf_counter()
         self.listener(Event(stage=name, message="started"))
         try:
-            yield
+            with stepping(which) if which else nullcontext():
+                yield
         finally:
             took = time.perf_counter() - began
             self.seconds[name] = self.seconds.get(name, 0.0) + took

@@ -14,7 +14,9 @@ from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average, von_mises
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.iteration_log import iteration_log
 from gradedesign.ladder.lattice_files import STL_NAME, printed_lattice, write_lattice_files
+from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.round import build_design, density_grid
 from gradedesign.ladder.rounds import Analysed
@@ -32,11 +34,11 @@ from gradedesign.output.pictures import (
     picture_loads,
     picture_stress,
 )
-from gradedesign.output.region_mark import RegionMark
 from gradedesign.output.report import render_report
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
 from gradedesign.verify.explicit import governing_measure
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 RESULT_NAME = "result.json"
@@ -102,7 +104,7 @@ def write_outputs(
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),
     )
-    out.write_text("iterations.csv", iteration_log(result))
+    out.write_text("iterations.csv", iteration_log(result.iterations, setup.displacement_limits))
     if "report" in formats:
         pictures = {
             name: (out.path / path).read_bytes()
@@ -115,70 +117,17 @@ def write_outputs(
     return result
 
 
-def iteration_log(result: RunResult) -> str:
-    """One line per round, comma separated, units in the header."""
-    columns = (
-        "round",
-        "mass_g",
-        "lattice_mass_g",
-        "mean_density",
-        "use",
-        "passed",
-        "stress_gap",
-        "dofs",
-        "mesh_size_mm",
-        "seconds",
-        "stiffness_factor",
-        "stress_factor",
-    )
-    lines = [",".join((*columns, "displacement_gap"))]
-    for it in result.iterations:
-        values = [f"{getattr(it, c)}" for c in columns]
-        values.append(" ".join(f"{g:.6g}" for g in it.displacement_gap))
-        lines.append(",".join(values))
-    return "\n".join(lines) + "\n"
-
-
 def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:
     files["loads"] = "loads.png"
     warnings = picture_loads(
-        out.path_of("loads.png"), setup.part.surface, region_marks(setup), title="Loading"
+        out.path_of("loads.png"),
+        setup.part.surface,
+        region_marks(setup.case, setup.part.regions),
+        action_marks(setup.case, setup.part),
+        note=warming_note(setup.case),
     )
     _adopt_drawn(out, files, "loads")
     return warnings
-
-
-def region_marks(setup: Setup) -> list[RegionMark]:
-    """Supports, loads and kept regions as the picture names them."""
-    marks = []
-    regions = setup.part.regions
-    held = dict.fromkeys(f.region for spec in setup.case.load_case for f in spec.fix)
-    for name in held:
-        marks.append(RegionMark(name=name, role="support", corners=regions[name].corners))
-    for spec in setup.case.load_case:
-        for load in spec.load:
-            direction, text = None, ""
-            if load.force is not None:
-                direction = np.asarray(load.force, dtype=np.float64)
-                text = f"{np.linalg.norm(direction):.4g} N ({spec.name})"
-            elif load.pressure is not None:
-                text = f"{load.pressure:.4g} MPa ({spec.name})"
-            marks.append(
-                RegionMark(
-                    name=load.region,
-                    role="load",
-                    corners=regions[load.region].corners,
-                    text=text,
-                    direction=direction,
-                )
-            )
-    shown = set(held) | {m.name for m in marks}
-    for keep in setup.case.keep:
-        if keep.region not in shown:
-            marks.append(
-                RegionMark(name=keep.region, role="kept", corners=regions[keep.region].corners)
-            )
-    return marks
 
 
 def _solid_vtu(
@@ -196,6 +145,7 @@ def _solid_vtu(
         ).mean(axis=1)
         for s in solid
     }
+    report_step("writing solid.vtu")
     files["solid_vtu"] = "solid.vtu"
     write_vtu(
         out.path_of("solid.vtu"),
@@ -214,6 +164,7 @@ def _density_files(
     warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
     _adopt_drawn(out, files, "density")
     if "vtu" in setup.case.output.formats:
+        report_step("writing density.vtu")
         files["density_vtu"] = "density.vtu"
         write_vtu(
             out.path_of("density.vtu"),
@@ -239,6 +190,7 @@ def _lattice_files(
         E=np.full(result.space.element_count, setup.material.youngs_modulus),
         nu=setup.material.poissons_ratio,
     )
+    report_step("stress for the pictures")
     at_vertices = von_mises(
         element_stress(result.space, stiffness, solution.displacement, at="vertices")
     )
@@ -264,6 +216,7 @@ def _lattice_files(
     for name in ("lattice", "stress", "deformed"):
         _adopt_drawn(out, files, name)
     if "vtu" in setup.case.output.formats:
+        report_step("writing lattice.vtu")
         files["lattice_vtu"] = "lattice.vtu"
         write_vtu(
             out.path_of("lattice.vtu"),

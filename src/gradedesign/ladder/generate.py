@@ -42,7 +42,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.part.part import Part, read_part
 from gradedesign.part.signed_distance import region_distance, surface_distance
 from gradedesign.plugin.registry import Registry, build_registry
-from gradedesign.workspace.progress import Listener, ignore
+from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid steps of the surface along a cell, and across its thinnest wall, at least.
@@ -230,12 +230,13 @@ def build(
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     raw = trimmed_surface(design, part.surface, step)
+    report_step("loose pieces of the surface")
     surface, islands = remove_islands(raw, keep=part.report.bodies, least_pocket=(0.5 * step) ** 3)
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
     slabs = tuple(
         slab_density(design, field, surface, part.surface, axis=axis, thickness=thickness)
-        for axis in range(3)
+        for axis in counted(range(3), "density by slabs, axis", 3)
     )
     return Generated(
         part=part,

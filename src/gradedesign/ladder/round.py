@@ -47,6 +47,7 @@ from gradedesign.sizing.stress_limit import StressLimit, stress_measure
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import ExplicitResult, JudgedSolid, displacement_on
 from gradedesign.verify.explicit_mesh import ExplicitMesh
+from gradedesign.workspace.progress import report_step
 
 #: Sizing aims a little below each limit, so that a small gap does not break it.
 TARGET = 0.985
@@ -126,6 +127,7 @@ def corrected_stress_limit(setup: Setup, correction: Correction) -> StressLimit 
 
 def design_filter(setup: Setup) -> csr_matrix:
     """Filter from design variables to element densities; every round of a run shares it."""
+    report_step("filter of densities")
     mesh = setup.space.mesh
     if setup.case.lattice.grading == "uniform":
         return uniform_filter(mesh.tets.shape[1])
@@ -171,6 +173,7 @@ def size_round(
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
     """The density field from which the lattice is built."""
+    report_step("density field")
     cell = setup.case.lattice.cell_size
     spacing = min(cell / NODES_PER_CELL, setup.case.part.mesh_size)
     return density_grid_from_elements(setup.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
@@ -219,6 +222,7 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
         If the thinnest wall is thinner than [print] min_wall.
     """
     case = setup.case
+    report_step("thinnest wall")
     thinnest = thinnest_wall(setup, grid)
     if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
         raise LatticeError(
@@ -244,8 +248,10 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
     """
     model = corrected_model(setup, correction)
     limits = corrected_limits(setup, correction)
+    report_step("predicting the design")
     system = homogenised_system(model, rho)
     solutions = solve_homogenised(model, rho, system)
+    report_step("stress and share of the lattice")
     values = displacement_values(limits, solutions)
     limit = corrected_stress_limit(setup, correction)
     share, carrying = lattice_share(system, model, rho, limits, solutions)

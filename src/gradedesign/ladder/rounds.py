@@ -53,7 +53,7 @@ from gradedesign.verify.explicit import (
     governing_measure,
 )
 from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice, mesh_within_budget
-from gradedesign.workspace.progress import Event, Listener, ignore
+from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
 #: mesh must hold its volume on it as on any other.
@@ -197,6 +197,7 @@ def play_round(
     result = analysed.result
     timing["explicit solve"] = result.seconds
     timing["explicit mesh"] = time.perf_counter() - meshing - result.seconds
+    report_step("learning from the explicit analysis")
     displacements = explicit_displacements(setup, result)
     rows = (
         *limit_rows(setup, displacements, result.measures, "explicit analysis"),

@@ -10,6 +10,7 @@ from gradedesign.ladder.round import explicit_displacements
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import LimitRow, limit_rows
+from gradedesign.workspace.progress import stepping
 
 #: Second mesh sizes over the first, in the order in which they are tried. A coarser grid costs
 #: half; where it loses walls, a finer one tells as much for twice the time.
@@ -43,7 +44,8 @@ def analyse_second_size(setup: Setup, done: Round, analysed: Analysed) -> Second
     refused: list[str] = []
     for factor in SECOND_SIZES:
         try:
-            second = analyse_design(setup, done.rho, cube=factor * analysed.result.mesh_size)
+            with stepping("second mesh"):
+                second = analyse_design(setup, done.rho, cube=factor * analysed.result.mesh_size)
         except (LatticeError, MeshError, ResourceError) as error:
             size = factor * analysed.result.mesh_size
             refused.append(f"a second mesh of {size:.3g} mm was refused: {error}")

@@ -49,7 +49,7 @@ from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
-from gradedesign.workspace.progress import Event, Listener, ignore
+from gradedesign.workspace.progress import Event, Listener, ignore, report_step, stepping
 
 if TYPE_CHECKING:
     from gradedesign.ladder.verdict import LimitRow
@@ -137,6 +137,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
     files = lattice_files(case, registry)
+    report_step("reading and repairing the part")
     # Reading comes before what may take a minute: a damaged file is found at once.
     with locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry))
@@ -152,6 +153,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
+    report_step("distance field and cell map")
     distance = surface_distance(part.surface)
     kept = tuple(
         KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
@@ -166,8 +168,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
-    with locating(case, "part.mesh_size"):
+    with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh, attempts = part_tets(case, part)
+    report_step("supports, loads and solid shares of the part")
     shares = solid_share(mesh, distance, case.lattice.skin, kept)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
@@ -197,6 +200,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     )
     if case.lattice.faces == "measured":
         with locating(case, "lattice.faces"):
+            report_step("cells cut by the part's faces")
             fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
         model = replace(model, fill=fill)
     if table is not None:

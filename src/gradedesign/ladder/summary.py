@@ -33,6 +33,7 @@ from gradedesign.ladder.verdict import (
     is_tight,
     worst_use,
 )
+from gradedesign.mesh.tetwild import failed_attempts
 from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
@@ -259,8 +260,8 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
             "no second mesh size could be analysed, so the resolution error of this verdict is "
             "unknown; raise [run] mesh_cubes_per_wall or memory"
         )
-    for attempt in accepted.acceptance.attempts:
-        warnings.append(f"mesher of the acceptance: {attempt}")
+    for attempt in failed_attempts(accepted.acceptance.attempts):
+        warnings.append(f"the mesher of the acceptance was asked again after: {attempt}")
     return warnings
 
 

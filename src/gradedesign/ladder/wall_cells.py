@@ -25,6 +25,7 @@ from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.sizing.wall_factors import WallClass, WallFactors, wall_class
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+from gradedesign.workspace.progress import counted
 
 log = logging.getLogger(__name__)
 
@@ -125,7 +126,7 @@ def wall_factors(
         poissons_ratio=poissons_ratio,
     )
     classes = []
-    for number, one in enumerate(kinds):
+    for number, one in enumerate(counted(kinds, "wall", len(kinds))):
         at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(one)}")
         classes.append(_class(cells, one, at, before))
@@ -190,9 +191,10 @@ def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[
     rows = [_stored(key) for key in keys]
     if None in rows:
         before()
+    asked = zip(rows, cells.density, keys, strict=True)
     return [
         row or _computed(cells, one, axis, float(rho), key)
-        for row, rho, key in zip(rows, cells.density, keys, strict=True)
+        for row, rho, key in counted(asked, "density", len(keys))
     ]
 
 

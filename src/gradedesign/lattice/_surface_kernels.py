@@ -67,7 +67,7 @@ def count_brick(values: FloatArray, counts: NDArray[np.int8]) -> tuple[int, int]
     return triangles, edges
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def march_brick(
     values: FloatArray,
     start: IntArray,
@@ -147,7 +147,7 @@ def edge_points(starts: FloatArray, keys: IntArray, at: FloatArray, h: float) ->
     return points
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def unpaired_edges(faces: IntArray, vertices: int) -> tuple[int, int]:
     """Edges not shared by exactly two opposed triangles: (open or misoriented, overloaded).
 
@@ -189,7 +189,7 @@ def unpaired_edges(faces: IntArray, vertices: int) -> tuple[int, int]:
     return torn, overloaded
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def vertex_shells(faces: IntArray, vertices: int) -> IntArray:
     """Number of the connected shell of every vertex, in order of the shells' lowest vertex.
 
@@ -226,7 +226,7 @@ def vertex_shells(faces: IntArray, vertices: int) -> IntArray:
     return label
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def shell_volumes(
     vertices: FloatArray, faces: IntArray, shells: IntArray, count: int
 ) -> FloatArray:

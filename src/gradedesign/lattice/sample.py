@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
+from gradedesign.workspace.progress import report_step
 
 Shape = tuple[int, int, int]
 
@@ -95,6 +96,7 @@ def sample_bricks(
     nx, ny, nz = shape
     plane_x = np.zeros((ny, nz))
     for i in range(0, nx - 1, brick):
+        report_step("field on the grid", i / (nx - 1))
         a = min(brick, nx - 1 - i) + 1
         plane_y = np.zeros((a, nz))
         for j in range(0, ny - 1, brick):

@@ -22,6 +22,7 @@ from gradedesign.lattice._surface_kernels import (
 )
 from gradedesign.lattice.sample import Shape, checked_values, sample_bricks
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -76,6 +77,7 @@ def extract_surface(
     keys, ends, faces = _march(boxed, origin, (x, y, z), h, brick)
     vertices = _place_vertices(boxed, keys, ends, origin, (x, y, z), h)
     surface = SurfaceMesh(vertices=vertices, faces=faces)
+    report_step("checking the surface")
     require_closed(surface)
     log.info(
         "surface: %d x %d x %d nodes at %g mm, %d triangles, %.1f s",
@@ -163,6 +165,7 @@ def _place_vertices(
     grid = np.array(shape, dtype=np.int64)
     vertices = np.zeros((len(keys), 3))
     for low in range(0, len(keys), BATCH):
+        report_step("vertices", low / len(keys))
         part = slice(low, min(low + BATCH, len(keys)))
         a, b = ends[part].T
         starts = edge_starts(keys[part], origin, grid, h)

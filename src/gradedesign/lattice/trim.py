@@ -9,6 +9,7 @@ from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.surface import extract_surface, require_closed
 from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.workspace.progress import stepping
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut.
 OVERHANG = 2.0
@@ -57,7 +58,9 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         upper=design.upper + overhang,
     )
     field = lattice_field(untrimmed, band=3 * step, single=True)
-    raw = extract_surface(field, untrimmed.lower - step, untrimmed.upper + step, step)
-    trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
+    with stepping(f"contouring at {step:.3g} mm"):
+        raw = extract_surface(field, untrimmed.lower - step, untrimmed.upper + step, step)
+    with stepping(f"cutting {len(raw.faces)} triangles with the part"):
+        trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
     require_closed(trimmed)
     return trimmed

@@ -35,7 +35,7 @@ def _select(order, key, first, last, middle):
             return
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def build_tree(corners, centres, order, box, right, first, count):
     """Fill a balanced tree, left child after its parent; returns the number of nodes.
 
@@ -200,7 +200,7 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, stack, far):
     return slot
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def find_closest(
     tri, flat, box, right, first, count, order, points, distance, triangle, closest, feature
 ):

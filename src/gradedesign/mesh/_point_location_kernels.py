@@ -22,7 +22,7 @@ def _bins(points, tets, t, lower, size, shape, low, high):
         high[a] = min(max(int((most - lower[a]) / size + 1e-9), 0), shape[a] - 1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def bin_tets(fill, points, tets, lower, size, shape, first, members):
     """Count the members of every bin into first, or fill them where first says (and move it)."""
     low, high = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
@@ -56,7 +56,7 @@ def barycentric(points, tets, t, x, y, z):
     return 1.0 - wb - wc - wd, wb, wc, wd
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def find_tets(points, tets, lower, size, shape, first, members, queries, found):
     """Tetrahedron of every query point (3, n), the lowest number of several; -1 outside."""
     for q in prange(queries.shape[1]):
@@ -84,7 +84,7 @@ def find_tets(points, tets, lower, size, shape, first, members, queries, found):
                 found[q] = t
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def weigh(points, tets, found, queries, weights):
     """Barycentric coordinates of every query point in its tetrahedron, (4, n)."""
     for q in prange(queries.shape[1]):

@@ -30,7 +30,7 @@ def _outward_area(
     return np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def cosine_range(
     points: FloatArray, tets: IntArray
 ) -> tuple[float, float]:  # pragma: no cover (compiled)
@@ -98,7 +98,7 @@ def _facet(
     return a, b, c
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def label_pieces(
     tets: IntArray, point_count: int
 ) -> tuple[IntArray, int, int]:  # pragma: no cover (compiled)

@@ -80,7 +80,7 @@ def signs_of(values, sign):
         sign[v] = (values[v] > 0.0) - (values[v] < 0.0)
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def mark_cuts(sign, X, Y, Z, ahead, mask, counts):
     """Set the mask of cut edges of every node and count them by layer."""
     for i in prange(X - 1):
@@ -101,7 +101,7 @@ def mark_cuts(sign, X, Y, Z, ahead, mask, counts):
         counts[i] = n
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def list_cuts(values, mask, X, Y, Z, ahead, first, start, owner, direction, share):
     """Fill the list of cut edges; shares by linear interpolation from the owner."""
     for i in prange(X - 1):
@@ -122,14 +122,14 @@ def list_cuts(values, mask, X, Y, Z, ahead, first, start, owner, direction, shar
                             n += 1
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def cut_points(owner, direction, share, Y, Z, lower, h, points):
     """Positions of cuts as (3, n) points, mm."""
     for c in prange(len(owner)):
         _cut_position(owner[c], direction[c], share[c], Y, Z, lower, h, points[:, c])
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def tighten(share, value, near, far, near_value, far_value):
     """One regula falsi step on every cut, inside its bracket [near, far]."""
     for c in prange(len(share)):
@@ -146,7 +146,7 @@ def tighten(share, value, near, far, near_value, far_value):
         share[c] = near[c] + (far[c] - near[c]) * step
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def warp_nodes(kind, parity, sign, mask, start, share, X, Y, Z, offsets, warp):
     """Pull nodes of one colour onto the nearest cut that is too close to them.
 
@@ -184,7 +184,7 @@ def _outer(v, X, Y, Z):
     return min(i, j, k) == 0 or i >= X - last or j >= Y - last or k >= Z - last
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def count_outer_violations(owner, direction, share, X, Y, Z, ahead):
     """Cuts so close to an outermost node that it would have to move."""
     n = 0
@@ -212,7 +212,7 @@ def _used(v, sign, offsets):
     return least < 0
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def number_vertices(
     fill, sign, mask, start, X, Y, Z, ahead, offsets, first, node_vertex, cut_vertex
 ):
@@ -243,7 +243,7 @@ def number_vertices(
             first[i] = n
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def place_vertices(
     node_vertex,
     cut_vertex,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.errors import MeshError, ResourceError
+from gradedesign.workspace.progress import report_step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,6 +85,7 @@ def sample(field: Field, lattice: Lattice, brick: int) -> FloatArray:
             for a in range(3)
         ]
         for sx in bricks(len(axes[0]), brick):
+            report_step("field on the grid", 0.5 * (kind + sx.start / len(axes[0])))
             for sy in bricks(len(axes[1]), brick):
                 for sz in bricks(len(axes[2]), brick):
                     points = np.stack(

@@ -57,7 +57,7 @@ def _pinched_edge(signs, triangles, edges, solid):
     return False
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def mark_pinches(node_vertex, sign, offsets, triangles, edges, layers, pinched):
     """Mark the vertices where the solid around a lattice point is not one regular piece."""
     size = len(sign) // layers

@@ -279,7 +279,7 @@ def _layer(fill, i, sign, mask, start, node_vertex, cut_vertex, Y, Z, n, extra, 
     return n, extra, least
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, parallel=True, nogil=True)
 def make_tets(
     fill, sign, mask, start, node_vertex, cut_vertex, X, Y, Z, points, tets, first, extra, least
 ):

@@ -8,6 +8,7 @@ import numpy as np
 
 from gradedesign.errors import MeshError
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.workspace.progress import report_step
 
 
 def intersection(
@@ -29,8 +30,14 @@ def intersection(
     MeshError
         If the Boolean kernel refuses a surface, or nothing is left.
     """
-    common = _manifold(one, what) ^ _manifold(other, what)
-    if shortest > 0:
+    # The kernel holds the interpreter's lock in each of its calls.
+    report_step("reading the surfaces", blocking=True)
+    solids = _manifold(one, what), _manifold(other, what)
+    report_step("intersection", blocking=True)
+    common = solids[0] ^ solids[1]
+    empty = common.is_empty()  # the kernel computes when it is asked
+    if shortest > 0 and not empty:
+        report_step("collapsing short edges", blocking=True)
         common = common.as_original().simplify(shortest)
     mesh = common.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)

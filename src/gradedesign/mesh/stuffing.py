@@ -31,6 +31,7 @@ from gradedesign.mesh._stuffing_lattice import (
 )
 from gradedesign.mesh._stuffing_pinches import find_pinches, separate_pinches
 from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -99,9 +100,11 @@ def stuff(
     kernels.signs_of(values, sign)
     require_enclosed(sign, values, lattice)
     sampled = time.perf_counter()
+    report_step("cutting the grid")
     cuts = _find_cuts(field, values, sign, lattice, brick**3, refine)
     del values
     located = time.perf_counter()
+    report_step("tetrahedra")
     warp = _warp(sign, cuts, lattice)
     points, tets, pinches = _connect(sign, warp, cuts, lattice)
     if len(pinches):
@@ -140,6 +143,7 @@ def _find_cuts(
     share = np.zeros(count)
     kernels.list_cuts(values, mask, X, Y, Z, lattice.ahead, first, start, owner, direction, share)
     for part in bricks(count if refine > 0 else 0, chunk):
+        report_step("cutting the grid", part.start / count)
         ends = owner[part], direction[part]
         near, far = np.zeros(len(ends[0])), np.ones(len(ends[0]))
         near_value = values[ends[0]]

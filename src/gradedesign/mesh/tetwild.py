@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
 from gradedesign.workspace.cache import content_key, entry_path, load_arrays, store_arrays
 from gradedesign.workspace.limits import Deadline
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.worker import Option, run_worker
 
 log = logging.getLogger(__name__)
@@ -35,6 +36,8 @@ LONGEST_EDGE = 4.0 / 3.0
 _BISECTED, _BYTES_PER_TET = 5.4, 430.0
 #: A process gets no less time than this, s: time may run out between the check and its start.
 _LEAST_S = 0.001
+#: How the line of an attempt says that it is the last one.
+_SUCCEEDED = "succeeded in"
 #: What attempts differ in. Never a geometric tolerance: that would be another question.
 _WAYS: tuple[tuple[str, dict[str, Option]], ...] = (
     ("all threads, surface simplified first", {"threads": 0, "simplify": True}),
@@ -81,6 +84,17 @@ class _Question:
     volume: float
     volume_tolerance: float
     what: str
+
+
+def failed_attempts(attempts: Sequence[str]) -> tuple[str, ...]:
+    """Lines of the attempts, of one mesh or of several, that had to be retried.
+
+    Examples
+    --------
+    >>> failed_attempts(["all threads: timed out", "one thread: succeeded in 3.1 s"])
+    ('all threads: timed out',)
+    """
+    return tuple(line for line in attempts if f": {_SUCCEEDED} " not in line)
 
 
 def tetrahedralize(
@@ -229,9 +243,10 @@ def _attempt(
 ) -> tuple[TetMesh, TetReport, tuple[str, ...]]:
     """Ask in each way until an answer is sound."""
     attempts: list[str] = []
-    for way, options in _WAYS:
+    for number, (way, options) in enumerate(_WAYS, start=1):
         clock.require(f"meshing {question.what}")
         start = clock.elapsed()
+        report_step(f"mesher, way {number} of {len(_WAYS)}: {way}")
         try:
             result = run_worker(
                 worker_module,
@@ -249,7 +264,7 @@ def _attempt(
             if clock.expired():
                 break
         else:
-            attempts.append(f"{way}: succeeded in {clock.elapsed() - start:.1f} s")
+            attempts.append(f"{way}: {_SUCCEEDED} {clock.elapsed() - start:.1f} s")
             return mesh, report, tuple(attempts)
     raise _given_up(question, key, attempts)
 

@@ -5,22 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
-from typing import TYPE_CHECKING
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.output.scene import Arrow, ColourBar, Layer, Lines, Scene, scene_box
+from gradedesign.output.scene import (
+    SIZE,
+    Arrow,
+    ColourBar,
+    Layer,
+    LegendEntry,
+    Lines,
+    Scene,
+    frame_of,
+    scene_box,
+)
 
 if TYPE_CHECKING:
     import pyvista
 
+#: Letters of a line of the caption, and pixels of one of the legend.
+_CAPTION, _LETTER = 92, 12
 #: Triangles that are drawn of one layer at most.
 MOST_TRIANGLES = 2_000_000
-SIZE = (1200, 900)
-
-_VIEW = np.array([1.0, -1.35, 0.85])
-_BAR_AREA = 0.14
 
 
 def draw_opengl(scene: Scene) -> bytes:
@@ -59,7 +68,7 @@ def _add_all(plotter: pyvista.Plotter, scene: Scene) -> None:
     for lines in scene.lines:
         _add_lines(plotter, lines)
     for arrow in scene.arrows:
-        plotter.add_mesh(_arrow(arrow), color=arrow.colour, smooth_shading=True, ambient=0.45)
+        _add_on_top(plotter, _arrow(arrow), arrow.colour)
     for label in scene.labels:
         plotter.add_point_labels(
             np.array([label.point]),
@@ -75,8 +84,29 @@ def _add_all(plotter: pyvista.Plotter, scene: Scene) -> None:
         )
     plotter.add_text(scene.title, position=(20, SIZE[1] - 48), font_size=16, color="black")
     if scene.caption:
-        plotter.add_text(scene.caption, position=(190, 14), font_size=11, color="#333333")
+        text = "\n".join(wrap(scene.caption, _CAPTION))
+        plotter.add_text(text, position=(190, 14), font_size=11, color="#333333")
+    for row, entry in enumerate(scene.legend):
+        _add_legend_row(plotter, row, entry, max(len(e.text) for e in scene.legend))
     plotter.add_axes(line_width=3, color="black", viewport=(0.0, 0.0, 0.15, 0.2))
+
+
+def _add_on_top(plotter: pyvista.Plotter, mesh: Any, colour: str) -> None:
+    """Add a mesh that no other hides: its depth is drawn as nearer than all."""
+    actor = plotter.add_mesh(mesh, color=colour, smooth_shading=True, ambient=0.45)
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, -66_000.0)
+
+
+def _add_legend_row(plotter: pyvista.Plotter, row: int, entry: LegendEntry, letters: int) -> None:
+    """A coloured square and what it stands for, from the upper right corner downwards."""
+    left, top = SIZE[0] - 70 - _LETTER * letters, SIZE[1] - 44 - 30 * row
+    square = plotter.add_text(" ", position=(left, top), font_size=11)
+    square.prop.background_color = entry.colour
+    square.prop.background_opacity = 1.0
+    square.prop.show_frame = False
+    square.input = "    "
+    plotter.add_text(entry.text, position=(left + 40, top), font_size=11, color="black")
 
 
 def _polydata(vertices: FloatArray, faces: IntArray) -> pyvista.PolyData:
@@ -118,7 +148,13 @@ def _add_layer(plotter: pyvista.Plotter, layer: Layer, bar: ColourBar | None) ->
 
 
 def _add_lines(plotter: pyvista.Plotter, lines: Lines) -> None:
-    if len(lines.segments):
+    if len(lines.segments) and lines.radius > 0:
+        import pyvista
+
+        points = np.concatenate([lines.segments[:1, 0], lines.segments[:, 1]])
+        bar = pyvista.lines_from_points(points).tube(radius=lines.radius)
+        _add_on_top(plotter, bar, lines.colour)
+    elif len(lines.segments):
         plotter.add_lines(
             lines.segments.reshape(-1, 3), color=lines.colour, width=lines.width, connected=False
         )
@@ -139,21 +175,13 @@ def _arrow(arrow: Arrow) -> pyvista.PolyData:
 
 
 def _set_camera(plotter: pyvista.Plotter, scene: Scene) -> None:
-    """Look along a fixed oblique direction and fit the box between title, caption and bar."""
+    """Look along a fixed oblique direction, at what the frame says."""
     low, high = scene_box(scene)
-    back = _VIEW / np.linalg.norm(_VIEW)
-    right = np.cross([0.0, 0.0, 1.0], back)
-    right /= np.linalg.norm(right)
-    up = np.cross(back, right)
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1)
-    wide, tall = np.ptp(right @ corners), np.ptp(up @ corners)
-    area = 1.0 - (_BAR_AREA if scene.bar else 0.0)
-    height = max(tall / 0.76, wide / (0.9 * area * SIZE[0] / SIZE[1]))
-    middle = 0.5 * (low + high) + right * (height * SIZE[0] / SIZE[1]) * 0.5 * (1 - area)
+    frame = frame_of(scene)
     reach = float(np.linalg.norm(high - low)) or 1.0
     plotter.camera.parallel_projection = True
-    plotter.camera.focal_point = tuple(middle)
-    plotter.camera.position = tuple(middle + 3 * reach * back)
+    plotter.camera.focal_point = tuple(frame.middle)
+    plotter.camera.position = tuple(frame.middle + 3 * reach * frame.back)
     plotter.camera.up = (0.0, 0.0, 1.0)
-    plotter.camera.parallel_scale = 0.5 * height
+    plotter.camera.parallel_scale = 0.5 * frame.height
     plotter.renderer.ResetCameraClippingRange()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from io import BytesIO
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.output.scene import ColourBar, Layer, Scene, scene_box
 
 if TYPE_CHECKING:
@@ -16,6 +19,8 @@ if TYPE_CHECKING:
 #: Triangles that are drawn of one layer at most.
 MOST_TRIANGLES = 30_000
 
+#: Letters of a line of the caption.
+_CAPTION = 130
 _LIGHT = np.array([0.4, -0.7, 0.6])
 
 
@@ -23,26 +28,38 @@ def draw_plain(scene: Scene) -> bytes:
     """PNG of a scene."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
     from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
     figure = Figure(figsize=(12, 9), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     # Tight placement: a long part would otherwise fill a third of the picture.
     axes: Any = figure.add_axes((0.0, 0.05, 0.88 if scene.bar else 1.0, 0.9), projection="3d")
-    for layer in scene.layers:
-        _add_layer(axes, layer, scene.bar)
+    # Triangles are sorted among each other, all in one; what nothing hides is drawn after them.
+    axes.computed_zorder = False
+    _add_layers(axes, scene.layers, scene.bar)
+    # Strokes know no depth here: beside a coloured surface they stand behind it.
+    under = 0 if scene.bar else 2
     for lines in (found for found in scene.lines if len(found.segments)):
-        axes.add_collection3d(Line3DCollection(lines.segments, colors=lines.colour, linewidths=1))
+        width, order = (4, 3) if lines.radius > 0 else (1, under)
+        axes.add_collection3d(
+            Line3DCollection(lines.segments, colors=lines.colour, linewidths=width, zorder=order)
+        )
     for arrow in scene.arrows:
-        axes.quiver(*arrow.tail, *(arrow.tip - arrow.tail), color=arrow.colour, linewidth=3)
+        step = arrow.tip - arrow.tail
+        axes.quiver(*arrow.tail, *step, color=arrow.colour, linewidth=3, zorder=4)
     for label in scene.labels:
         box = {"facecolor": label.colour, "edgecolor": "none", "pad": 2}
         axes.text(*label.point, label.text, color="white", bbox=box, zorder=10)
     _frame(axes, scene)
     if scene.bar:
         _add_bar(figure, scene.bar)
+    if scene.legend:
+        handles = [Patch(color=entry.colour, label=entry.text) for entry in scene.legend]
+        figure.legend(handles=handles, loc="upper right", fontsize=11, frameon=False)
     figure.text(0.02, 0.95, scene.title, fontsize=16)
-    figure.text(0.02, 0.02, scene.caption, fontsize=10, color="#333333")
+    caption = "\n".join(wrap(scene.caption, _CAPTION))
+    figure.text(0.02, 0.02, caption, fontsize=10, color="#333333")
     picture = BytesIO()
     figure.savefig(picture, format="png")
     return picture.getvalue()
@@ -58,9 +75,19 @@ def _frame(axes: Any, scene: Scene) -> None:
     axes.view_init(elev=27, azim=-53)
 
 
-def _add_layer(axes: Any, layer: Layer, bar: ColourBar | None) -> None:
-    from matplotlib.colors import to_rgb
+def _add_layers(axes: Any, layers: Sequence[Layer], bar: ColourBar | None) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    faces = [_faces(layer, bar) for layer in layers if len(layer.faces)]
+    corners, colours = (np.concatenate(parts) for parts in zip(*faces, strict=True))
+    axes.add_collection3d(
+        Poly3DCollection(corners, facecolors=colours, edgecolors="none", zorder=1)
+    )
+
+
+def _faces(layer: Layer, bar: ColourBar | None) -> tuple[FloatArray, FloatArray]:
+    """Corners ``(m, 3, 3)`` and colours ``(m, 4)`` of a layer's triangles."""
+    from matplotlib.colors import to_rgb
 
     corners = layer.vertices[layer.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -73,8 +100,7 @@ def _add_layer(axes: Any, layer: Layer, bar: ColourBar | None) -> None:
         values = layer.values if layer.per_face else layer.values[layer.faces].mean(axis=1)
         colour = _colours(bar)(values)[:, :3]
     opaque = np.full((len(corners), 1), layer.opacity)
-    face = np.concatenate([colour * shade[:, None], opaque], axis=1)
-    axes.add_collection3d(Poly3DCollection(corners, facecolors=face, edgecolors="none"))
+    return corners, np.concatenate([colour * shade[:, None], opaque], axis=1)
 
 
 def _colours(bar: ColourBar) -> Any:

@@ -14,39 +14,67 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.output import _draw_opengl, _draw_plain
 from gradedesign.output._opengl import opengl_works
+from gradedesign.output.action_mark import (
+    SHORTEST,
+    ActionMark,
+    DrawnAction,
+    drawn_actions,
+    uses_floor,
+)
+from gradedesign.output.label_places import separated
 from gradedesign.output.region_mark import (
     COLOURS,
+    ROLES,
     RegionMark,
-    Role,
     anchor_point,
-    load_arrows,
     unit_normals,
 )
 from gradedesign.output.scene import (
     ColourBar,
     Label,
     Layer,
+    LegendEntry,
     Lines,
     Scene,
+    frame_of,
     hatch,
     sharp_edges,
     thinned,
 )
 from gradedesign.workspace.atomic import write_bytes
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
 _ABOVE = "#ff00c8"
 #: Lengths in a picture, in diagonals of the part.
-_ARROW, _HATCH, _SHOWN_SHIFT = 0.16, 0.012, 0.08
+_HATCH, _SHOWN_SHIFT = 0.012, 0.08
 #: Surfaces of more triangles are lattices: their edges at rest would cover everything.
 _OUTLINED = 50_000
 
 
 def picture_loads(
-    path: Path, surface: SurfaceMesh, marks: Sequence[RegionMark], *, title: str = "Loading"
+    path: Path,
+    surface: SurfaceMesh,
+    regions: Sequence[RegionMark],
+    actions: Sequence[ActionMark] = (),
+    *,
+    title: str = "Loading",
+    note: str = "",
 ) -> tuple[str, ...]:
-    """Draw the part with supports (blue, hatched), loads (red arrows) and kept regions (olive).
+    """Draw the part with its regions, and what acts on it in the colour of its load case.
+
+    Parameters
+    ----------
+    path : Path
+        PNG.
+    surface : SurfaceMesh
+    regions : sequence of RegionMark
+        Supports hatched. The legend names the roles that occur.
+    actions : sequence of ActionMark
+        Arrows as long as they are large, within a kind.
+    title, note : str
+        The note stands below the picture.
 
     Returns
     -------
@@ -54,39 +82,66 @@ def picture_loads(
         Warnings; a picture never fails a run.
     """
     diagonal = _diagonal(surface.vertices)
-    layers = []
-    lines, arrows, labels = [], [], []
-    told: dict[tuple[str, Role], tuple[FloatArray, tuple[str, ...]]] = {}
-    for mark in (m for m in marks if len(m.corners)):
-        colour = COLOURS[mark.role]
-        lifted = mark.corners + 1e-3 * diagonal * unit_normals(mark.corners)[:, None, :]
-        faces = np.arange(3 * len(lifted)).reshape(-1, 3)
-        layers.append(Layer(vertices=lifted.reshape(-1, 3), faces=faces, colour=colour))
-        if mark.role == "support":
-            lines.append(Lines(segments=hatch(lifted, _HATCH * diagonal), colour="white"))
-        anchor = anchor_point(mark.corners)
-        if mark.role == "load":
-            arrows += load_arrows(mark, _ARROW * diagonal)
-            anchor = arrows[-1].tail
-        key = (mark.name, mark.role)
-        point, texts = told.get(key, (anchor, ()))
-        told[key] = (point, (*texts, mark.text) if mark.text else texts)
-    # One label per region: those of several load cases would cover each other.
-    for (name, role), (point, texts) in told.items():
-        text = f"{name}: {', '.join(texts)}" if texts else name
-        labels.append(Label(point=point, text=text, colour=COLOURS[role]))
+    regions = [mark for mark in regions if len(mark.corners)]
+    drawn = drawn_actions(actions, diagonal)
     # Last and translucent: regions on the far side show through.
     part = Layer(vertices=surface.vertices, faces=surface.faces, colour="#d5d9de", opacity=0.35)
+    lines = [
+        Lines(segments=hatch(_lifted(mark, diagonal), _HATCH * diagonal), colour="white")
+        for mark in regions
+        if mark.role == "support"
+    ]
+    lines += [line for action in drawn for line in action.lines]
     lines.append(Lines(segments=sharp_edges(part), colour="#555555", width=1.5))
     scene = Scene(
         title=title,
-        caption="blue: supports   red: loads   olive: kept solid",
-        layers=(*layers, part),
+        caption="; ".join(part for part in (_about_arrows(drawn, actions), note) if part),
+        layers=(*(_region_layer(mark, diagonal) for mark in regions), part),
         lines=tuple(lines),
-        arrows=tuple(arrows),
-        labels=tuple(labels),
+        arrows=tuple(arrow for action in drawn for arrow in action.arrows),
+        legend=_loads_legend(regions, drawn),
     )
-    return _draw(path, scene)
+    labels, strokes = separated(_loads_labels(regions, drawn), frame_of(scene), scene.arrows)
+    return _draw(path, replace(scene, labels=labels, lines=(*scene.lines, *strokes)))
+
+
+def _lifted(mark: RegionMark, diagonal: float) -> FloatArray:
+    """Triangles of a region just above the part's own."""
+    return np.asarray(mark.corners + 1e-3 * diagonal * unit_normals(mark.corners)[:, None, :])
+
+
+def _region_layer(mark: RegionMark, diagonal: float) -> Layer:
+    lifted = _lifted(mark, diagonal)
+    faces = np.arange(3 * len(lifted)).reshape(-1, 3)
+    return Layer(vertices=lifted.reshape(-1, 3), faces=faces, colour=COLOURS[mark.role])
+
+
+def _about_arrows(drawn: Sequence[DrawnAction], actions: Sequence[ActionMark]) -> str:
+    """How long arrows are, where there are several to compare."""
+    if len(drawn) < 2:
+        return ""
+    floor = f", {SHORTEST:.0%} of the longest at least" if uses_floor(actions) else ""
+    return f"arrows of one kind: length by size{floor}"
+
+
+def _loads_labels(regions: Sequence[RegionMark], drawn: Sequence[DrawnAction]) -> list[Label]:
+    labels = [
+        Label(point=action.label, text=action.action.text, colour=action.colour) for action in drawn
+    ]
+    return labels + [
+        Label(point=anchor_point(mark.corners), text=mark.name, colour=COLOURS[mark.role])
+        for mark in regions
+    ]
+
+
+def _loads_legend(
+    regions: Sequence[RegionMark], drawn: Sequence[DrawnAction]
+) -> tuple[LegendEntry, ...]:
+    """The roles and load cases that the picture shows, and no others."""
+    found = {mark.role for mark in regions}
+    roles = [LegendEntry(text=ROLES[r], colour=COLOURS[r]) for r in COLOURS if r in found]
+    cases = {action.action.load_case: action.colour for action in drawn}
+    return (*roles, *(LegendEntry(text=name, colour=colour) for name, colour in cases.items()))
 
 
 def picture_density(
@@ -100,10 +155,10 @@ def picture_density(
     shown = TetMesh(points=mesh.points, tets=mesh.tets[:, kept])
     facets, owners = boundary_facets(shown)
     layer = Layer(vertices=mesh.points.T, faces=facets, values=rho[kept][owners], per_face=True)
+    cut = ", the corner towards the viewer cut away" if len(kept) < len(rho) else ""
     scene = Scene(
         title=title,
-        caption=f"relative density {rho.min():.3g} to {rho.max():.3g}, the corner towards the "
-        f"viewer cut away",
+        caption=f"relative density {rho.min():.3g} to {rho.max():.3g}{cut}",
         layers=(layer,),
         bar=ColourBar(title="density [-]", low=float(rho.min()), high=float(rho.max())),
     )
@@ -137,7 +192,10 @@ def picture_stress(
     caption = f"maximum {top:.4g} MPa"
     if limit is not None:
         over = float(np.mean(values > limit))
-        caption += f", limit {limit:.4g} MPa, above it {100 * over:.2g} % of the vertices (magenta)"
+        caption += f", limit {limit:.4g} MPa, "
+        caption += (
+            f"above it {100 * over:.2g} % of the vertices (magenta)" if over else "nowhere above it"
+        )
     layer = Layer(vertices=surface.vertices, faces=surface.faces, values=values)
     bar = ColourBar(
         title="von Mises [MPa]",
@@ -172,9 +230,9 @@ def picture_deformed(
     lines: tuple[Lines, ...] = ()
     note = ""
     if len(surface.faces) <= _OUTLINED:
-        rest = Layer(vertices=surface.vertices, faces=surface.faces)
-        lines = (Lines(segments=sharp_edges(rest), colour="#888888", width=1.5),)
-        note = "; grey edges: at rest"
+        edges = sharp_edges(Layer(vertices=surface.vertices, faces=surface.faces))
+        lines = (Lines(segments=edges, colour="#888888", width=1.5),)
+        note = "; grey edges: at rest" if len(edges) else ""
     scene = Scene(
         title=title,
         caption=f"deformation drawn x {factor:g}, largest displacement {size.max():.4g} mm{note}",
@@ -204,6 +262,7 @@ def round_factor(wanted: float, largest: float) -> float:
 
 def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
     """Draw with OpenGL, or plainly, or not at all, the latter two with a warning."""
+    report_step(f"drawing {path.name}")
     if fault := _fault(scene):
         return _warned(f"{path.name}: not drawn: {fault}")
     plain = not opengl_works()
@@ -219,7 +278,8 @@ def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
         return _warned(f"{path.name}: not drawn: {cause}")
     write_bytes(path, picture)
     if plain:
-        return _warned(f"{path.name}: no OpenGL on this machine, drawn plainly in less detail")
+        # The same words for every picture, so that a run says it once.
+        return _warned("no OpenGL on this machine: pictures are drawn plainly, in less detail")
     return ()
 
 

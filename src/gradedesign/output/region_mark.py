@@ -1,4 +1,4 @@
-"""A region of the part as pictures mark it: its colour, where its label stands, its arrows."""
+"""A region of the part as pictures mark it: its colour and where its label stands."""
 
 from __future__ import annotations
 
@@ -8,40 +8,32 @@ from typing import Literal
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.output.scene import Arrow
 
 Role = Literal["support", "load", "kept"]
-COLOURS: dict[Role, str] = {"support": "#1f5fbf", "load": "#d62728", "kept": "#6b7a2e"}
+COLOURS: dict[Role, str] = {"support": "#1f5fbf", "load": "#e0906a", "kept": "#6b7a2e"}
+#: What the legend calls a role.
+ROLES: dict[Role, str] = {"support": "supports", "load": "loaded", "kept": "kept solid"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RegionMark:
-    """A region of the part and what acts on it.
+    """A region of the part and what it is there for.
 
     Attributes
     ----------
     name : str
-        The region's name in the case.
+        The region's name in the case, and what else its label says.
     role : {"support", "load", "kept"}
     corners : (k, 3, 3) array, mm
         Its triangles.
-    text : str
-        What acts, such as ``"5 kN"``; shown after the name.
-    direction : (3,) array, optional
-        Of the load; any length but zero. A load without direction (a pressure, a moment) has
-        its arrows against the surface.
     """
 
     name: str
     role: Role
     corners: FloatArray
-    text: str = ""
-    direction: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
-        if self.direction is not None:
-            object.__setattr__(self, "direction", locked(self.direction, (3,), name="direction"))
 
 
 def unit_normals(corners: FloatArray) -> FloatArray:
@@ -51,34 +43,26 @@ def unit_normals(corners: FloatArray) -> FloatArray:
     return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
 
 
-def _areas(corners: FloatArray) -> FloatArray:
+def areas(corners: FloatArray) -> FloatArray:
+    """Areas ``(k,)`` of triangles ``(k, 3, 3)``, mm^2."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return 0.5 * np.linalg.norm(across, axis=1)
+
+
+def centre_of(corners: FloatArray) -> FloatArray:
+    """Area centroid ``(3,)`` of triangles, mm: where the resultant of a spread force acts."""
+    return np.average(corners.mean(axis=1), axis=0, weights=areas(corners) + 1e-300)
 
 
 def anchor_point(corners: FloatArray) -> FloatArray:
     """Area centroid of a region moved onto its nearest triangle's centroid."""
     centre = corners.mean(axis=1)
-    middle = np.average(centre, axis=0, weights=_areas(corners) + 1e-300)
-    return centre[np.argmin(np.linalg.norm(centre - middle, axis=1))]
+    return centre[np.argmin(np.linalg.norm(centre - centre_of(corners), axis=1))]
 
 
-def load_arrows(mark: RegionMark, length: float, most: int = 9) -> list[Arrow]:
-    """Arrows that end on the region, spread over it; pulling loads start on it."""
-    centre, normal = mark.corners.mean(axis=1), unit_normals(mark.corners)
-    spread = _spread(centre, anchor_point(mark.corners), most, 0.25 * length)
-    arrows = []
-    for n in spread:
-        direction = -normal[n] if mark.direction is None else mark.direction
-        step = length * direction / max(float(np.linalg.norm(direction)), 1e-300)
-        pulls = float(step @ normal[n]) > 0.1 * length
-        tail = centre[n] if pulls else centre[n] - step
-        arrows.append(Arrow(tail=tail, tip=tail + step, colour=COLOURS["load"]))
-    return arrows[::-1]  # the anchor's arrow last: it carries the label
-
-
-def _spread(points: FloatArray, start: FloatArray, most: int, apart: float) -> list[int]:
-    """Points far from each other, farthest first, the one nearest to ``start`` leading."""
+def spread_points(points: FloatArray, most: int, apart: float) -> list[int]:
+    """Points far from each other, farthest first, at least ``apart`` mm."""
+    start = points.mean(axis=0)
     chosen = [int(np.argmin(np.linalg.norm(points - start, axis=1)))]
     gap = np.linalg.norm(points - points[chosen[0]], axis=1)
     while len(chosen) < most and gap.max() > apart:

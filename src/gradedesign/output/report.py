@@ -43,6 +43,21 @@ _STATUS = {
     "failed": "FAILED",
 }
 
+#: What ended a run, after "because".
+_ENDED = {
+    "tight": "the accepted design uses a limit to 97 % or more",
+    "rounds": "its rounds were used up",
+    "time": "its time was used up",
+    "stuck": "the last round changed nothing",
+    "saturated": "no density of this lattice can hold a limit",
+    "solid": "the fully solid part breaks a limit",
+    "stop_after": "the case asks for no more",
+    "error": "of an error",
+}
+
+#: Stages that follow each other; others are parts of these.
+_STAGES = ("part", "solid", "round", "explicit", "acceptance", "density", "lattice", "output")
+
 _PICTURES = {
     "loads": "Supports and loads on the solid part",
     "density": "Relative density that sizing chose",
@@ -71,6 +86,7 @@ def render_report(result: Mapping[str, Any], pictures: Mapping[str, bytes], case
     """
     sections = [
         _verdict(result),
+        _run(result),
         _limits(result),
         _masses(result),
         _iterations(result),
@@ -99,6 +115,26 @@ def _verdict(result: Mapping[str, Any]) -> str:
         f'<div class="verdict {escape(status)}"><b>{_STATUS.get(status, escape(status))}'
         f"{lightest}</b><br>{escape(str(result['reason']))}</div>"
     )
+
+
+def _run(result: Mapping[str, Any]) -> str:
+    """How long the run took, what it was allowed, and what ended it."""
+    budget, timing = result.get("budget") or {}, result.get("timing_s") or {}
+    said = []
+    rounds = len(result.get("iterations") or ())
+    if rounds:
+        most = f" of {budget['max_rounds']} at most" if "max_rounds" in budget else ""
+        said.append(f"{rounds} round{'' if rounds == 1 else 's'}{most}")
+    if timing:
+        stages = [s for s in _STAGES if s in timing] or list(timing)
+        seconds = sum(timing[s] for s in stages)
+        if "round" not in timing:
+            seconds += timing.get("sizing", 0.0)
+        allowed = f" of {budget['time_s']:.0f} s" if "time_s" in budget else ""
+        said.append(f"{seconds:.0f} s{allowed}")
+    if ended := result.get("ended_by"):
+        said.append(f"ended because {_ENDED.get(ended, ended)}")
+    return f"<p>The run: {escape('; '.join(said))}.</p>" if said else ""
 
 
 def _limits(result: Mapping[str, Any]) -> str:
@@ -145,13 +181,14 @@ def _masses(result: Mapping[str, Any]) -> str:
 
 
 def _iterations(result: Mapping[str, Any]) -> str:
+    gaps = _gap_names(result)
     rows = [
         (
             str(it["round"]),
             f"{it['mass_g']:.4g}",
             f"{it['mean_density']:.3f}",
             f"{it['use']:.1%}",
-            " ".join(f"{g:+.1%}" for g in it["displacement_gap"]),
+            *(f"{gap:+.1%}" for gap in it["displacement_gap"]),
             percent(it["stress_gap"]),
             f"{it['stiffness_factor']:.3f}",
             f"{it['dofs'] / 1e6:.2f}",
@@ -170,13 +207,25 @@ def _iterations(result: Mapping[str, Any]) -> str:
         "mass g",
         "lattice density",
         "largest use",
-        "displacement gap",
+        *gaps,
         "stress gap",
         "stiffness factor",
         "M unknowns",
         "s",
     )
-    return "<h2>Rounds</h2>" + table(header, rows, numbers=set(range(9))) + note
+    return "<h2>Rounds</h2>" + table(header, rows, numbers=set(range(len(header)))) + note
+
+
+def _gap_names(result: Mapping[str, Any]) -> list[str]:
+    """Headers of the gaps of displacements: the limits with their load cases, where these fit."""
+    iterations = result.get("iterations") or ()
+    count = len(iterations[0]["displacement_gap"]) if iterations else 0
+    named = [
+        f"gap of {str(row['name']).removeprefix('displacement of ')} ({row['load_case']})"
+        for row in result["limits"]
+        if str(row["name"]).startswith("displacement of ")
+    ]
+    return named if len(named) == count else [f"displacement gap {n + 1}" for n in range(count)]
 
 
 def _acceptance(result: Mapping[str, Any]) -> str:

@@ -8,6 +8,12 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 
+#: From the part to the viewer, whichever way a scene is drawn, and pixels of a picture.
+VIEW = np.array([1.0, -1.35, 0.85])
+SIZE = (1200, 900)
+#: Share of the width that a colour bar takes.
+BAR_AREA = 0.14
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Layer:
@@ -39,16 +45,20 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Lines:
-    """Straight strokes ``(k, 2, 3)``, mm, such as a hatch."""
+    """Straight strokes ``(k, 2, 3)``, mm, such as a hatch.
+
+    With a ``radius`` in mm they are round bars that nothing hides, such as the arc of a moment.
+    """
 
     segments: FloatArray
     colour: str
     width: float = 2.0
+    radius: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Arrow:
-    """An arrow from ``tail`` to ``tip``, both ``(3,)`` mm."""
+    """An arrow from ``tail`` to ``tip``, both ``(3,)`` mm, that nothing hides."""
 
     tail: FloatArray
     tip: FloatArray
@@ -60,6 +70,14 @@ class Label:
     """A text at a point ``(3,)`` mm, never hidden by the part."""
 
     point: FloatArray
+    text: str
+    colour: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LegendEntry:
+    """What a colour stands for."""
+
     text: str
     colour: str
 
@@ -86,14 +104,52 @@ class Scene:
     arrows: tuple[Arrow, ...] = ()
     labels: tuple[Label, ...] = ()
     bar: ColourBar | None = None
+    legend: tuple[LegendEntry, ...] = ()
 
 
 def scene_box(scene: Scene) -> tuple[FloatArray, FloatArray]:
     """Lower and upper corner ``(3,)`` of everything drawn, mm."""
     pieces = [layer.vertices for layer in scene.layers if len(layer.vertices)]
     pieces += [np.stack([a.tail, a.tip]) for a in scene.arrows]
+    pieces += [bars.segments.reshape(-1, 3) for bars in scene.lines if bars.radius > 0]
     points = np.concatenate(pieces)
     return points.min(axis=0), points.max(axis=0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frame:
+    """How a scene lies in its picture.
+
+    Attributes
+    ----------
+    right, up, back : (3,) arrays
+        Unit vectors of the picture, and towards the viewer.
+    middle : (3,) array, mm
+        Shown at the picture's centre.
+    height : float, mm
+        Of the whole picture.
+    """
+
+    right: FloatArray
+    up: FloatArray
+    back: FloatArray
+    middle: FloatArray
+    height: float
+
+
+def frame_of(scene: Scene) -> Frame:
+    """Fit the scene's box between title, caption and bar."""
+    low, high = scene_box(scene)
+    back = VIEW / np.linalg.norm(VIEW)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1)
+    wide, tall = np.ptp(right @ corners), np.ptp(up @ corners)
+    area = 1.0 - (BAR_AREA if scene.bar else 0.0)
+    height = max(tall / 0.76, wide / (0.9 * area * SIZE[0] / SIZE[1]))
+    middle = 0.5 * (low + high) + right * (height * SIZE[0] / SIZE[1]) * 0.5 * (1 - area)
+    return Frame(right=right, up=up, back=back, middle=middle, height=float(height))
 
 
 def thinned(layer: Layer, most: int) -> Layer:

@@ -42,6 +42,7 @@ from gradedesign.sizing.responses import (
 )
 from gradedesign.sizing.stress_limit import density_for_stress, stress_use
 from gradedesign.sizing.uniform import size_uniform
+from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
@@ -115,7 +116,9 @@ def size(
     places = no_points(len(problem.displacement_limits))
     for iteration in range(max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
-        use, pointwise, stress, places = _evaluate(problem, rho, places)
+        with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
+            use, pointwise, stress, places = _evaluate(problem, rho, places)
+        report_step(f"new densities of iteration {iteration + 1}")
         worst = stress_use(problem.stress_limit, model, rho, stress)
         if problem.stress_limit is not None:
             allowance = _next_allowance(allowance, problem.target, worst)

@@ -27,6 +27,7 @@ from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import LATTICE, considered_at
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.windows import most_stressed_windows
+from gradedesign.workspace.progress import counted, stepping
 
 log = logging.getLogger(__name__)
 
@@ -95,13 +96,14 @@ def accept_whole(
 ) -> Acceptance:
     """Re-mesh and analyse the whole exported surface."""
     cube = explicit.mesh_size
-    meshed = tetrahedralize(
-        surface,
-        edge_length=EDGE_PER_CUBE * cube,
-        epsilon=ENVELOPE * cube,
-        time_limit_s=time_limit_s,
-        memory_limit_bytes=judged.case.run.memory,
-    )
+    with stepping("meshing the whole surface again"):
+        meshed = tetrahedralize(
+            surface,
+            edge_length=EDGE_PER_CUBE * cube,
+            epsilon=ENVELOPE * cube,
+            time_limit_s=time_limit_s,
+            memory_limit_bytes=judged.case.run.memory,
+        )
     mesh, _, _ = largest_pieces(meshed.mesh, keep=judged.bodies, max_share=0.01)
     result = analyse_printed_solid(
         mesh, judged, mesh_size=EDGE_PER_CUBE * cube, surface_tolerance=0.5 * cube
@@ -151,7 +153,7 @@ def accept_windows(
         )
     displacement = {s.name: s.displacement for s in explicit.solutions}
     results = []
-    for window in windows:
+    for window in counted(windows, "window", len(windows)):
         result = analyse_window(
             surface,
             window,

@@ -28,6 +28,7 @@ from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import considered_at, phase_at
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -122,6 +123,7 @@ def analyse_printed_solid(
     """
     start = time.perf_counter()
     material = judged.material
+    report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
     facets = found_regions(mesh, judged.regions, surface_tolerance)
     cases = case_loads(space, judged.case, judged.regions, facets)
@@ -130,6 +132,7 @@ def analyse_printed_solid(
     )
     vectors = [_load_vector(space, stiffness, material, case) for case in cases]
     solutions = solve_elastic(space, stiffness, vectors)
+    report_step("stress measures")
     points = centroids(mesh)
     phase = phase_at(judged.design, points)
     considered = considered_at(points, judged.clamped, judged.exclusion_radius)

@@ -21,6 +21,7 @@ from gradedesign.mesh.quality import TetReport, tet_report
 from gradedesign.mesh.sharpen import sharpen
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.workspace.progress import counted, report_step, stepping
 
 log = logging.getLogger(__name__)
 
@@ -140,7 +141,8 @@ def mesh_within_budget(
     LatticeError
         If the lattice falls apart on a finer grid as it does on a coarser one.
     """
-    volume = field_volume(design, fitted_cube(design, cube))
+    with stepping("volume of the lattice"):
+        volume = field_volume(design, fitted_cube(design, cube))
     fitting = fitting_cube(volume, memory_limit_bytes)
     refused: list[str] = []
 
@@ -235,9 +237,14 @@ def mesh_lattice(
     asked, cube = cube, fitted_cube(design, cube, fitting_cube(volume, memory_limit_bytes))
     lower, shape = grid_for(design, cube)
     field = lattice_field(design, band=3 * cube)
-    raw = sharpen(stuff(field, lower, shape, cube), design.part, body_field(design), cube)
-    mesh, dropped, share = _main_pieces(raw, bodies)
-    report = tet_report(mesh)
+    with stepping(f"meshing the lattice at {cube:.3g} mm"):
+        stuffed = stuff(field, lower, shape, cube)
+        report_step("sharp edges")
+        raw = sharpen(stuffed, design.part, body_field(design), cube)
+        report_step("loose pieces")
+        mesh, dropped, share = _main_pieces(raw, bodies)
+        report_step("quality")
+        report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
     return ExplicitMesh(
@@ -305,7 +312,7 @@ def field_volume(design: LatticeDesign, cube: float) -> float:
         lower[d] + step * (np.arange(VOLUME_SAMPLES * shape[d]) + 1 / np.sqrt(7)) for d in range(3)
     ]
     inside = 0
-    for x in axes[0]:
+    for x in counted(axes[0], "layer", len(axes[0])):
         grid = np.stack(np.meshgrid([x], axes[1], axes[2], indexing="ij"))
         inside += int(np.count_nonzero(field(grid) < 0))
     return inside * step**3

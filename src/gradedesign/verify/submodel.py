@@ -31,6 +31,7 @@ from gradedesign.verify.windows import (
     inside_cube,
     window_box,
 )
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -133,6 +134,7 @@ def analyse_window(
     SubmodelResult
     """
     lower, upper = window_box(window)
+    report_step("clipping")
     clipped = clip_surface(surface, lower, upper)
     envelope = ENVELOPE * cube
     meshed = tetrahedralize(
@@ -142,6 +144,7 @@ def analyse_window(
         time_limit_s=time_limit_s,
         memory_limit_bytes=int(memory_limit_bytes),
     )
+    report_step("driving nodes")
     mesh = _held_pieces(meshed.mesh, driving, lower, upper, 2 * envelope, cube)
     space = tet_space(mesh, 2)
     supports = _driven_supports(space, driving, displacement, lower, upper, envelope, cube)
@@ -151,6 +154,7 @@ def analyse_window(
         stiffness,
         [LoadVector(name="window", supports=supports, force=np.zeros(space.nodes.shape))],
     )[0]
+    report_step("comparing stress and energy")
     fine = gauss_field(space, stiffness, solution.displacement)
     coarse = _window_field(driving, displacement, material, lower, upper)
     force_gap = _force_gap(fine, coarse, lower, upper, cube)

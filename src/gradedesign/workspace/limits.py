@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -33,6 +34,19 @@ def address_space_peak_bytes() -> int:
     except OSError:
         return 0  # not Linux
     return next((1024 * int(x.split()[1]) for x in lines if x.startswith("VmPeak:")), 0)
+
+
+def resident_memory_bytes() -> int:
+    """Return the resident memory of this process and of those it started, in bytes.
+
+    A process that ends while it is asked counts as nothing.
+    """
+    own = psutil.Process()
+    total = int(own.memory_info().rss)
+    for child in own.children(recursive=True):
+        with suppress(psutil.Error):
+            total += int(child.memory_info().rss)
+    return total
 
 
 def available_memory_bytes() -> int:

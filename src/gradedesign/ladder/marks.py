@@ -1,0 +1,91 @@
+"""What the picture of the loading marks: regions of a case and what acts on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gradedesign.case.load_schema import LoadCaseSpec, LoadSpec
+from gradedesign.case.schema import Case
+from gradedesign.mesh.surface_mesh import corner_points
+from gradedesign.output.action_mark import ActionMark, Kind
+from gradedesign.output.region_mark import RegionMark, Role
+from gradedesign.part.part import Part
+from gradedesign.part.regions import Region
+
+
+def region_marks(case: Case, regions: Mapping[str, Region]) -> list[RegionMark]:
+    """Supports, loaded and kept regions; one that is several is drawn as the first of these."""
+    roles: dict[str, Role] = {fix.region: "support" for one in case.load_case for fix in one.fix}
+    for one in case.load_case:
+        for load in one.load:
+            roles.setdefault(load.region, "load")
+    kept = {keep.region for keep in case.keep}
+    for name in kept:
+        roles.setdefault(name, "kept")
+    return [
+        RegionMark(
+            name=f"{name}, kept solid" if name in kept and role != "kept" else name,
+            role=role,
+            corners=regions[name].corners,
+        )
+        for name, role in sorted(roles.items())
+    ]
+
+
+def action_marks(case: Case, part: Part) -> list[ActionMark]:
+    """Forces, pressures, moments, accelerations and prescribed displacements of all load cases."""
+    return [mark for spec in case.load_case for mark in _case_marks(spec, part)]
+
+
+def warming_note(case: Case) -> str:
+    """Changes of temperature, which no arrow shows."""
+    warmed = [
+        f"{spec.name} {spec.temperature_change:+g} K"
+        for spec in case.load_case
+        if spec.temperature_change
+    ]
+    return f"change of temperature: {', '.join(warmed)}" if warmed else ""
+
+
+def _case_marks(spec: LoadCaseSpec, part: Part) -> list[ActionMark]:
+    marks = [mark for load in spec.load for mark in _load_marks(spec.name, load, part)]
+    for fix in spec.fix:
+        moved = np.array([value or 0.0 for value in fix.displacement])
+        if moved.any():
+            corners = part.regions[fix.region].corners
+            text = f"{np.linalg.norm(moved):.4g} mm"
+            marks.append(_mark(spec.name, "displacement", text, moved, corners))
+    if any(spec.acceleration):
+        size = float(np.linalg.norm(spec.acceleration)) / 1e3
+        corners = corner_points(part.surface)
+        marks.append(
+            _mark(spec.name, "acceleration", f"{size:.4g} m/s^2", spec.acceleration, corners)
+        )
+    return marks
+
+
+def _load_marks(case: str, load: LoadSpec, part: Part) -> list[ActionMark]:
+    corners = part.regions[load.region].corners
+    marks = []
+    if load.force is not None and any(load.force):
+        size = float(np.linalg.norm(load.force))
+        marks.append(_mark(case, "force", f"{size:.4g} N", load.force, corners))
+    if load.pressure:
+        vector = (load.pressure, 0.0, 0.0)
+        marks.append(_mark(case, "pressure", f"{load.pressure:.4g} MPa", vector, corners))
+    if load.moment is not None and any(load.moment):
+        size = float(np.linalg.norm(load.moment)) / 1e3
+        marks.append(_mark(case, "moment", f"{size:.4g} N m", load.moment, corners))
+    return marks
+
+
+def _mark(case: str, kind: Kind, text: str, vector: object, corners: np.ndarray) -> ActionMark:
+    return ActionMark(
+        load_case=case,
+        kind=kind,
+        text=text,
+        vector=np.asarray(vector, dtype=np.float64),
+        corners=corners,
+    )

@@ -1,0 +1,117 @@
+"""Text and tables at 80 columns: nothing is cut, no word broken, columns stay aligned."""
+
+import pytest
+
+from gradedesign.cli import show
+from gradedesign.cli.layout import table_lines, wrapped
+from gradedesign.cli.run import print_verdict
+from gradedesign.ladder.result import RunResult
+from gradedesign.ladder.verdict import LimitRow
+
+WINDOWS = "explicit analysis times the ratio of 4 windows"
+ROWS = (
+    LimitRow(
+        name="displacement of lug_hole magnitude",
+        load_case="pull sideways",
+        value=0.1387,
+        limit=0.14,
+        unit="mm",
+        judged_by="explicit analysis",
+        resolution_error=-0.0123,
+    ),
+    LimitRow(
+        name="stress in lattice",
+        load_case="side",
+        value=1555.5,
+        limit=550.0,
+        unit="MPa",
+        judged_by=WINDOWS,
+    ),
+)
+WARNING = (
+    "a second mesh of 0.91 mm was refused: the mesh holds 12.3 mm^3 but its field 12.9 mm^3, a "
+    "difference of 4.7 %; see /a/rather/long/path/without/a/single/blank/that/fits/into/no/line/of"
+    "/eighty/columns.txt"
+)
+
+
+@pytest.fixture(autouse=True)
+def eighty(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+def result(**more):
+    return RunResult(
+        status="not_met",
+        lightest=False,
+        reason="stress in lattice (side) is 1556 MPa, 282.8% of the allowed 550 MPa, after 12 "
+        "rounds; a higher upper density, smaller cells, a skin, or more rounds would help",
+        limits=ROWS,
+        mass_g=81.23,
+        solid_mass_g=402.7,
+        relative_density=0.2017,
+        lattice_mass_g=60.1,
+        lattice_density=0.214,
+        warnings=(WARNING,),
+        files={str(n): f"some-file-{n}.vtu" for n in range(12)},
+        **more,
+    )
+
+
+def words_of(text):
+    return text.replace("\u00a0", " ").split()
+
+
+def test_a_result_fits_and_loses_no_word(capsys):
+    print_verdict(result())
+    printed = capsys.readouterr().out
+    long = max(words_of(WARNING), key=len)
+    for line in printed.splitlines():
+        assert len(line) <= 80 or long in line, line
+    assert words_of(result().reason) == words_of(printed)[1 : 1 + len(words_of(result().reason))]
+    for word in (*words_of(WARNING), *(f"some-file-{n}.vtu" for n in range(11)), "lug_hole"):
+        assert word.rstrip(",") in printed, word
+    assert WINDOWS in printed
+    assert "BROKEN" in printed
+
+
+def test_the_columns_of_limits_stay_aligned(capsys):
+    show.print_limits(ROWS)
+    lines = capsys.readouterr().out.splitlines()
+    header = next(line for line in lines if "load case" in line)
+    starts = [header.index(name) for name in ("limit", "load case")]
+    body = lines[lines.index(header) + 1 : -2]
+    for start in starts[1:]:
+        assert {line[start - 1 : start] for line in body} <= {" ", ""}
+    for unit in ("0.1387 mm", "0.14 mm", "1556 MPa", "550 MPa"):
+        assert sum(unit in line for line in body) == 1  # a number stays with its unit
+    assert any("+0.9%" in line for line in body)
+    assert lines[-1] == f"  [2] {WINDOWS}"
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 100])
+def test_a_table_is_never_wider_than_asked(width):
+    rows = [("a word or two about it", "0.5 mm", "12"), ("short", "-", "1234.5")]
+    lines = table_lines(("what it is about", "value of it", "n"), rows, width=width)
+    assert max(map(len, lines)) <= width
+    assert " ".join(lines).split().count("about") == 2
+    ends = {len(line.rstrip()) for line in lines if line.rstrip().endswith(("12", "1234.5"))}
+    assert len(ends) == 1  # numbers stand right
+
+
+def test_a_table_that_fits_nowhere_becomes_blocks():
+    rows = [("a-rather-long-name-of-a-thing", "another-one-that-is-as-long"), ("b", "c")]
+    lines = table_lines(("first", "second"), rows, width=40)
+    assert lines == [
+        "  first   a-rather-long-name-of-a-thing",
+        "  second  another-one-that-is-as-long",
+        "",
+        "  first   b",
+        "  second  c",
+    ]
+
+
+def test_a_unit_stays_with_its_number():
+    for width in range(20, 40):
+        for line in wrapped("found 12 MPa beside 3.5 mm and 7 % more", width=width):
+            assert not line.endswith(("12", "3.5", "7"))
