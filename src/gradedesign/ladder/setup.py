@@ -9,7 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, SolverError
@@ -17,29 +17,28 @@ from gradedesign.fe.element_points import element_points
 from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
+from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
 from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
-from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.locate import locating
-from gradedesign.ladder.placed_map import lattice_points, placed_map
-from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
+from gradedesign.ladder.resolved_case import resolve_case
 from gradedesign.ladder.solid_share import solid_share
 from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
-from gradedesign.part.part import Part, read_part
+from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
     box_part_mesh,
     check_region_area,
     mesh_part,
     region_facets,
 )
-from gradedesign.part.signed_distance import region_distance, surface_distance
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.part.signed_distance import region_distance
+from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
@@ -112,17 +111,10 @@ class Setup:
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
-    with locating(case, "material.name"):
-        material = resolve_material(case.material, registry)
-    with locating(case, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    parameters = cell_parameters(case, family)
-    # Reading comes before what may take a minute: a damaged file is found at once.
-    with locating(case, "part.file"):
-        part = read_part(case, {s: r.read for r in registry.readers.values() for s in r.suffixes})
-    with locating(case, "lattice.cell"):
-        calibration = calibrate(family, parameters)
-    require_one_thickness(case, family)
+    known = resolve_case(case, registry)
+    material, family, parameters = known.material, known.family, known.parameters
+    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
+    calibration = known.calibration
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
@@ -132,12 +124,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    distance = surface_distance(part.surface)
-    kept = tuple(
-        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-        for k in case.keep
-    )
-    layout = placed_layout(case, part, distance, kept)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
@@ -197,7 +183,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         kept=kept,
         layout=layout,
         warnings=(
-            *(*case.warnings, *part.report.warnings, *law_warnings, *warnings),
+            *(*known.warnings, *law_warnings, *warnings),
             *layout_warnings(layout, law.name),
             *(() if table is None else spread_warnings(table)),
         ),
@@ -256,22 +242,6 @@ def with_walls(
     if kept:
         fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
     return replace(model, walls=walls, fill=fill)
-
-
-def placed_layout(
-    case: Case, part: Part, distance: Field, kept: tuple[KeptRegion, ...]
-) -> CellLayout:
-    """The map of a case with the cells that it makes.
-
-    Raises
-    ------
-    CaseError, LatticeError
-        If the map is impossible, folds in the lattice, or cannot be used there.
-    """
-    cell_map = placed_map(case, part, distance)
-    with locating(case, "lattice.cell_map"):
-        places = lattice_points(part, distance, case.lattice.skin, kept)
-        return cell_layout(cell_map, places, case.lattice.edges)
 
 
 def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:
