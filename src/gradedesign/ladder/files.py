@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average, von_mises
@@ -35,6 +36,7 @@ from gradedesign.output.region_mark import RegionMark
 from gradedesign.output.report import render_report
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
+from gradedesign.part.part import Part
 from gradedesign.verify.explicit import governing_measure
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -141,20 +143,23 @@ def iteration_log(result: RunResult) -> str:
 def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:
     files["loads"] = "loads.png"
     warnings = picture_loads(
-        out.path_of("loads.png"), setup.part.surface, region_marks(setup), title="Loading"
+        out.path_of("loads.png"),
+        setup.part.surface,
+        region_marks(setup.case, setup.part),
+        title="Loading",
     )
     _adopt_drawn(out, files, "loads")
     return warnings
 
 
-def region_marks(setup: Setup) -> list[RegionMark]:
+def region_marks(case: Case, part: Part) -> list[RegionMark]:
     """Supports, loads and kept regions as the picture names them."""
     marks = []
-    regions = setup.part.regions
-    held = dict.fromkeys(f.region for spec in setup.case.load_case for f in spec.fix)
+    regions = part.regions
+    held = dict.fromkeys(f.region for spec in case.load_case for f in spec.fix)
     for name in held:
         marks.append(RegionMark(name=name, role="support", corners=regions[name].corners))
-    for spec in setup.case.load_case:
+    for spec in case.load_case:
         for load in spec.load:
             direction, text = None, ""
             if load.force is not None:
@@ -172,7 +177,7 @@ def region_marks(setup: Setup) -> list[RegionMark]:
                 )
             )
     shown = set(held) | {m.name for m in marks}
-    for keep in setup.case.keep:
+    for keep in case.keep:
         if keep.region not in shown:
             marks.append(
                 RegionMark(name=keep.region, role="kept", corners=regions[keep.region].corners)
