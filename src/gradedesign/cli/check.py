@@ -157,7 +157,8 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
     if thick.thickness:
         told = zip(thick.shares, thick.thickness, thick.cells, strict=True)
         yield "thickness of the part: " + ", ".join(
-            f"{share} % below {value:.3g} mm ({cells:.2g} cells)" for share, value, cells in told
+            f"{share} % of it up to {value:.3g} mm ({cells:.2g} cells)"
+            for share, value, cells in told
         )
     yield f"density window: {low:.3g} to {high:.3g}"
     if not plan.voxels:

@@ -120,7 +120,7 @@ def _few_cells(known: ResolvedCase, thickness: Thickness) -> tuple[str, ...]:
     if median >= FEW_CELLS:
         return ()
     return (
-        f"half of the part is thinner than {median:.2g} cells "
-        f"({median * known.layout.least:.3g} mm), but laws describe an endless lattice: free "
-        f'faces make so few cells softer; smaller cells or [lattice] finite_size = "walls" help',
+        f"half of the part is no thicker than {median * known.layout.least:.3g} mm, {median:.2g} "
+        f"times its cells, but laws describe an endless lattice: free faces make so few cells "
+        f'softer; smaller cells or [lattice] finite_size = "walls" help',
     )
