@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
 from gradedesign.cell.map_report import volume_points
 from gradedesign.errors import CaseError, ResourceError
@@ -70,13 +71,17 @@ def require_cells_fit(case: Case, part: Part) -> None:
 
 
 def require_lattice_left(
-    case: Case, places: FloatArray, part: Part, distance: Field, kept: Sequence[KeptRegion]
+    case: Case | GenerateCase,
+    places: FloatArray,
+    part: Part,
+    distance: Field,
+    kept: Sequence[KeptRegion],
 ) -> None:
     """Refuse a skin and solid regions that leave no place for a lattice.
 
     Parameters
     ----------
-    case : Case
+    case : Case or GenerateCase
     places : (3, n) array, mm
         Where the part is lattice.
     part : Part
