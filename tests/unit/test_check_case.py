@@ -126,7 +126,12 @@ REFUSED = {
         (("[limits]", KEEP.format("500 mm") + "[limits]"),),
         CaseError, ["keep[0].margin", "found 500 mm", "region 'root'", "would stay solid"],
     ),
-    # At the middle of the box the skin is 6 mm deep: a box case is refused by its edges already.
+    "heated walls": (
+        (("density = [", 'finite_size = "walls"\ndensity = ['),
+         ("fix = [", 'temperature_change = "50 K"\nfix = ['),
+         ("density = \"5", 'thermal_expansion = "9e-6 1/K"\ndensity = "5')),
+        CaseError, ["lattice.finite_size", "temperature change of load case 'pull'"],
+    ),
     "rigid motions": (
         (('fix = [{region = "root"}]', 'fix = [{region = "root", components = "xy"}]'),),
         CaseError, ["load_case[0].fix", "free to translate along z"],

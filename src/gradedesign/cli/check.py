@@ -20,6 +20,7 @@ from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.stages import default_folder
 from gradedesign.output.pictures import picture_loads
 
+PICTURE = "loads.png"
 #: Groups of cylinders that are printed; ``--json`` has all.
 _MOST_HOLES = 12
 #: Points of one group that are printed.
@@ -43,6 +44,7 @@ def check(
     drawn = None
     if picture:
         drawn = picture_path(found) if output is None else output
+        drawn = drawn / PICTURE if drawn.is_dir() else drawn
         warnings += draw_loads(found, drawn)
     if as_json:
         print_json(check_data(found, drawn, warnings))
@@ -57,7 +59,7 @@ def check(
 def picture_path(found: CaseCheck) -> Path:
     """Where the picture goes: beside the run folder, which it must not disturb."""
     folder = default_folder(found.known.case)
-    return folder.with_name(f"{folder.name}-check") / "loads.png"
+    return folder.with_name(f"{folder.name}-check") / PICTURE
 
 
 def draw_loads(found: CaseCheck, path: Path) -> tuple[str, ...]:

@@ -9,6 +9,8 @@ import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.ladder.predicted_cost import (
+    DOFS_PER_TET,
+    TETS_PER_SOLID_CUBE,
     CostPrediction,
     RunWork,
     mesher_seconds,
@@ -19,9 +21,6 @@ from gradedesign.ladder.predicted_part_mesh import predicted_part_dofs
 from gradedesign.ladder.resolved_case import ResolvedCase
 from gradedesign.verify.windows import MARGIN
 
-#: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
-#: three cubes thick: measured 13.8 and 5.0 on the case mini.
-TETS_PER_SOLID_CUBE, DOFS_PER_TET = 14.0, 5.1
 #: Before any analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
 #: Where the acceptance is left open, the whole lattice is meshed again if that is predicted to

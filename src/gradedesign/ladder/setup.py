@@ -210,18 +210,12 @@ def with_walls(
     Raises
     ------
     CaseError
-        As `wall_factors`; also for a change of temperature.
+        As `wall_factors`.
     """
 
     def everywhere(points: FloatArray) -> FloatArray:
         return np.full(np.shape(points)[1:], -np.inf)
 
-    heated = [one.name for one in model.cases if one.temperature_change]
-    if heated:
-        raise CaseError(
-            f"found walls beside the temperature change of load case '{heated[0]}'; thermal forces "
-            f"of walls of few cells are not computed yet: leave finite_size out"
-        )
     mesh = model.space.mesh
     walls = wall_factors(
         case,
