@@ -1,4 +1,4 @@
-"""What a part tells without a mesh: its cylinders, its thickness, its centroid, its free motions."""
+"""What a part tells without a mesh: cylinders, thickness, centroid, free motions."""
 
 import tomllib
 from pathlib import Path
@@ -60,7 +60,7 @@ def bracket():
 def test_the_holes_of_the_bracket_are_found_with_their_selectors(bracket):
     _, part = bracket
     groups = cylinder_groups(part.faces)
-    # Bolts of 9 mm in spot faces of 16 mm, the lug of 12 mm in an eye of 24 mm, a rounding of 12 mm.
+    # Bolts of 9 mm in spot faces of 16 mm, the lug's 12 mm, an inner rounding, the eye of the lug.
     assert [(g.concave, round(g.diameter), g.axis_name, g.count) for g in groups] == [
         (True, 9, "z", 4),
         (True, 12, "y", 1),
@@ -97,7 +97,7 @@ def test_thickness_is_the_shortest_chord():
 
 def test_the_centroid_is_that_of_the_volume():
     box = box_surface((10.0, 4.0, 2.0))
-    moved = SurfaceMesh(vertices=box.vertices + [100.0, 0.0, -7.0], faces=box.faces)
+    moved = SurfaceMesh(vertices=box.vertices + np.array([100.0, 0.0, -7.0]), faces=box.faces)
     assert enclosed_centroid(moved) == pytest.approx([105.0, 2.0, -6.0])
 
 
@@ -116,7 +116,7 @@ def test_a_body_that_nothing_holds_is_refused_without_a_mesh(tmp_path):
     write_stl(
         tmp_path / "two.stl",
         SurfaceMesh(
-            vertices=np.concatenate([box.vertices, box.vertices + [20.0, 0.0, 0.0]]),
+            vertices=np.concatenate([box.vertices, box.vertices + np.array([20.0, 0.0, 0.0])]),
             faces=np.concatenate([box.faces, box.faces + len(box.vertices)]),
         ),
     )
@@ -124,9 +124,7 @@ def test_a_body_that_nothing_holds_is_refused_without_a_mesh(tmp_path):
     case = load_case(tmp_path)
     with pytest.raises(CaseError, match=r"load_case\[0\]\.fix.*of body 2: without any support"):
         require_supported(case, read_part(case, {".stl": read_stl}))
-    held = BODIES.replace(
-        'fix = [{region = "root"}]', 'fix = [{region = "root"}, {region = "other"}]'
-    )
+    held = BODIES.replace('{region = "root"}]', '{region = "root"}, {region = "other"}]')
     (tmp_path / "case.toml").write_text(held, encoding="utf-8")
     case = load_case(tmp_path)
     require_supported(case, read_part(case, {".stl": read_stl}))
