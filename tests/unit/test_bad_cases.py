@@ -101,7 +101,7 @@ WRONG = [
     ('["stl"]', '["stl", 3]', ["found 3; expected the name of a format"]),
     ('["stl"]', '["stl", "stl"]', ["twice"]),
     # row 42: units and dimensions
-    ('"200 GPa"', '"200"', ["without a unit", 'such as "50 MPa"']),
+    ('"200 GPa"', '"200"', ["without a unit", 'for instance "200 MPa"']),
     ('"200 GPa"', "200", ["without a unit", '"200 MPa"']),
     ('"-50 N"', '"-50 mm"', ["entry 3", "which is a length", "expected a force"]),
     ('"8 GB"', '"8 min"', ["which is a time", "expected an amount of memory"]),
@@ -139,10 +139,26 @@ WRONG = [
     ('stress = "50 MPa"', 'stress = "50 MPa"\npercentile = 50', []),
     ('stress = "50 MPa"', "safety_factor = 2", ["yield_strength"]),
     ('stress = "50 MPa"', "safety_factor = 0.5", ["at least 1"]),
-    ('memory = "8 GB"', 'memory = "8 kB"', ["at least 1e+08"]),
+    ('memory = "8 GB"', 'memory = "8 kB"', ["at least 0.1 GB"]),
     ('memory = "8 GB"', "max_rounds = 0", ["at least 1"]),
     ('memory = "8 GB"', "mesh_cubes_per_wall = 0.5", ["at least 1"]),
-    ('memory = "8 GB"', 'time = "0 s"', ["above 0"]),
+    ('memory = "8 GB"', 'time = "0 s"', ["at least 1 s"]),
+    # slips of the keyboard or of the unit: nothing that is built has such a value
+    ('"-50 N"', '"1e300 N"', ["entry 3", "force between 1e-12 N and 1e+12 N", "unit right?"]),
+    ('"-50 N"', "1200", ['for instance "1200 N"', "which unit is it? N, mN, kN"]),
+    ('size = "8 mm"', 'size = "1 km"', ["unknown unit"]),
+    ('size = "8 mm"', 'size = "1000 m"', ["at least 1 um and at most 100000 mm"]),
+    ('size = "8 mm"', 'size = "1e-6 mm"', ["at least 1 um and at most 100000 mm"]),
+    ('mesh_size = "4 mm"', 'mesh_size = "1e300 mm"', ["a length between", "unit right?"]),
+    ('["60 mm",', '["1e300 mm",', ["entry 1", "a length between", "unit right?"]),
+    ('["60 mm",', '["1e-4 mm",', ["entry 1", "at least 0.001 mm"]),
+    (
+        'plane = "x = min"',
+        'cylinder = {radius = "4 mm"}',
+        ["by its diameter", 'write diameter = "8 mm"'],
+    ),
+    ('plane = "x = min"', "cylinder = {raduis = 4}", ["raduis", "by its diameter"]),
+    ('memory = "8 GB"', 'time = "1 ms"', ["a time of at least 1 s"]),
     # names
     (
         '{region = "tip", force',

@@ -119,10 +119,14 @@ def test_json_is_the_result(cli, here):
 def test_check_says_what_a_run_would_do(cli, here):
     ended = cli("check", CASES / "mini")
     assert ended.code == 0
-    assert "the part holds 3456 mm^3" in ended.out
+    assert "24 x 12 x 12 mm, 3456 mm^3" in ended.out
     assert "free rigid motions: none" in ended.out
-    assert list(here.iterdir()) == []
-    data = json.loads(cli("check", CASES / "mini", "--json").out)
+    assert [p for p in here.rglob("*") if p.is_file()] == [here / "runs/mini-check/loads.png"]
+    # The folder of a run is not touched: the run itself would refuse what it does not know.
+    assert not (here / "runs" / "mini").exists()
+    data = json.loads(cli("check", CASES / "mini", "--json", "-o", here / "mine.png").out)
+    assert data["picture"] == str(here / "mine.png")
+    assert (here / "mine.png").is_file()
     # The box of 24 x 12 x 12 mm: its end faces.
     assert [(r["name"], r["area_mm2"]) for r in data["regions"]] == [
         ("root", pytest.approx(144.0)),
@@ -151,8 +155,19 @@ def test_a_list_computes_nothing(cli, here, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(here))
     monkeypatch.setattr(list_module, "calibrate", None)
     families = json.loads(cli("cells", "--json").out)
-    assert {f["density_window"] for f in families} == {None}
-    assert "'gradedesign cells NAME'" in cli("cells").out
+    known = {f["name"]: f for f in families}
+    # Its shipped table covers less than the densities at which the cell exists.
+    gyroid = known["gyroid-sheet"]
+    table = next(k for k in gyroid["laws"] if k["name"] == "gyroid-sheet-computed")
+    assert gyroid["density_window"] == table["window"]
+    assert gyroid["density_window_of"] == "law"
+    assert known["random-spheres"]["density_window"] is None
+    assert {f["density_window_of"] for f in families} == {"law", None}
+    listed = cli("cells").out
+    row = next(line for line in listed.splitlines() if "gyroid-sheet " in line)
+    assert f"{table['window'][0]:.3f} to {table['window'][1]:.3f} *" in row
+    assert "the cell itself may reach further" in listed
+    assert "'gradedesign cells NAME'" in listed
 
 
 def test_a_window_is_calibrated_once(here, monkeypatch):

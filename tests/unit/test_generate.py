@@ -148,6 +148,12 @@ REFUSED = {
         'density = 0.3\n[lattice.transition]\ncell = "bbc"\nweight = "0.5"', CaseError, "bcc",
     ),
     "unknown cell": ("density = 0.3", CaseError, "gyroid"),
+    "nothing but solid": (
+        'density = 0.3\n[[keep]]\nregion = "root"\nmargin = "500 mm"\n'
+        '[region.root]\nplane = "x = min"',
+        CaseError,
+        r"keep\[0\]\.margin: found 500 mm, but no place of the part is farther than",
+    ),
     "thin wall": (
         'density = 0.05\n[print]\nmin_wall = "0.8 mm"', CaseError, "min_wall need at least",
     ),

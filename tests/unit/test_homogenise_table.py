@@ -78,7 +78,7 @@ def test_density_below_the_percolation_floor_is_refused() -> None:
 
 def test_a_wall_of_two_voxels_is_refused() -> None:
     # gyroid sheet at 0.1: area 3.09 per cell, so a mean wall of 0.032, 0.0287 where thinnest.
-    with pytest.raises(DensityError, match=r"0\.92 voxels .* take resolution 105"):
+    with pytest.raises(DensityError, match=r"0\.92 voxels .* take resolution 108"):
         require_resolved(SHEET, None, 0.1, 32)
     with pytest.raises(DensityError, match="voxels across its thinnest wall"):
         cell_properties(SHEET, None, 0.1, resolution=32)

@@ -101,7 +101,7 @@ def test_a_part_that_reaches_the_axis_of_its_map_is_refused():
 
 
 def test_no_points_or_wrong_weights_are_refused():
-    with pytest.raises(LatticeError, match="0 points"):
+    with pytest.raises(LatticeError, match="no place of the part is left"):
         map_report(uniform_map(4.0), np.zeros((3, 0)))
     with pytest.raises(LatticeError, match="weights of shape"):
         map_report(uniform_map(4.0), POINTS, weights=np.ones(3))

@@ -26,6 +26,9 @@ from gradedesign.case.value_types import (
     Vector,
 )
 
+#: Edges of a cell, mm: from what the finest printers draw to what fills a room.
+CELL_SPAN = (1e-3, 1e5)
+
 
 class CellSize(Reader):
     """One length, a range, or the three edges of the cell."""
@@ -34,7 +37,7 @@ class CellSize(Reader):
 
     def read(self, value: object) -> tuple[float, ...]:
         """Convert ``"8 mm"``, ``["40 mm", "50 mm"]`` or ``["8 mm", "8 mm", "12 mm"]``."""
-        reader = Quantity("length", above=0.0)
+        reader = Quantity("length", at_least=CELL_SPAN[0], at_most=CELL_SPAN[1])
         if not isinstance(value, list):
             return (reader.read(value),)
         if len(value) not in (2, 3):

@@ -13,6 +13,8 @@ from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import Choice, Refused, Size, Triple, Vector
 
 UNITS = ("mm", "cm", "m", "inch")
+#: Edges of a box shorter than this are no part, mm.
+_LEAST_EDGE = 1e-3
 
 
 class ShapeSpec(Table):
@@ -47,6 +49,11 @@ class ShapeSpec(Table):
         for i, edge in enumerate(value or ()):
             if edge <= 0.0:
                 raise Refused(f"entry {i + 1}: found {edge:g} mm; expected more than 0 mm")
+            if edge < _LEAST_EDGE:
+                raise Refused(
+                    f"entry {i + 1}: found {edge:g} mm; expected at least {_LEAST_EDGE:g} mm; is "
+                    f"its unit right?"
+                )
         return value
 
     @model_validator(mode="after")

@@ -99,19 +99,22 @@ def _kind(wanted: Dimension) -> str:
 
 def _not_text(value: object, wanted: Dimension) -> str:
     if isinstance(value, int | float) and not isinstance(value, bool):
-        unit = wanted.example.split(" ", 1)[-1]
-        number = shown(value)
-        hint = f', for instance "{number} {unit}"' if len(number) <= 20 else ""
-        return (
-            f"found {number} without a unit; expected {wanted.phrase} in quotes with its unit{hint}"
-        )
+        return f"found {shown(value)} without a unit; {_with_unit(shown(value), wanted)}"
     return f"found {shown(value)}; expected {wanted.phrase} such as {shown(wanted.example)}"
+
+
+def _with_unit(number: str, wanted: Dimension) -> str:
+    """Ask for the unit of a bare number: which one is meant, only the user knows."""
+    hint = f', for instance "{number} {wanted.unit}"' if len(number) <= 20 and wanted.unit else ""
+    units = listed(unit for unit in wanted.units if unit)
+    choice = f"; which unit is it? {units}" if units else ""
+    return f"expected {wanted.phrase} in quotes with its unit{hint}{choice}"
 
 
 def _wrong_unit(text: str, unit: str, wanted: Dimension) -> str:
     expected = f"expected {wanted.phrase} such as {shown(wanted.example)}"
     if unit == "":
-        return f"found {shown(text)} without a unit; {expected}"
+        return f"found {shown(text)} without a unit; {_with_unit(text.strip(), wanted)}"
     other = next((d for d in DIMENSIONS.values() if unit in d.units), None)
     if other is not None:
         return f"found {shown(text)}, which is {other.phrase}; {expected}"

@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, WithJsonSchema, model_validator
 
-from gradedesign.case.suggest import instead, shown
+from gradedesign.case.quantity import parse_quantity
+from gradedesign.case.suggest import instead, nearest, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
@@ -30,10 +31,12 @@ from gradedesign.case.value_types import (
     Whole,
     three,
 )
+from gradedesign.errors import CaseError
 
 AXES = ("x", "y", "z")
 _PLANE_TEXT = re.compile(r"\s*(?P<axis>\w+)\s*=\s*(?P<position>\S[^\n]*?)\s*")
 _PLANE_EXAMPLE = 'plane = "x = min", plane = "z = 12 mm" or plane = {point = [...], normal = [...]}'
+_RADIUS = ("radius", "diameter", "axis", "point")
 _SELECTING = ("plane", "box", "cylinder", "facing", "nearest", "inside", "any", "all", "not")
 
 
@@ -148,6 +151,18 @@ class CylinderSpec(Table):
     point: Point | None = None
     """A point on the axis, mm."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _not_the_radius(cls, value: Any) -> Any:
+        for key in value if isinstance(value, dict) else ():
+            if key not in cls.model_fields and (key == "r" or nearest(key, _RADIUS) == "radius"):
+                raise key_error(
+                    key,
+                    f"a cylinder is found by its diameter, twice the radius; write "
+                    f"{_diameter_words(value[key])} instead",
+                )
+        return value
+
 
 _AnyPlane: TypeAlias = Annotated[
     PlaneSpec,
@@ -218,6 +233,14 @@ class RegionSpec(Table):
         if "area_tolerance" in given and self.area is None:
             raise key_error("area_tolerance", "has no meaning without area")
         return self
+
+
+def _diameter_words(radius: object) -> str:
+    """The key ``diameter`` for a radius that was written, where that can be read."""
+    try:
+        return f'diameter = "{2 * parse_quantity(radius, "length"):g} mm"'
+    except CaseError:
+        return 'diameter = "8 mm", say,'
 
 
 def direction_vector(direction: str) -> Triple:

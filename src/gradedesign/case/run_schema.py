@@ -63,7 +63,7 @@ class RunSpec(Table):
     memory: Annotated[int, _Memory()] = 8_000_000_000
     """Bytes that the mesher's process, a predicted mesh, and a density map with its grid may take;
     linear solvers ask what the machine has left."""
-    time: Annotated[float, Quantity("time", above=0.0)] = 3600.0
+    time: Annotated[float, Quantity("time", at_least=1.0)] = 3600.0
     """Budget in seconds."""
     acceptance: Annotated[str, Choice(("auto", "whole", "windows"))] = "auto"
     """Whether the whole lattice or its most stressed windows are meshed again for the verdict."""

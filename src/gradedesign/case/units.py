@@ -25,16 +25,40 @@ class Dimension:
         A value that parses.
     units : mapping of str to float
         Spelling to the factor that converts to the internal unit.
+    least, most : float
+        Magnitudes, in the internal unit, between which a value other than zero can be meant.
     """
 
     phrase: str
     example: str
     units: Mapping[str, float]
+    least: float
+    most: float
+
+    @property
+    def unit(self) -> str:
+        """The unit that messages show: the first one."""
+        return next(iter(self.units))
+
+    def words(self, value: float) -> str:
+        """A value of the internal unit in the unit that messages show, or a smaller one."""
+        unit = self.unit
+        if 0.0 < abs(value) < 0.1 * self.units[unit]:
+            unit = next((u for u, factor in self.units.items() if abs(value) >= factor), unit)
+        return f"{value / self.units[unit]:g} {unit}".rstrip()
 
 
-def _dimension(phrase: str, example: str, **groups: Mapping[str, float]) -> Dimension:
+def _dimension(
+    phrase: str, example: str, span: tuple[float, float], **groups: Mapping[str, float]
+) -> Dimension:
     merged = {unit: factor for group in groups.values() for unit, factor in group.items()}
-    return Dimension(phrase=phrase, example=example, units=MappingProxyType(merged))
+    return Dimension(
+        phrase=phrase,
+        example=example,
+        units=MappingProxyType(merged),
+        least=span[0],
+        most=span[1],
+    )
 
 
 _LENGTH = {
@@ -111,28 +135,44 @@ _MEMORY = {
     "TiB": 2.0**40,
 }
 
-#: Name of a dimension to its record. The first unit listed is the one messages show.
+#: Name of a dimension to its record. The first unit listed is the one messages show. The spans are
+#: wide: from atoms to bridges, so that only a slip of the keyboard or of the unit falls outside.
 DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
     {
-        "length": _dimension("a length", "12 mm", a=_LENGTH),
+        "length": _dimension("a length", "12 mm", (1e-9, 1e6), a=_LENGTH),
         "area": _dimension(
             "an area",
             "600 mm^2",
+            (1e-12, 1e12),
             a={"mm^2": 1.0, "cm^2": 100.0, "m^2": 1e6, "in^2": _INCH**2, "inch^2": _INCH**2},
         ),
-        "force": _dimension("a force", "5 kN", a=_FORCE),
-        "pressure": _dimension("a pressure or stress", "50 MPa", a=_PRESSURE),
-        "stress": _dimension("a pressure or stress", "50 MPa", a=_PRESSURE),
-        "density": _dimension("a mass density", "4.43 g/cm^3", a=_DENSITY),
+        "force": _dimension("a force", "5 kN", (1e-12, 1e12), a=_FORCE),
+        "pressure": _dimension("a pressure or stress", "50 MPa", (1e-12, 1e9), a=_PRESSURE),
+        "stress": _dimension("a pressure or stress", "50 MPa", (1e-12, 1e9), a=_PRESSURE),
+        "density": _dimension("a mass density", "4.43 g/cm^3", (1e-15, 1e-3), a=_DENSITY),
         "acceleration": _dimension(
-            "an acceleration", "9.81 m/s^2", a={"m/s^2": 1e3, "mm/s^2": 1.0, "g": _GRAVITY}
+            "an acceleration",
+            "9.81 m/s^2",
+            (1e-9, 1e12),
+            a={"m/s^2": 1e3, "mm/s^2": 1.0, "g": _GRAVITY},
         ),
-        "temperature": _dimension("a temperature change", "60 K", a={"K": 1.0, "degC": 1.0}),
-        "thermal_expansion": _dimension("a thermal expansion", "8.6e-6 1/K", a=_EXPANSION),
-        "time": _dimension("a time", "20 min", a={"min": 60.0, "s": 1.0, "ms": 1e-3, "h": 3600.0}),
-        "memory": _dimension("an amount of memory", "8 GB", a=_MEMORY),
-        "angle": _dimension("an angle", "15 deg", a={"deg": 1.0, "rad": 180.0 / math.pi}),
-        "moment": _dimension("a moment", "20 N*m", a=_MOMENT),
-        "number": _dimension("a plain number", "0.3", a={"": 1.0, "%": 0.01}),
+        "temperature": _dimension(
+            "a temperature change", "60 K", (1e-9, 1e4), a={"K": 1.0, "degC": 1.0}
+        ),
+        "thermal_expansion": _dimension(
+            "a thermal expansion", "8.6e-6 1/K", (1e-12, 1e-2), a=_EXPANSION
+        ),
+        "time": _dimension(
+            "a time",
+            "20 min",
+            (1e-6, 1e9),
+            a={"min": 60.0, "s": 1.0, "ms": 1e-3, "h": 3600.0},
+        ),
+        "memory": _dimension("an amount of memory", "8 GB", (1.0, 1e15), a=_MEMORY),
+        "angle": _dimension(
+            "an angle", "15 deg", (1e-12, 1e5), a={"deg": 1.0, "rad": 180.0 / math.pi}
+        ),
+        "moment": _dimension("a moment", "20 N*m", (1e-12, 1e15), a=_MOMENT),
+        "number": _dimension("a plain number", "0.3", (1e-12, 1e12), a={"": 1.0, "%": 0.01}),
     }
 )

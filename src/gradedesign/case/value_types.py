@@ -52,14 +52,32 @@ class Quantity(Reader):
     dimension: str
     above: float | None = None
     at_least: float | None = None
+    at_most: float | None = None
 
     def read(self, value: object) -> float:
-        """Convert ``"5 kN"`` to 5000.0."""
+        """Convert ``"5 kN"`` to 5000.0; what no part, load or material has is refused."""
         try:
             number = parse_quantity(value, self.dimension)
         except CaseError as error:
             raise Refused(str(error)) from None
-        check_range(number, shown(value), above=self.above, at_least=self.at_least)
+        wanted = DIMENSIONS[self.dimension]
+        below = f"above {wanted.words(0.0)}" if self.above == 0.0 else ""
+        if self.at_least is not None:
+            below = f"of at least {wanted.words(self.at_least)}"
+        small = (self.above is not None and not number > self.above) or (
+            self.at_least is not None and number < self.at_least
+        )
+        large = self.at_most is not None and number > self.at_most
+        if small or large:
+            top = "" if self.at_most is None else f"at most {wanted.words(self.at_most)}"
+            span = " and ".join(words for words in (below, top) if words)
+            raise Refused(f"found {shown(value)}; expected {wanted.phrase} {span}")
+        if number != 0.0 and not wanted.least <= abs(number) <= wanted.most:
+            raise Refused(
+                f"found {shown(value)}; expected {wanted.phrase} between "
+                f"{wanted.words(wanted.least)} and {wanted.words(wanted.most)} in magnitude; is "
+                f"its unit right?"
+            )
         return number
 
     def json_schema(self) -> JsonSchema:

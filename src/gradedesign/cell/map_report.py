@@ -119,7 +119,12 @@ def map_report(
     x = np.asarray(points, dtype=np.float64).reshape(3, -1)
     count = x.shape[1]
     share = np.full(count, 1.0) if weights is None else np.asarray(weights, dtype=np.float64)
-    if count == 0 or share.shape != (count,) or not (share >= 0).all() or not share.sum() > 0:
+    if count == 0:
+        raise LatticeError(
+            "no place of the part is left for cells: skin and solid regions fill it, or the part "
+            "lies where no lattice was asked for; expected a place inside the part at least"
+        )
+    if share.shape != (count,) or not (share >= 0).all() or not share.sum() > 0:
         raise LatticeError(
             f"a cell map is measured at {count} points with weights of shape {share.shape}; "
             f"expected points inside the part and one volume for each"

@@ -118,13 +118,27 @@ def run(
 @app.command()
 def check(
     case: CasePath,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Picture of loads and supports [runs/<case>-check/loads.png]."
+        ),
+    ] = None,
+    picture: Annotated[
+        bool, typer.Option("--picture/--no-picture", help="Draw loads and supports.")
+    ] = True,
     allow_outside: Outside = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
-    """Dry run in seconds: repairs, regions, free motions, predicted size and time."""
+    """Dry run in seconds: regions, holes, loads, cell sizes, predicted memory and time."""
     check_command.check(
-        case, allow_outside=allow_outside, strict_plugins=strict_plugins, as_json=as_json
+        case,
+        output,
+        picture=picture,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
     )
 
 

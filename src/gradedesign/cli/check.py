@@ -1,135 +1,248 @@
-"""``gradedesign check``: what a run would do, in seconds once its laws are in the cache."""
+"""``gradedesign check``: what a run would do, in seconds: no law, no mesh, no analysis."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.case.read_case import load_case
-from gradedesign.cell.wall_size import wall_mm
+from gradedesign.cli.check_data import check_data, repairs
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
-from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.errors import CaseError
+from gradedesign.ladder.check_case import CaseCheck, check_case
+from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.round import explicit_cube_for
-from gradedesign.ladder.setup import Setup, part_volume, prepare
-from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
+from gradedesign.ladder.setup import stress_limit
+from gradedesign.ladder.stages import default_folder
+from gradedesign.output.pictures import picture_loads
 
-#: Unknowns solved per second and round, all load cases, on two cores.
-DOFS_PER_SECOND = 3e4
+PICTURE = "loads.png"
+#: Groups of cylinders that are printed; ``--json`` has all.
+_MOST_HOLES = 12
+#: Points of one group that are printed.
+_MOST_POINTS = 4
 
 
-def check(path: Path, *, allow_outside: bool, strict_plugins: bool, as_json: bool) -> None:
-    """Read, repair, select, and predict; nothing is written but the user's cache."""
+def check(
+    path: Path,
+    output: Path | None = None,
+    *,
+    picture: bool,
+    allow_outside: bool,
+    strict_plugins: bool,
+    as_json: bool,
+) -> None:
+    """Read, repair, select, predict; written is the picture of loads and supports."""
     case = load_case(path, allow_outside=allow_outside)
     registry = with_own_cell(case, registry_for(strict_plugins=strict_plugins))
-    # What may take minutes the first time is told beside the answer.
-    with ProgressLines("check", err=True) as progress:
-        setup = prepare(case, registry, progress)
-        data = describe(setup)
+    with ProgressLines("check", err=True):
+        found = check_case(case, registry)
+        warnings = list(found.warnings)
+        drawn = None
+        if picture:
+            drawn = picture_path(found) if output is None else output
+            drawn = drawn / PICTURE if drawn.is_dir() else drawn
+            warnings += draw_loads(found, drawn)
     if as_json:
-        print_json(data)
+        print_json(check_data(found, drawn, warnings))
         return
-    print_text(f"case {case.name}: the part holds {data['part']['volume_mm3']:.6g} mm^3")
-    repairs = data["part"]["repairs"]
-    print_text("repairs: " + (", ".join(f"{k} {v}" for k, v in repairs.items()) or "none"))
+    print_check(found)
+    if drawn is not None:
+        print_text(f"picture: {drawn}", hang=2)
+    print_warnings(warnings)
+
+
+def picture_path(found: CaseCheck) -> Path:
+    """Where the picture goes: beside the run folder, which it must not disturb."""
+    folder = default_folder(found.known.case)
+    return folder.with_name(f"{folder.name}-check") / PICTURE
+
+
+def draw_loads(found: CaseCheck, path: Path) -> tuple[str, ...]:
+    """Draw supports, loads and solid regions as a run does; returns warnings.
+
+    Raises
+    ------
+    CaseError
+        If the folder cannot be made.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaseError(
+            f"cannot make {path.parent} for the picture: {error.strerror}; choose another file "
+            f"with -o, or leave it out with --no-picture"
+        ) from error
+    known = found.known
+    return picture_loads(
+        path,
+        known.part.surface,
+        region_marks(known.case, known.part.regions),
+        action_marks(known.case, known.part),
+        title=f"Loading of {known.case.name}",
+        note=warming_note(known.case),
+    )
+
+
+def print_check(found: CaseCheck) -> None:
+    """Print what was found, for a person."""
+    known = found.known
+    for line in _part_lines(found):
+        print_text(line, hang=2)
+    regions = sorted(known.part.regions.items())
     print_table(
         "Regions",
         ("region", "faces", "area mm^2", "centroid mm"),
-        [
-            (r["name"], str(r["faces"]), f"{r['area_mm2']:.4g}", str(r["centroid_mm"]))
-            for r in data["regions"]
-        ],
+        [(n, str(len(r.faces)), f"{r.area:.4g}", _triple(r.centroid)) for n, r in regions],
     )
+    if found.holes:
+        _print_holes(found)
+    _print_loads(found)
     print_text("free rigid motions: none")
-    p = data["prediction"]
-    print_text(
-        f"cell {data['cell']}, law {data['law']}, density {p['density'][0]:.3g} to "
-        f"{p['density'][1]:.3g}, thinnest wall {p['thinnest_wall_mm']:.3g} mm",
-        hang=2,
-    )
-    print_text(
-        f"part: {p['part_dofs']} unknowns; explicit lattice at a grid of {p['cube_mm']:.3g} mm: "
-        f"about {p['explicit_dofs'] / 1e6:.2g} M unknowns, {p['memory_GB']:.2g} GB, "
-        f"{p['seconds_per_round']:.0f} s per round",
-        hang=2,
-    )
-    print_warnings(setup.warnings)
+    print_table("Limits", ("limit", "load case", "allowed"), stated_limits(found))
+    for line in (*_lattice_lines(found), *_cost_lines(found)):
+        print_text(line, hang=2)
 
 
-def describe(setup: Setup) -> dict[str, Any]:
-    """Plain data of a prepared case; the explicit size is predicted at a third of the window."""
-    case = setup.case
-    low, high = setup.bounds
-    stated = case.lattice.wall
-    wall = stated or float(wall_mm(setup.family, setup.parameters, low, setup.layout.least))
-    cube = explicit_cube_for(setup, wall)
-    guess = low + (high - low) / 3
-    share = setup.model.solid_share
-    solid = float(setup.model.volumes @ (share + (1 - share) * guess))
-    dofs = TETS_PER_CUBE * solid / cube**3 * DOFS_PER_TET
-    report = setup.part.report
-    return {
-        "case": case.name,
-        "cell": setup.family.name,
-        "law": setup.law.name,
-        "part": {
-            "volume_mm3": part_volume(setup),
-            "repairs": {
-                key: value
-                for key in (
-                    "vertices_welded",
-                    "degenerate_removed",
-                    "duplicates_removed",
-                    "facets_flipped",
-                    "shells_inverted",
-                    "shells_ignored",
-                    "shells_united",
-                    "fragments_dropped",
-                    "holes_filled",
-                )
-                if (value := getattr(report, key))
-            },
-        },
-        "regions": [
-            {
-                "name": name,
-                "faces": len(region.faces),
-                "area_mm2": region.area,
-                "centroid_mm": [round(float(c), 3) for c in np.asarray(region.centroid)],
-            }
-            for name, region in sorted(setup.part.regions.items())
-        ],
-        "limits": stated_limits(setup),
-        "free_rigid_motions": [],
-        "prediction": {
-            "density": list(setup.bounds),
-            "thinnest_wall_mm": wall,
-            "cube_mm": cube,
-            "part_dofs": setup.space.dof_count,
-            "explicit_dofs": int(dofs),
-            "memory_GB": predict_memory_bytes(int(dofs), 2) / 1e9,
-            "seconds_per_round": dofs / DOFS_PER_SECOND,
-        },
-        "warnings": list(setup.warnings),
-    }
-
-
-def stated_limits(setup: Setup) -> list[dict[str, str]]:
+def stated_limits(found: CaseCheck) -> list[tuple[str, str, str]]:
     """Limits as the case states them; those relative to the solid part are not in mm yet."""
-    rows = [
-        {
-            "name": f"displacement of {limit.name}",
-            "load_case": limit.load_case,
-            "allowed": limit.stated or f"{limit.limit:g} mm",
-        }
-        for limit in setup.displacement_limits
-    ]
-    if setup.stress_limit is not None:
-        rows.append(
-            {"name": "stress", "load_case": "every", "allowed": f"{setup.stress_limit:.4g} MPa"}
-        )
+    case, rows = found.known.case, []
+    for spec in case.limits.displacement:
+        what = "magnitude" if spec.component is None else "xyz"[spec.component]
+        allowed = f"{spec.times_solid:g} x solid" if spec.times_solid else f"{spec.value:g} mm"
+        rows += [
+            (f"displacement of {spec.region} {what}", one.name, allowed)
+            for one in case.load_case
+            if spec.load_case in (None, one.name)
+        ]
+    stress = stress_limit(case, found.known.material)
+    if stress is not None:
+        rows.append(("stress", "every", f"{stress:.4g} MPa"))
     return rows
+
+
+def _part_lines(found: CaseCheck) -> Iterator[str]:
+    known = found.known
+    part = known.part
+    edges = np.ptp(part.surface.vertices, axis=0)
+    unit = "" if known.case.part.units is None else f", read in {known.case.part.units}"
+    mass = known.material.density * part.volume * 1e6
+    yield f"case: {known.case.name}"
+    yield (
+        f"part: {part.source}{unit}, {' x '.join(f'{edge:.4g}' for edge in edges)} mm, "
+        f"{part.volume:.6g} mm^3, {mass:.4g} g if solid in {known.material.name}"
+    )
+    made = repairs(part)
+    yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
+
+
+def _print_holes(found: CaseCheck) -> None:
+    print_table(
+        "Holes and bosses",
+        ("kind", "faces", "to select them", "on their axes, mm"),
+        [
+            (
+                "hole" if group.concave else "boss or rounding",
+                str(group.count),
+                group.selector,
+                _points(group.points),
+            )
+            for group in found.holes[:_MOST_HOLES]
+        ],
+    )
+    more = len(found.holes) - _MOST_HOLES
+    if more > 0:
+        print_text(f"  and {more} more; --json lists all")
+
+
+def _print_loads(found: CaseCheck) -> None:
+    rows = []
+    for one in found.known.balances:
+        rows += [
+            (one.load_case, row.source, _triple(row.force), _triple(row.moment), "")
+            for row in one.rows
+        ]
+        total = (one.load_case, "sum", _triple(one.force), _triple(one.moment), _triple(one.about))
+        rows.append(total)
+    columns = ("load case", "on", "force N", "moment N mm", "about the held regions' centre, mm")
+    print_table("Loads", columns, rows)
+
+
+def _lattice_lines(found: CaseCheck) -> Iterator[str]:
+    known, plan = found.known, found.known.law
+    low, high = found.run.bounds
+    yield (
+        f"cell: {known.family.name}, {known.case.lattice.size_words}; it exists from density "
+        f"{known.calibration.window[0]:.3g} to {known.calibration.window[1]:.3g}"
+    )
+    thick = found.thickness
+    if thick.thickness:
+        told = zip(thick.shares, thick.thickness, thick.cells, strict=True)
+        yield "thickness of the part: " + ", ".join(
+            f"{share} % of it up to {value:.3g} mm ({cells:.2g} cells)"
+            for share, value, cells in told
+        )
+    yield f"density window: {low:.3g} to {high:.3g}"
+    if not plan.voxels:
+        yield f"law: {plan.name}, installed"
+    elif plan.known:
+        yield f"law: {plan.name}, computed before, in the cache"
+    else:
+        least, most = plan.minutes
+        yield (
+            f"law: {plan.name}, to be computed on {plan.voxels}^3 voxels: {least:.0f} to "
+            f"{most:.0f} min the first time ({plan.why})"
+        )
+    if known.case.lattice.finite_size == "walls":
+        yield "walls of few cells: looked up in the cache or computed by the run, minutes at most"
+
+
+def _cost_lines(found: CaseCheck) -> Iterator[str]:
+    run, budget = found.run, found.known.case.run
+    cost = run.cost
+    exact = "" if found.known.case.part.box is not None else "about "
+    yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
+    yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
+    if run.explicit:
+        yield (
+            f"explicit lattice: about {cost.explicit_dofs / 1e6:.2g} M unknowns at mean density "
+            f"{run.density:.2g}"
+        )
+        yield (
+            f"memory: about {cost.memory_bytes / 1e9:.2g} GB of {budget.memory / 1e9:.3g} GB "
+            f"allowed"
+        )
+    else:
+        yield f'explicit lattice: none, [run] stop_after = "{budget.stop_after}"'
+    yield (
+        f"time: about {_duration(run.run_s)} of {_duration(budget.time)} allowed, "
+        f"{_duration(run.round_s)} a round on two idle cores"
+    )
+
+
+def _mesh_size(found: CaseCheck) -> str:
+    return f"{found.known.case.part.mesh_size:g} mm"
+
+
+def _duration(seconds: float) -> str:
+    """Seconds below two minutes, minutes below two hours, hours."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def _points(points: FloatArray) -> str:
+    told = " ".join(_triple(point) for point in points[:_MOST_POINTS])
+    more = len(points) - _MOST_POINTS
+    return told if more <= 0 else f"{told} and {more} more"
+
+
+def _triple(vector: FloatArray) -> str:
+    """Three figures, without rounding noise beside larger ones."""
+    quiet = np.where(np.abs(vector) < 1e-9 * np.abs(vector).max(initial=0.0), 0.0, vector)
+    return f"({', '.join(f'{v + 0.0:.4g}' for v in quiet)})"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,8 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.plugin.choose_law import AUTO_KINDS
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
@@ -37,6 +39,14 @@ def density_window(family: CellFamily) -> list[float]:
     window = np.array(calibrate(family).window)
     store_arrays(_WINDOW_KIND, _window_key(family), window=window)
     return [round(float(v), 4) for v in window]
+
+
+def law_window(laws: Sequence[ScalingLaw]) -> list[float] | None:
+    """Densities of the law that a run would take: computed before measured, then the widest."""
+    if not laws:
+        return None
+    best = min(laws, key=lambda k: (k.kind not in AUTO_KINDS, k.window[0] - k.window[1], k.name))
+    return [round(float(v), 4) for v in best.window]
 
 
 def _window_key(family: CellFamily) -> str:
@@ -74,12 +84,19 @@ def _code_digest(module: str) -> str:
 def cell_data(
     registry: Registry, name: str, window: Callable[[CellFamily], list[float] | None]
 ) -> dict[str, Any]:
-    """Plain data of one family, with its window and its laws."""
+    """Plain data of one family, with its window and its laws.
+
+    Where the window of the cell itself is not known yet, that of its best law stands for it:
+    ``density_window_of`` says ``cell`` or ``law``.
+    """
     family = lookup(registry, "cell_families", name)
     laws = [law for law in registry.scaling_laws.values() if name in law.families]
+    own = window(family)
+    covered = law_window(laws) if own is None else None
     return {
         "name": name,
-        "density_window": window(family),
+        "density_window": own or covered,
+        "density_window_of": "cell" if own else "law" if covered else None,
         "parameters": dict(family.parameters),
         "distance": family.distance,
         "symmetry": family.symmetry,
@@ -118,7 +135,7 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
         [
             (
                 d["name"],
-                _range(d["density_window"]),
+                _range(d["density_window"]) + (" *" if d["density_window_of"] == "law" else ""),
                 str(len(d["laws"])),
                 d["supplied_by"],
             )
@@ -126,8 +143,13 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
         ],
     )
 
-    if any(d["density_window"] is None for d in data):
-        typer.echo("'-': not computed yet; 'gradedesign cells NAME' finds the densities of a cell")
+    found = {d["density_window_of"] for d in data}
+    if "law" in found:
+        typer.echo("*: of the shipped table or law; the cell itself may reach further")
+    if None in found:
+        typer.echo("-: not computed yet")
+    if found - {"cell"}:
+        typer.echo("'gradedesign cells NAME' finds the densities at which a cell exists")
 
 
 def cell_makers(*, strict_plugins: bool, as_json: bool) -> None:

@@ -102,7 +102,7 @@ def free_pieces(space: TetSpace, fixed: BoolArray) -> tuple[FreePiece, ...]:
     ends = np.cumsum(np.bincount(piece))
     for number, k in enumerate(order, start=1):
         nodes = by_piece[ends[k - 1] if k else 0 : ends[k]]
-        modes = _free_modes(space.nodes[:, nodes], fixed[:, nodes])
+        modes = free_modes(space.nodes[:, nodes], fixed[:, nodes])
         if modes:
             free.append(
                 FreePiece(
@@ -139,8 +139,20 @@ def require_held(space: TetSpace, fixed: BoolArray, name: str) -> None:
     )
 
 
-def _free_modes(points: FloatArray, fixed: BoolArray) -> tuple[str, ...]:
-    """Describe the rigid motions of one piece that no fixed component sees."""
+def free_modes(points: FloatArray, fixed: BoolArray) -> tuple[str, ...]:
+    """Rigid motions of one piece that no fixed component sees, in words.
+
+    Parameters
+    ----------
+    points : (3, n) array, mm
+    fixed : (3, n) bool array
+        Components with a prescribed displacement.
+
+    Returns
+    -------
+    tuple of str
+        Empty where the piece is held.
+    """
     if not fixed.any():
         return ("without any support",)
     held = points[:, fixed.any(axis=0)]

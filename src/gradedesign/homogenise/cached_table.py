@@ -68,20 +68,7 @@ def property_table(
     complete parameters, nu, the resolution, and the versions of method and format: a changed cell
     or a newer method is computed again.
     """
-    complete = complete_parameters(family, parameters)
-    key = content_key(
-        family.name,
-        family.symmetry,
-        repr(sorted(complete.items())),
-        family.period,
-        evaluate_shape(family, complete, family.period * grid_nodes(16, (0.3, 0.6, 0.8))),
-        float(poissons_ratio),
-        int(resolution or 0),
-        *_stretch(edges),
-        PERCENTILE,
-        METHOD_VERSION,
-        FORMAT,
-    )
+    key = _table_key(family, parameters, poissons_ratio, resolution, edges)
     entry = load_arrays(_KIND, key)
     if entry is not None:
         try:
@@ -95,6 +82,42 @@ def property_table(
     text = write_property_table(table).encode("utf-8")
     store_arrays(_KIND, key, json=np.frombuffer(text, dtype=np.uint8))
     return table
+
+
+def has_table(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None = None,
+    poissons_ratio: float = 0.3,
+    resolution: int | None = None,
+    edges: Sequence[float] = CUBE,
+) -> bool:
+    """Whether `property_table` would find its answer in the user's cache."""
+    key = _table_key(family, parameters, poissons_ratio, resolution, edges)
+    return load_arrays(_KIND, key) is not None
+
+
+def _table_key(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    poissons_ratio: float,
+    resolution: int | None,
+    edges: Sequence[float],
+) -> str:
+    """Content key of a table: see the notes of `property_table`."""
+    complete = complete_parameters(family, parameters)
+    return content_key(
+        family.name,
+        family.symmetry,
+        repr(sorted(complete.items())),
+        family.period,
+        evaluate_shape(family, complete, family.period * grid_nodes(16, (0.3, 0.6, 0.8))),
+        float(poissons_ratio),
+        int(resolution or 0),
+        *_stretch(edges),
+        PERCENTILE,
+        METHOD_VERSION,
+        FORMAT,
+    )
 
 
 def on_demand_resolution(

@@ -188,7 +188,9 @@ def require_resolved(
     """
     found = voxels_in_wall(family, parameters, rho, resolution, edges)
     if found < LEAST_VOXELS:
-        need = "no resolution" if found <= 0 else f"{np.ceil(resolution * LEAST_VOXELS / found):g}"
+        # A grid of half as many voxels is extrapolated from, for buckling an even one.
+        enough = 4 * np.ceil(0.25 * resolution * LEAST_VOXELS / found) if found > 0 else 0
+        need = f"{enough:g}" if enough else "no resolution"
         raise DensityError(
             f"cell '{family.name}' at density {rho:g} has {found:.2f} voxels across its thinnest "
             f"wall at resolution {resolution}, expected {LEAST_VOXELS:g} at least; take resolution "

@@ -103,7 +103,8 @@ def analysable_bounds(
     rho = np.geomspace(low, high, SAMPLES)
     stated = case.lattice.wall
     walls = np.full(SAMPLES, stated) if stated else _walls(calibration, rho, least_size)
-    volume = solid + latticed * (rho + EXPECTED_SHARE * (high - rho))
+    mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
+    volume = solid + latticed * mean
     least, per_wall = 0, run.mesh_cubes_per_wall or cubes_per_wall(calibration, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
     for _ in range(2):

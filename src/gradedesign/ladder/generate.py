@@ -18,6 +18,7 @@ from gradedesign.ladder.lattice_files import lattice_files, printed_lattice
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.part_readers import part_readers
+from gradedesign.ladder.part_room import require_lattice_left
 from gradedesign.ladder.placed_map import lattice_points
 from gradedesign.ladder.resolve import resolve_material
 from gradedesign.ladder.result import RunResult
@@ -189,6 +190,7 @@ def _design(
         for k in case.keep
     )
     places = lattice_points(part, distance, spec.skin, kept)
+    require_lattice_left(case, places, part, distance, kept)
     cell_map, report = stated_map(case, part, cells.families[0], density, distance, places)
     built = build_cells(
         case,

@@ -13,6 +13,7 @@ from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.planned_law import PlannedLaw
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.registry import Registry, lookup
@@ -59,13 +60,14 @@ def density_bounds(
     case: Case,
     family: CellFamily,
     calibration: Calibration,
-    law: ScalingLaw,
+    law: ScalingLaw | PlannedLaw | None,
     parameters: Mapping[str, float],
     least_size: float,
 ) -> tuple[tuple[float, float], list[str]]:
     """Intersect the density windows and say which one narrowed the user's.
 
-    ``least_size`` is the shortest extent of any cell, mm: its walls must be printable.
+    ``least_size`` is the shortest extent of any cell, mm: its walls must be printable. Without a
+    law, or with a planned one, the answer is known before any is computed.
 
     Raises
     ------
@@ -73,10 +75,9 @@ def density_bounds(
         If nothing is left, or no density has walls as thick as the printer needs.
     """
     low, high = case.lattice.density
-    windows = {
-        f"cell family '{family.name}'": calibration.window,
-        f"law '{law.name}'": law.window,
-    }
+    windows = {f"cell family '{family.name}'": calibration.window}
+    if law is not None:
+        windows[f"law '{law.name}'"] = law.window
     spec = case.lattice
     if spec.wall is not None:
         with locating(case, "lattice.wall"):

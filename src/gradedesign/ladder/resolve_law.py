@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from gradedesign.case.schema import Case
 from gradedesign.cell.family import CellFamily
-from gradedesign.homogenise.cached_table import (
-    ON_DEMAND_RESOLUTION,
-    computed_law,
-    on_demand_resolution,
+from gradedesign.homogenise.cached_table import computed_law
+from gradedesign.ladder.planned_law import (
+    changed_parameters,
+    planned_law,
+    proportion,
+    values_in_words,
 )
 from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.plugin.choose_law import choose_law, usable_laws
+from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import Registry
 from gradedesign.workspace.progress import Event, Listener, ignore
 
@@ -47,40 +49,35 @@ def resolve_law(
         As `computed_law`.
     """
     edges = case.lattice.edges
-    unequal = min(edges) < max(edges)
-    changed = [k for k, value in parameters.items() if value != family.parameters[k]]
-    asked = case.lattice.law
-    if asked == "auto" and (changed or unequal or not usable_laws(registry, family.name)):
-        why = f"with {_values(changed, parameters)}" if changed else "of this cell"
-        if unequal:
-            why += f" with edges in proportion {_proportion(edges)}"
-        voxels = on_demand_resolution(family, parameters, edges)
-        minutes = (voxels / ON_DEMAND_RESOLUTION) ** 3
-        on_event(
-            Event(
-                stage="law",
-                message=f"no law {why} is installed: taking it from the cache, or computing it on "
-                f"{voxels}^3 voxels, which takes {minutes:.0f} to {2 * minutes:.0f} minutes",
-            )
+    plan = planned_law(case, registry, family, parameters, poissons_ratio=poissons_ratio)
+    if plan.voxels:
+        least, most = plan.minutes
+        how = (
+            "taking it from the cache"
+            if plan.known
+            else f"computing it on {plan.voxels}^3 voxels, which takes {least:.0f} to {most:.0f} "
+            f"minutes"
         )
-        law = computed_law(family, parameters, poissons_ratio, voxels, edges)
-        told = f"no law {why} is installed, so it was computed on {voxels}^3 voxels"
+        on_event(Event(stage="law", message=f"{plan.why}: {how}"))
+        law = computed_law(family, parameters, poissons_ratio, plan.voxels, edges)
+        told = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
         if case.lattice.own_cell is None:
             told += f"; 'gradedesign homogenise {family.name}' says more"
         return law, (told,)
-    law = choose_law(registry, family.name, asked, case.lattice.density)
+    unequal, changed = min(edges) < max(edges), changed_parameters(family, parameters)
+    law = choose_law(registry, family.name, case.lattice.law, case.lattice.density)
     said = _ratio_warnings(law, poissons_ratio)
     if unequal:
         said += (
             f"law '{law.name}' describes cells of equal edges, not in proportion "
-            f'{_proportion(edges)}; law = "auto" computes one for these',
+            f'{proportion(edges)}; law = "auto" computes one for these',
         )
     if not changed:
         return law, said
     return law, (
         *said,
         f"law '{law.name}' describes cell '{family.name}' with its default parameters, not with "
-        f'{_values(changed, parameters)}; law = "auto" computes one for these',
+        f'{values_in_words(changed, parameters)}; law = "auto" computes one for these',
     )
 
 
@@ -129,11 +126,3 @@ def buckling_warnings(law: ScalingLaw) -> tuple[str, ...]:
         f"('gradedesign tabulate --buckling' computes them); [limits] buckling = \"off\" says "
         f"that this is meant",
     )
-
-
-def _proportion(edges: Sequence[float]) -> str:
-    return " : ".join(f"{edge / min(edges):.4g}" for edge in edges)
-
-
-def _values(names: list[str], parameters: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} = {parameters[name]:g}" for name in names)

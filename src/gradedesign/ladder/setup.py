@@ -10,7 +10,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, SolverError
@@ -19,33 +19,31 @@ from gradedesign.fe.load_case import PartLoadCase, case_loads
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.analysable import analysable_bounds
-from gradedesign.ladder.cell_layout import CellLayout, cell_layout, layout_warnings
+from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
 from gradedesign.ladder.displacement_limits import displacement_limits
 from gradedesign.ladder.exclusion import exclusion_warnings
 from gradedesign.ladder.face_fill import face_fill
 from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
-from gradedesign.ladder.graded_map import require_one_thickness
-from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
+from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
-from gradedesign.ladder.part_readers import part_readers
-from gradedesign.ladder.placed_map import lattice_points, placed_map
-from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
+from gradedesign.ladder.resolved_case import resolve_case
 from gradedesign.ladder.solid_share import solid_share
 from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
-from gradedesign.part.part import Part, read_part
+from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
     box_part_mesh,
     check_region_area,
     mesh_part,
     region_facets,
 )
-from gradedesign.part.signed_distance import region_distance, surface_distance
-from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.part.signed_distance import region_distance
+from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
@@ -131,19 +129,10 @@ class Setup:
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
-    with locating(case, "material.name"):
-        material = resolve_material(case.material, registry)
-    with locating(case, "lattice.cell"):
-        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    parameters = cell_parameters(case, family)
-    files = lattice_files(case, registry)
-    report_step("reading and repairing the part")
-    # Reading comes before what may take a minute: a damaged file is found at once.
-    with locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry))
-    with locating(case, "lattice.cell"):
-        calibration = calibrate(family, parameters)
-    require_one_thickness(case, family)
+    known = resolve_case(case, registry)
+    material, family, parameters = known.material, known.family, known.parameters
+    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
+    calibration = known.calibration
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
@@ -153,13 +142,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    report_step("distance field and cell map")
-    distance = surface_distance(part.surface)
-    kept = tuple(
-        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-        for k in case.keep
-    )
-    layout = placed_layout(case, part, distance, kept)
     bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
@@ -237,7 +219,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
             *analysable.warnings,
-            *(*case.warnings, *part.report.warnings, *law_warnings, *warnings, *limit_warnings),
+            *(*known.warnings, *law_warnings, *warnings, *limit_warnings),
             *(
                 ()
                 if stress_limit(case, material) is None
@@ -246,7 +228,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             *layout_warnings(layout, law.name),
             *(() if table is None else spread_warnings(table)),
         ),
-        lattice_files=files,
+        lattice_files=known.lattice_files,
     )
 
 
@@ -270,18 +252,12 @@ def with_walls(
     Raises
     ------
     CaseError
-        As `wall_factors`; also for a change of temperature.
+        As `wall_factors`.
     """
 
     def everywhere(points: FloatArray) -> FloatArray:
         return np.full(np.shape(points)[1:], -np.inf)
 
-    heated = [one.name for one in model.cases if one.temperature_change]
-    if heated:
-        raise CaseError(
-            f"found walls beside the temperature change of load case '{heated[0]}'; thermal forces "
-            f"of walls of few cells are not computed yet: leave finite_size out"
-        )
     mesh = model.space.mesh
     walls = wall_factors(
         case,
@@ -302,22 +278,6 @@ def with_walls(
     if kept:
         fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
     return replace(model, walls=walls, fill=fill)
-
-
-def placed_layout(
-    case: Case, part: Part, distance: Field, kept: tuple[KeptRegion, ...]
-) -> CellLayout:
-    """The map of a case with the cells that it makes.
-
-    Raises
-    ------
-    CaseError, LatticeError
-        If the map is impossible, folds in the lattice, or cannot be used there.
-    """
-    cell_map = placed_map(case, part, distance)
-    with locating(case, "lattice.cell_map"):
-        places = lattice_points(part, distance, case.lattice.skin, kept)
-        return cell_layout(cell_map, places, case.lattice.edges)
 
 
 def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:

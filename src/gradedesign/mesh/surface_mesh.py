@@ -60,6 +60,14 @@ def enclosed_volume(surface: SurfaceMesh) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
+def enclosed_centroid(surface: SurfaceMesh) -> FloatArray:
+    """Centroid of the enclosed volume by the divergence theorem, ``(3,)``, mm."""
+    middle = surface.vertices.mean(axis=0)
+    a, b, c = np.moveaxis(corner_points(surface) - middle, 1, 0)
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    return np.asarray(middle + volumes @ (a + b + c) / (4.0 * volumes.sum()))
+
+
 def open_edge_count(surface: SurfaceMesh) -> int:
     """Count directed edges without their opposite: 0 for a closed, consistently oriented mesh."""
     f = surface.faces

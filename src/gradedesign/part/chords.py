@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 
 #: Points this far outside a triangle, over its size, count as on it: rays through an edge hit.
 _EDGE = 1e-9
+#: Boxes along each side of the table that tells which triangles cover no point.
+_BOXES = 256
 
 
 def chords(
@@ -39,7 +41,7 @@ def chords(
         first = np.searchsorted(a, triangles[:, :, i].min(axis=1), side="left")
         last = np.searchsorted(a, triangles[:, :, i].max(axis=1), side="right")
         behind, ahead = np.full(a.size, np.inf), np.full(a.size, np.inf)
-        for t in np.flatnonzero(last > first):
+        for t in np.flatnonzero((last > first) & _covering(triangles[:, :, [i, j]], a, b)):
             here = slice(first[t], last[t])
             offset, inside = _heights(triangles[t][:, [i, j, k]], a[here], b[here])
             gap = np.where(inside, offset - height[here], np.inf)
@@ -47,6 +49,22 @@ def chords(
             behind[here] = np.minimum(behind[here], np.where(gap < 0, -gap, np.inf))
         backward[k, order], forward[k, order] = behind, ahead
     return backward, forward
+
+
+def _covering(triangles: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
+    """Which triangles ``(m, 3, 2)`` may cover a place; those whose bounds hold none do not."""
+    lower = np.array([a.min(), b.min()])
+    step = np.maximum(np.array([a.max(), b.max()]) - lower, 1e-300) / _BOXES
+    place = np.clip(((np.stack([a, b], axis=1) - lower) / step).astype(int), 0, _BOXES - 1)
+    count = np.zeros((_BOXES + 1, _BOXES + 1), dtype=np.int64)
+    np.add.at(count, (place[:, 0] + 1, place[:, 1] + 1), 1)
+    count = count.cumsum(axis=0).cumsum(axis=1)
+    reach = (triangles - lower) / step
+    # A box more on either side, so that rounding leaves no triangle out.
+    low = np.clip(np.floor(reach.min(axis=1)) - 1, 0, _BOXES).astype(int).T
+    high = np.clip(np.floor(reach.max(axis=1)) + 2, 0, _BOXES).astype(int).T
+    held = count[high[0], high[1]] - count[low[0], high[1]]
+    return np.asarray(held - count[high[0], low[1]] + count[low[0], low[1]] > 0)
 
 
 def _heights(triangle: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

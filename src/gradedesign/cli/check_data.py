@@ -1,0 +1,152 @@
+"""What ``gradedesign check --json`` prints: plain data of a checked case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.ladder.check_case import CaseCheck
+from gradedesign.part.part import Part
+
+_REPAIRS = (
+    "vertices_welded",
+    "degenerate_removed",
+    "duplicates_removed",
+    "facets_flipped",
+    "shells_inverted",
+    "shells_ignored",
+    "shells_united",
+    "fragments_dropped",
+    "holes_filled",
+)
+
+
+def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
+    """Plain data of a checked case; lengths in mm, forces in N, moments in N mm."""
+    known = found.known
+    return {
+        "case": known.case.name,
+        "part": _part(found),
+        "regions": [
+            {
+                "name": name,
+                "faces": len(region.faces),
+                "area_mm2": region.area,
+                "centroid_mm": _rounded(region.centroid),
+            }
+            for name, region in sorted(known.part.regions.items())
+        ],
+        "holes": [
+            {
+                "kind": "hole" if group.concave else "boss or rounding",
+                "diameter_mm": round(group.diameter, 6),
+                "axis": _rounded(group.axis),
+                "faces": group.count,
+                "area_mm2": group.area,
+                "points_mm": [_rounded(point) for point in group.points],
+                "selector": group.selector,
+            }
+            for group in found.holes
+        ],
+        "load_cases": _loads(found),
+        "free_rigid_motions": [],
+        "cell": known.family.name,
+        "law": known.law.name,
+        "lattice": _lattice(found),
+        "prediction": _prediction(found),
+        "picture": None if picture is None else str(picture),
+        "warnings": list(warnings),
+    }
+
+
+def _part(found: CaseCheck) -> dict[str, Any]:
+    part = found.known.part
+    return {
+        "source": part.source,
+        "units": found.known.case.part.units,
+        "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
+        "volume_mm3": part.volume,
+        "solid_mass_g": found.known.material.density * part.volume * 1e6,
+        "triangles": len(part.surface.faces),
+        "repairs": repairs(part),
+    }
+
+
+def repairs(part: Part) -> dict[str, int]:
+    """How much of what was repaired in the part's surface."""
+    return {key: value for key in _REPAIRS if (value := getattr(part.report, key))}
+
+
+def _loads(found: CaseCheck) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": one.load_case,
+            "about_mm": _rounded(one.about),
+            "loads": [
+                {
+                    "on": row.source,
+                    "force_N": _rounded(row.force),
+                    "moment_N_mm": _rounded(row.moment),
+                }
+                for row in one.rows
+            ],
+            "force_N": _rounded(one.force),
+            "moment_N_mm": _rounded(one.moment),
+            "cancels": one.cancels,
+        }
+        for one in found.known.balances
+    ]
+
+
+def _lattice(found: CaseCheck) -> dict[str, Any]:
+    known, plan = found.known, found.known.law
+    return {
+        "size_mm": list(known.case.lattice.size),
+        "cell_window": list(known.calibration.window),
+        "density_window": list(known.bounds),
+        "law": {
+            "name": plan.name,
+            "window": list(plan.window),
+            "to_be_computed": not plan.known,
+            "minutes": list(plan.minutes),
+            "voxels": plan.voxels or None,
+        },
+        "part_thickness": {
+            "percent_of_volume": list(found.thickness.shares),
+            "below_mm": list(found.thickness.thickness),
+            "cells": list(found.thickness.cells),
+        },
+        "lattice_share_of_volume": found.run.lattice_share,
+    }
+
+
+def _prediction(found: CaseCheck) -> dict[str, Any]:
+    run, budget = found.run, found.known.case.run
+    return {
+        "density": list(found.known.bounds),
+        "mean_density": run.density,
+        "thinnest_wall_mm": run.grid.wall,
+        "cube_mm": run.grid.cube,
+        "grid_set_by": run.grid.set_by,
+        "part_dofs": run.cost.part_dofs,
+        "explicit_dofs": run.cost.explicit_dofs,
+        "memory_GB": run.cost.memory_bytes / 1e9,
+        "memory_allowed_GB": budget.memory / 1e9,
+        "seconds_per_round": run.round_s,
+        "seconds": run.run_s,
+        "seconds_allowed": budget.time,
+        "law_seconds": run.law_s,
+        "stages": asdict(run.cost),
+    }
+
+
+def _rounded(vector: FloatArray) -> list[float]:
+    """Nine significant figures of the largest entry, without rounding noise beside it."""
+    top = float(np.abs(vector).max(initial=0.0))
+    digits = 9 if top == 0.0 else int(8 - np.floor(np.log10(top)))
+    return [round(float(v), digits) + 0.0 for v in np.asarray(vector)]

@@ -1,0 +1,126 @@
+"""What ``gradedesign check`` finds: everything about a case that needs no law and no mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gradedesign.case.schema import Case
+from gradedesign.ladder.finite_cells import finite_size_of
+from gradedesign.ladder.locate import locating
+from gradedesign.ladder.part_room import inner_points
+from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
+from gradedesign.ladder.resolve_law import resolve_law
+from gradedesign.ladder.resolved_case import ResolvedCase, resolve_case
+from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
+from gradedesign.part.thickness import local_thickness
+from gradedesign.plugin.registry import Registry
+
+#: Places at which the part's thickness is measured.
+_THICKNESS_PLACES = 1500
+#: Shares of the part's volume at which its thickness is told.
+THICKNESS_SHARES = (5, 25, 50, 75, 95)
+#: A law describes an endless lattice; over fewer cells than this a warning says so.
+FEW_CELLS = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Thickness:
+    """How thick the part is, beside its cells.
+
+    Attributes
+    ----------
+    shares : tuple of int, %
+    thickness : tuple of float, mm
+        Below which that share of the volume lies.
+    cells : tuple of float
+        The same over the shortest edge of a cell.
+    """
+
+    shares: tuple[int, ...]
+    thickness: tuple[float, ...]
+    cells: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CaseCheck:
+    """What a case asks for and what it will take.
+
+    Attributes
+    ----------
+    known : ResolvedCase
+    holes : tuple of CylinderGroup
+    thickness : Thickness
+    run : PredictedRun
+    warnings : tuple of str
+    """
+
+    known: ResolvedCase
+    holes: tuple[CylinderGroup, ...]
+    thickness: Thickness
+    run: PredictedRun
+    warnings: tuple[str, ...]
+
+
+def check_case(case: Case, registry: Registry) -> CaseCheck:
+    """Look at a case without computing a law, walls or a mesh.
+
+    Raises
+    ------
+    GradeDesignError
+        As `resolve_case`.
+    """
+    known = resolve_case(case, registry)
+    said = [*known.warnings, *known.narrowed]
+    if known.law.voxels == 0:
+        # Taken from the registry: nothing is computed.
+        said += resolve_law(
+            case,
+            registry,
+            known.family,
+            known.parameters,
+            poissons_ratio=known.material.poissons_ratio,
+        )[1]
+    if case.lattice.finite_size == "corrected":
+        with locating(case, "lattice.finite_size"):
+            finite_size_of(case, registry, known.family, known.parameters, known.bounds)
+    inside = inner_points(known.part, known.distance)
+    thickness = part_thickness(known, inside)
+    run = predicted_run(known, inside.shape[1])
+    said += [*_few_cells(known, thickness), *budget_warnings(known, run)]
+    return CaseCheck(
+        known=known,
+        holes=cylinder_groups(known.part.faces),
+        thickness=thickness,
+        run=run,
+        warnings=tuple(dict.fromkeys(said)),
+    )
+
+
+def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
+    """Thickness of the part along the axes of its cells, at places ``(3, n)`` inside it."""
+    every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
+    axes = Rotation.from_euler("XYZ", known.case.lattice.rotation, degrees=True).as_matrix()
+    lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
+    values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
+    return Thickness(
+        shares=THICKNESS_SHARES,
+        thickness=tuple(float(v) for v in values),
+        cells=tuple(float(v) / known.layout.least for v in values),
+    )
+
+
+def _few_cells(known: ResolvedCase, thickness: Thickness) -> tuple[str, ...]:
+    """Say where the part is thinner than the lattice that a law describes."""
+    if not thickness.cells or known.case.lattice.finite_size != "periodic":
+        return ()
+    median = thickness.cells[thickness.shares.index(50)]
+    if median >= FEW_CELLS:
+        return ()
+    return (
+        f"half of the part is no thicker than {median * known.layout.least:.3g} mm, {median:.2g} "
+        f"times its cells, but laws describe an endless lattice: free faces make so few cells "
+        f'softer; smaller cells or [lattice] finite_size = "walls" help',
+    )

@@ -1,0 +1,141 @@
+"""What the loads of a case add up to, on the solid part and before any mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, locked
+from gradedesign.case.schema import Case, LoadCaseSpec
+from gradedesign.case.suggest import shown
+from gradedesign.fe.load_case import region_resultant
+from gradedesign.mesh.surface_mesh import enclosed_centroid
+from gradedesign.part.part import Part
+from gradedesign.part.regions import Region
+
+#: Resultants below this share of what acts are taken for zero.
+CANCELLED = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadRow:
+    """One load: its force and its moment about a point.
+
+    Attributes
+    ----------
+    source : str
+        The region, or ``acceleration``.
+    force : (3,) array, N
+    moment : (3,) array, N mm
+        About the point of the balance.
+    gross : float, N
+        What acts locally: of a pressure, also where its resultant is zero.
+    """
+
+    source: str
+    force: FloatArray
+    moment: FloatArray
+    gross: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", locked(self.force, (3,), name="force"))
+        object.__setattr__(self, "moment", locked(self.moment, (3,), name="moment"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadBalance:
+    """The loads of one load case and their sum.
+
+    Attributes
+    ----------
+    load_case : str
+    about : (3,) array, mm
+        Area centroid of the held regions.
+    rows : tuple of LoadRow
+    force : (3,) array, N
+    moment : (3,) array, N mm
+    cancels : bool
+        Something acts, but neither a force nor a moment is left of it.
+    """
+
+    load_case: str
+    about: FloatArray
+    rows: tuple[LoadRow, ...]
+    force: FloatArray
+    moment: FloatArray
+    cancels: bool
+
+    def __post_init__(self) -> None:
+        for name in ("about", "force", "moment"):
+            object.__setattr__(self, name, locked(getattr(self, name), (3,), name=name))
+
+
+def load_balances(case: Case, part: Part, density: float) -> tuple[LoadBalance, ...]:
+    """Resultants of every load case.
+
+    Parameters
+    ----------
+    case : Case
+    part : Part
+    density : float, t/mm^3
+        Of the solid material: an acceleration is taken to act on the solid part.
+
+    Returns
+    -------
+    tuple of LoadBalance
+    """
+    return tuple(_balance(spec, part, density) for spec in case.load_case)
+
+
+def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
+    """Say which load cases act on the part but leave nothing to its supports."""
+    return tuple(
+        f"load case {shown(one.load_case)}: its loads cancel: {sum(r.gross for r in one.rows):.4g} "
+        f"N act, but they add up to no force and no moment, so the supports carry nothing; is a "
+        f"direction wrong?"
+        for one in balances
+        if one.cancels
+    )
+
+
+def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
+    """Area centroid of the regions that a load case holds, ``(3,)``, mm."""
+    regions = [part.regions[name] for name in dict.fromkeys(f.region for f in spec.fix)]
+    areas = np.array([region.area for region in regions])
+    return np.asarray(areas @ np.array([region.centroid for region in regions]) / areas.sum())
+
+
+def _balance(spec: LoadCaseSpec, part: Part, density: float) -> LoadBalance:
+    about = held_centroid(spec, part)
+    rows = []
+    for load in spec.load:
+        region = part.regions[load.region]
+        force, turn = region_resultant(region, load)
+        gross = float(np.linalg.norm(load.force or 0.0)) + abs(load.pressure or 0.0) * region.area
+        gross += float(np.linalg.norm(load.moment or 0.0)) / _reach(region)
+        moment = turn + np.cross(region.centroid - about, force)
+        rows.append(LoadRow(source=load.region, force=force, moment=moment, gross=gross))
+    if any(spec.acceleration):
+        force = density * part.volume * np.array(spec.acceleration)
+        arm = enclosed_centroid(part.surface) - about
+        size = float(np.linalg.norm(force))
+        moment = np.cross(arm, force)
+        rows.append(LoadRow(source="acceleration", force=force, moment=moment, gross=size))
+    force = sum((row.force for row in rows), np.zeros(3))
+    moment = sum((row.moment for row in rows), np.zeros(3))
+    gross = sum(row.gross for row in rows)
+    left = max(float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / part.diagonal)
+    return LoadBalance(
+        load_case=spec.name,
+        about=about,
+        rows=tuple(rows),
+        force=force,
+        moment=moment,
+        cancels=gross > 0 and left <= CANCELLED * gross,
+    )
+
+
+def _reach(region: Region) -> float:
+    """Arm of the forces that make up a moment on a region, mm."""
+    return float(np.linalg.norm(np.ptp(region.corners.reshape(-1, 3), axis=0)))

@@ -1,0 +1,181 @@
+"""A case as far as it is known without a law, a mesh or an analysis: in seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.arrays import Field
+from gradedesign.case.schema import Case
+from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.family import CellFamily
+from gradedesign.errors import CaseError
+from gradedesign.ladder.cell_layout import CellLayout, cell_layout
+from gradedesign.ladder.free_motions import require_supported
+from gradedesign.ladder.graded_map import require_one_thickness
+from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
+from gradedesign.ladder.load_balance import LoadBalance, balance_warnings, load_balances
+from gradedesign.ladder.locate import locating
+from gradedesign.ladder.part_readers import part_readers
+from gradedesign.ladder.part_room import (
+    require_cells_fit,
+    require_lattice_left,
+    size_warnings,
+)
+from gradedesign.ladder.placed_map import lattice_points, placed_map
+from gradedesign.ladder.planned_law import PlannedLaw, planned_law
+from gradedesign.ladder.predicted_part_mesh import require_mesh_fits
+from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.material.material import Material
+from gradedesign.part.part import Part, read_part
+from gradedesign.part.signed_distance import region_distance, surface_distance
+from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.workspace.progress import report_step
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedCase:
+    """What a case names, as records; its part with regions, and where its cells lie.
+
+    Attributes
+    ----------
+    case : Case
+    material : Material
+    family : CellFamily
+    parameters : dict of str to float
+    calibration : Calibration
+    part : Part
+    distance : callable
+        Signed distance of the part.
+    kept : tuple of KeptRegion
+    layout : CellLayout
+    law : PlannedLaw
+        Not computed.
+    bounds : (float, float)
+        Densities that the user, the cell, the law and the printer have in common.
+    balances : tuple of LoadBalance
+    lattice_files : tuple of LatticeFile
+        What is written of the printed lattice.
+    warnings : tuple of str
+        Of reading, sizes and loads.
+    narrowed : tuple of str
+        Which window narrowed the user's.
+    """
+
+    case: Case
+    material: Material
+    family: CellFamily
+    parameters: dict[str, float]
+    calibration: Calibration
+    part: Part
+    distance: Field
+    kept: tuple[KeptRegion, ...]
+    layout: CellLayout
+    law: PlannedLaw
+    bounds: tuple[float, float]
+    balances: tuple[LoadBalance, ...]
+    lattice_files: tuple[LatticeFile, ...]
+    warnings: tuple[str, ...]
+    narrowed: tuple[str, ...]
+
+
+def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
+    """Resolve names, read the part, find its regions, place the cells, intersect the windows.
+
+    Everything that a case can be refused for without computing a law or meshing is refused here.
+
+    Raises
+    ------
+    CaseError, PartError, DensityError, LatticeError, PluginError
+        Whatever is wrong, with file, line and key.
+    ResourceError
+        If the part's mesh or the grid of densities cannot fit the memory of the case.
+    """
+    with locating(case, "material.name"):
+        material = resolve_material(case.material, registry)
+    with locating(case, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+    parameters = cell_parameters(case, family)
+    require_unheated_walls(case)
+    files = lattice_files(case, registry)
+    report_step("reading and repairing the part")
+    # Reading comes before what may take seconds: a damaged file is found at once.
+    with locating(case, "part.file"):
+        part = read_part(case, part_readers(case, registry))
+    require_mesh_fits(case, part)
+    require_cells_fit(case, part)
+    require_supported(case, part)
+    with locating(case, "lattice.cell"):
+        calibration = calibrate(family, parameters)
+    require_one_thickness(case, family)
+    report_step("distance field and cell map")
+    distance = surface_distance(part.surface)
+    kept = tuple(
+        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
+        for k in case.keep
+    )
+    layout = placed_layout(case, part, distance, kept)
+    # The window of the cell itself is tested before a law is looked for.
+    density_bounds(case, family, calibration, None, parameters, layout.least)
+    with locating(case, "lattice.law"):
+        law = planned_law(
+            case, registry, family, parameters, poissons_ratio=material.poissons_ratio
+        )
+    bounds, narrowed = density_bounds(case, family, calibration, law, parameters, layout.least)
+    balances = load_balances(case, part, material.density)
+    return ResolvedCase(
+        case=case,
+        material=material,
+        family=family,
+        parameters=parameters,
+        calibration=calibration,
+        part=part,
+        distance=distance,
+        kept=kept,
+        layout=layout,
+        law=law,
+        bounds=bounds,
+        balances=balances,
+        lattice_files=files,
+        warnings=(
+            *case.warnings,
+            *part.report.warnings,
+            *size_warnings(case, part),
+            *balance_warnings(balances),
+        ),
+        narrowed=tuple(narrowed),
+    )
+
+
+def require_unheated_walls(case: Case) -> None:
+    """Refuse walls of few cells beside a change of temperature.
+
+    Raises
+    ------
+    CaseError
+    """
+    heated = [one.name for one in case.load_case if one.temperature_change]
+    if heated and case.lattice.finite_size == "walls":
+        raise CaseError(
+            f"{case.where('lattice.finite_size')}: found walls beside the temperature change of "
+            f"load case '{heated[0]}'; thermal forces of walls of few cells are not computed yet: "
+            f"leave finite_size out"
+        )
+
+
+def placed_layout(
+    case: Case, part: Part, distance: Field, kept: tuple[KeptRegion, ...]
+) -> CellLayout:
+    """The map of a case with the cells that it makes.
+
+    Raises
+    ------
+    CaseError, LatticeError
+        If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
+        or cannot be used there.
+    """
+    cell_map = placed_map(case, part, distance)
+    places = lattice_points(part, distance, case.lattice.skin, kept)
+    require_lattice_left(case, places, part, distance, kept)
+    with locating(case, "lattice.cell_map"):
+        return cell_layout(cell_map, places, case.lattice.edges)

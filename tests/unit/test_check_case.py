@@ -1,0 +1,255 @@
+"""What a case is refused for, and told, before any law is computed or any mesh is made."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gradedesign.case.read_case import load_case
+from gradedesign.cell.family import CellFamily
+from gradedesign.cli import app as app_module
+from gradedesign.cli import check as check_module
+from gradedesign.errors import CaseError, ResourceError
+from gradedesign.ladder import resolve_law as law_module
+from gradedesign.ladder import setup as stage_module
+from gradedesign.ladder.setup import prepare
+from gradedesign.material.power_law import power_law
+from gradedesign.plugin.registry import build_registry
+
+WALLS = CellFamily(
+    name="walls",
+    shape=lambda u: np.abs(u - np.round(u)).min(axis=0),
+    distance=True,
+    open_void=False,
+)
+CASE = """\
+[case]
+name = "plate"
+[part]
+box = ["24 mm", "12 mm", "12 mm"]
+mesh_size = "6 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[region.floor]
+plane = "z = min"
+[region.top]
+plane = "z = max"
+[material]
+youngs_modulus = "110 GPa"
+poissons_ratio = 0.3
+density = "5 g/cm^3"
+[[load_case]]
+name = "pull"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+[limits]
+stress = "100 MPa"
+[lattice]
+cell = "walls"
+size = "6 mm"
+density = [0.2, 0.5]
+"""
+KEEP = '[[keep]]\nregion = "root"\nmargin = "{}"\n'
+
+
+@pytest.fixture(scope="module")
+def registry():
+    known = build_registry(plugins=())
+    law = power_law(
+        name="walls-law", families=("walls",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.9),
+        kind="computed", source="this test", test="none",
+    )  # fmt: skip
+    families = {"walls": WALLS, "lawless": replace(WALLS, name="lawless")}
+    return replace(known, cell_families=families, scaling_laws={"walls-law": law})
+
+
+@pytest.fixture
+def nothing_heavy(monkeypatch):
+    """Computing a law or meshing the part fails the test."""
+
+    def refused(*_, **__):
+        pytest.fail("a law was computed or a part meshed")
+
+    monkeypatch.setattr(law_module, "computed_law", refused)
+    for name in ("box_part_mesh", "mesh_part"):
+        monkeypatch.setattr(stage_module, name, refused)
+
+
+def changed(*pairs):
+    text = CASE
+    for old, new in pairs:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    return text
+
+
+def read(folder, text):
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    return load_case(folder)
+
+
+def checked(folder, text, registry):
+    from gradedesign.ladder.check_case import check_case
+
+    return check_case(read(folder, text), registry)
+
+
+REFUSED = {
+    # The cell's own window, 0.01 to 0.99, has nothing of these; its law would take minutes.
+    "window": (
+        (('cell = "walls"', 'cell = "lawless"'), ("[0.2, 0.5]", "[0.995, 0.999]")),
+        CaseError, ["lattice.density", "nothing in common", "lawless"],
+    ),
+    # On 48 voxels a wall of three is 1/16 of the cell: 1 - (15/16)^3 = 0.18.
+    "window of the law": (
+        (('cell = "walls"', 'cell = "lawless"'), ("[0.2, 0.5]", "[0.02, 0.1]")),
+        CaseError, ["lattice.density", "nothing in common", "lawless-computed"],
+    ),
+    "tetrahedra": (
+        (('mesh_size = "6 mm"', 'mesh_size = "0.02 mm"'),),
+        ResourceError, ["case.toml:5: part.mesh_size", "found 0.02 mm", "unknowns", "or more"],
+    ),
+    "cell longer than the part": (
+        (('size = "6 mm"\nd', 'size = "1 m"\nd'),),
+        CaseError, ["lattice.size", "1000 mm", "24 x 12 x 12 mm", "24 mm at most"],
+    ),
+    "cells without number": (
+        (('size = "6 mm"\nd', 'size = "0.01 mm"\nd'),),
+        ResourceError, ["lattice.size", "0.01 mm", "GB", "larger cells"],
+    ),
+    # The box is 24 mm long: no place is farther from its end.
+    "passive margin": (
+        (("[limits]", KEEP.format("500 mm") + "[limits]"),),
+        CaseError, ["keep[0].margin", "found 500 mm", "region 'root'", "would stay solid"],
+    ),
+    "heated walls": (
+        (("density = [", 'finite_size = "walls"\ndensity = ['),
+         ("fix = [", 'temperature_change = "50 K"\nfix = ['),
+         ("density = \"5", 'thermal_expansion = "9e-6 1/K"\ndensity = "5')),
+        CaseError, ["lattice.finite_size", "temperature change of load case 'pull'"],
+    ),
+    "rigid motions": (
+        (('fix = [{region = "root"}]', 'fix = [{region = "root", components = "xy"}]'),),
+        CaseError, ["load_case[0].fix", "free to translate along z"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("pairs", "error", "words"), REFUSED.values(), ids=REFUSED)
+def test_a_run_is_refused_before_what_takes_minutes(
+    pairs, error, words, registry, nothing_heavy, tmp_path
+):
+    case = read(tmp_path, changed(*pairs))
+    with pytest.raises(error) as caught:
+        prepare(case, registry)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+    assert "(0,)" not in str(caught.value)
+
+
+def test_a_check_computes_no_law_and_no_mesh(registry, nothing_heavy, tmp_path):
+    found = checked(tmp_path, changed(('cell = "walls"', 'cell = "lawless"')), registry)
+    assert not found.known.law.known
+    assert found.known.law.voxels == 48
+    assert found.run.law_s == 60.0 * found.known.law.minutes[1] > 0
+    # Cubes between walls that fill 1 - (1 - w)^3 of them: at 0.2, w = 0.0717 of 6 mm.
+    assert found.run.grid.wall == pytest.approx(6 * (1 - 0.8 ** (1 / 3)), rel=0.01)
+
+
+def test_loads_that_cancel_are_told(registry, tmp_path):
+    pair = ", ".join(
+        f'{{region = "{n}", force = ["0 N", "0 N", "{{}}"]}}' for n in ("floor", "top")
+    )
+    old = '{region = "tip", force = ["0 N", "0 N", "-400 N"]}'
+    pressed = pair.replace("{}", "900 N", 1).replace("{}", "-900 N")
+    found = checked(tmp_path, changed((old, pressed)), registry)
+    assert found.known.balances[0].cancels
+    assert any('"pull"' in w and "1800 N act" in w for w in found.warnings), found.warnings
+    assert any("cancel" in w for w in prepare(found.known.case, registry).warnings)
+    # The same forces one way do not.
+    both = pair.replace("{}", "900 N", 1).replace("{}", "900 N")
+    assert not checked(tmp_path, changed((old, both)), registry).known.balances[0].cancels
+
+
+def test_resultants_are_those_of_the_solid_part_about_the_held_region(registry, tmp_path):
+    text = changed(
+        ('"-400 N"]}]', '"-400 N"]}, {region = "top", pressure = "2 MPa"}]\nacceleration = '
+         '["0 m/s^2", "0 m/s^2", "-10 m/s^2"]')
+    )  # fmt: skip
+    (one,) = checked(tmp_path, text, registry).known.balances
+    assert one.about == pytest.approx([0.0, 6.0, 6.0])
+    # 400 N; 2 MPa on 24 x 12 mm^2; 5 g/cm^3 of 3456 mm^3 at 10 m/s^2.
+    down = [400.0, 2 * 24 * 12, 5e-9 * 3456 * 1e4]
+    assert one.force == pytest.approx([0.0, 0.0, -sum(down)])
+    # Arms along x: the tip's 24 mm, and 12 mm to the middle of the top and of the solid.
+    turn = 24 * down[0] + 12 * down[1] + 12 * down[2]
+    assert one.moment == pytest.approx([0.0, turn, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(("edges", "asked"), [("0.2 mm", True), ("2 mm", False), ("90 m", True)])
+def test_the_unit_of_a_tiny_or_huge_part_is_questioned(edges, asked, registry, tmp_path):
+    text = changed(
+        ('["24 mm", "12 mm", "12 mm"]', f'["{edges}", "{edges}", "{edges}"]'),
+        ('mesh_size = "6 mm"', f'mesh_size = "{edges}"'),
+        ('size = "6 mm"\nd', f'size = "{edges}"\nd'),
+    )
+    found = checked(tmp_path, text, registry)
+    assert any("is its unit right?" in w for w in found.warnings) is asked
+
+
+def test_what_sets_the_grid_is_named(registry, tmp_path):
+    grid = checked(tmp_path, changed(("[limits]", KEEP.format("0.1 mm") + "[limits]")), registry)
+    assert "margin of the solid region 'root', 0.1 mm" in grid.run.grid.set_by
+    assert grid.run.grid.cube == pytest.approx(0.1 / 1.25)
+    skin = 'density = [0.2, 0.5]\nskin = {thickness = "0.2 mm"}'
+    grid = checked(tmp_path, changed(("density = [0.2, 0.5]", skin)), registry)
+    assert grid.run.grid.set_by == "the skin, 0.2 mm"
+
+
+def test_budgets_that_are_exceeded_are_told(registry, tmp_path):
+    text = CASE + '[run]\nmemory = "0.3 GB"\ntime = "10 s"\nexplicit_mesh_size = "0.2 mm"\n'
+    warnings = checked(tmp_path, text, registry).warnings
+    assert any("[run] memory" in w and "would fit" in w for w in warnings), warnings
+    assert any("[run] time" in w for w in warnings), warnings
+
+
+def test_the_part_is_measured_in_cells(registry, tmp_path):
+    # A box of 24 x 12 x 12 mm is 12 mm thick everywhere: two cells of 6 mm.
+    thick = checked(tmp_path, CASE, registry).thickness
+    assert thick.thickness == pytest.approx([12.0] * 5)
+    assert thick.cells == pytest.approx([2.0] * 5)
+
+
+def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(check_module, "registry_for", lambda **_: registry)
+    drawn = []
+
+    def draw(path, *_, **__):
+        drawn.append(path)
+        return ()
+
+    monkeypatch.setattr(check_module, "picture_loads", draw)
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    with pytest.raises(SystemExit) as ended:
+        app_module.main(["check", "."])
+    assert not ended.value.code
+    printed = capsys.readouterr().out
+    page = (Path(__file__).parents[2] / "docs" / "check.md").read_text(encoding="utf-8")
+    sample = page.split("```text\n")[1].split("```")[0]
+    labels = [line.split(":")[0] for line in sample.splitlines() if line and line[0] != " "]
+    assert len(labels) > 12
+    for label in set(labels) - {"warning", "walls of few cells", "Holes and bosses"}:
+        assert any(line.startswith(label) for line in printed.splitlines()), (label, printed)
+    # Beside the run folder: a run into runs/plate finds it as it was.
+    assert drawn == [Path("runs") / "plate-check" / "loads.png"]
+    assert not (tmp_path / "runs" / "plate").exists()
+    with pytest.raises(SystemExit):
+        app_module.main(["check", ".", "--json", "--no-picture"])
+    data = json.loads(capsys.readouterr().out)
+    assert data["picture"] is None
+    assert data["load_cases"][0]["force_N"] == [0.0, 0.0, -400.0]
+    assert len(drawn) == 1
