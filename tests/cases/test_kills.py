@@ -50,6 +50,7 @@ size = "8 mm"
 density = [0.45, 0.60]
 [run]
 max_rounds = 2
+stop_after = "verdict"
 mesh_cubes_per_wall = 1.5
 acceptance = "whole"
 [output]
@@ -64,8 +65,10 @@ def result_of(run):
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
-def test_a_run_killed_at_random_times_resumes_to_the_same_result(tmp_path):
-    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+@pytest.mark.parametrize("stop_after", ["lattice", "verdict"])
+def test_a_run_killed_at_random_times_resumes_to_the_same_result(tmp_path, stop_after):
+    text = CASE.replace('"verdict"', f'"{stop_after}"')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     scratch, cache, run = (tmp_path / name for name in ("scratch", "cache", "run"))
     scratch.mkdir()
     env = {**os.environ, "TMPDIR": str(scratch), "XDG_CACHE_HOME": str(cache)}

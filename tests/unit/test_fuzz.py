@@ -84,7 +84,7 @@ def swapped(rng, items):
 def altered_case(rng, text):
     """One to three changes of bytes, tokens, values, keys, lines or tables."""
     for _ in range(rng.choice([1, 1, 1, 2, 3])):
-        kind, lines = rng.choice([0, 1, 1, 1, 1, 2, 2, 2, 3, 4, 5, 6]), text.split("\n")
+        kind, lines = rng.choice([0, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 7, 7, 7]), text.split("\n")
         if kind == 0:
             data = bytearray(text.encode("utf-8", "surrogateescape"))
             for _ in range(rng.choice([1, 1, 4])):
@@ -113,9 +113,15 @@ def altered_case(rng, text):
         elif kind == 5:
             a, b = sorted(rng.randrange(len(text) + 1) for _ in range(2))
             text = text[:a] + text[b:] if rng.random() < 0.5 else text[:b] + text[a:]
-        else:
+        elif kind == 6:
             a = rng.randrange(len(text) + 1)
             text = text[:a] + rng.choice(NASTY) + text[a:]
+        else:  # another number, which may well be allowed
+            found = list(re.finditer(r"(?<=[ \"\[])\d+(\.\d+)?(?=[ \",\]\n])", text))
+            if found:
+                at = rng.choice(found)
+                new = f"{float(at[0]) * rng.uniform(0.3, 3.0):.{rng.choice([0, 3])}f}"
+                text = text[: at.start()] + new + text[at.end() :]
         text = text or " "
     return text
 
