@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from gradedesign.ladder import files
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
@@ -49,6 +50,13 @@ formats = ["stl"]
 
 
 @pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the pictures, which take longer than these runs."""
+    for name in ("loads", "density", "lattice", "stress", "deformed"):
+        monkeypatch.setattr(files, f"picture_{name}", lambda *_, **__: (), raising=False)
+
+
+@pytest.fixture
 def folder(tmp_path):
     box = box_surface((16.0, 8.0, 8.0))
     apart = np.array([0.0, 10.0, 0.0])
@@ -63,6 +71,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_two_bodies_run_to_a_verdict(cli, folder):
     ended = cli("run", folder, "-o", folder / "run")
     assert ended.code == 4, ended.err
