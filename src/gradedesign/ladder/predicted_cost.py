@@ -220,6 +220,9 @@ def learned_speed(
 ) -> Speed:
     """Replace measured numbers by what the stages of a finished round took.
 
+    Solves depend least on the case, so that theirs tells how fast the machine is at present: the
+    mesher, which no round runs, is taken to be as much slower or faster.
+
     Parameters
     ----------
     work : RunWork
@@ -250,4 +253,5 @@ def learned_speed(
         sizing=speed.sizing * ratio.get("sizing", 1.0),
         cube=speed.cube * ratio.get("explicit mesh", 1.0),
         solve=speed.solve * ratio.get("explicit solve", 1.0),
+        tet=speed.tet * ratio.get("explicit solve", 1.0),
     )
