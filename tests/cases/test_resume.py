@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from gradedesign.ladder import files
 from gradedesign.workspace.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first round cannot
@@ -118,6 +119,14 @@ def test_a_killed_run_resumes(tmp_path, number):
         assert folder.damaged_artefacts() == ()
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the pictures, which take longer than these runs."""
+    for name in ("loads", "density", "lattice", "stress", "deformed"):
+        monkeypatch.setattr(files, f"picture_{name}", lambda *_, **__: (), raising=False)
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, tmp_path):
     case = tmp_path / "case.toml"
     case.write_text(CASE.replace("[run]", '[run]\ntime = "0.001 s"'), encoding="utf-8")
