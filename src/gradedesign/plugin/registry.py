@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 
 import pluggy
 
-from gradedesign.case.suggest import instead
+from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, PluginError
@@ -87,7 +87,8 @@ def build_registry(
     ------
     PluginError
         For a misspelt hook, a hook that takes arguments, a record of the wrong type or with an
-        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load.
+        invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load
+        and for a law of a cell that nothing supplies, which otherwise are warnings in the log.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -110,8 +111,11 @@ def build_registry(
     failures = tuple(sorted([*failures, *more], key=str))
     for failure in failures:
         log.warning("disabled %s", failure)
-    if strict and failures:
-        raise PluginError("; ".join(str(failure) for failure in failures))
+    orphans = _orphan_laws(found)
+    for orphan in orphans:
+        log.warning("%s", orphan)
+    if strict and (failures or orphans):
+        raise PluginError("; ".join([*map(str, failures), *orphans]))
     failed = {failure.entry_point for failure in failures}
     return Registry(
         **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
@@ -284,6 +288,23 @@ def _add(found: _Found, kind: Kind, record: Any, source: PluginSource) -> None:
             f"uninstall one, or rename the record, for example to '<vendor>-{name}'"
         )
     found[kind][name] = (record, source)
+
+
+def _orphan_laws(found: _Found) -> list[str]:
+    """Say which laws describe cells that nothing supplies: misspelt, or of a missing plugin."""
+    cells = found["cell_families"]
+    said = []
+    for name, (law, source) in sorted(found["scaling_laws"].items()):
+        for family in law.families:
+            if family not in cells:
+                guess = nearest(family, cells)
+                said.append(
+                    f"law '{name}' of {source} describes cell '{family}', which no installed "
+                    f"plugin supplies: "
+                    + (f'did you mean "{guess}"? Or ' if guess is not None else "")
+                    + "install the plugin of that cell"
+                )
+    return said
 
 
 def _by_name(kind: Kind, shelf: Mapping[str, tuple[Any, PluginSource]]) -> Mapping[str, Any]:
