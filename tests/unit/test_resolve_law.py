@@ -53,8 +53,9 @@ def computed(monkeypatch):
     """What would be computed, by name and parameters, instead of a minute of homogenisation."""
     asked = []
 
-    def compute(family, parameters, poissons_ratio, resolution, edges):
+    def compute(family, parameters, poissons_ratio, resolution, edges, *, density):
         assert resolution == 48
+        assert density == (0.2, 0.5)
         asked.append((family.name, dict(parameters), poissons_ratio))
         return law("computed", "cube-computed")
 

@@ -39,7 +39,7 @@ from gradedesign.material.property_table import PropertyTable
 log = logging.getLogger(__name__)
 
 #: Changes whenever the numbers do.
-METHOD_VERSION = 2
+METHOD_VERSION = 3
 
 #: As METHOD_VERSION, of the critical stresses.
 BUCKLING_VERSION = 1
@@ -114,6 +114,7 @@ def compute_table(
         density=np.array([r.density for r in rows]),
         stiffness=np.array([r.stiffness for r in rows]),
         stiffness_error=np.array([r.stiffness_error for r in rows]),
+        uncertainty=np.array([r.uncertainty for r in rows]),
         strength=np.array([r.strength.strength for r in rows]),
         strength_error=np.array([r.strength_error for r in rows]),
         factors={

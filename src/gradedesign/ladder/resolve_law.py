@@ -63,7 +63,9 @@ def resolve_law(
                 f"{voxels}^3 voxels, which takes {minutes:.0f} to {2 * minutes:.0f} minutes",
             )
         )
-        law = computed_law(family, parameters, poissons_ratio, voxels, edges)
+        law = computed_law(
+            family, parameters, poissons_ratio, voxels, edges, density=case.lattice.density
+        )
         told = f"no law {why} is installed, so it was computed on {voxels}^3 voxels"
         if case.lattice.own_cell is None:
             told += f"; 'gradedesign homogenise {family.name}' says more"
