@@ -38,6 +38,15 @@ Without a table, {count} cells: {missing}.
 walls.
 """
 
+OFF = """
+The voxels of {count} tables hold more or less than the density, as those of all struts and straight
+pores did before method 3. This changes their stiffness by up to the share behind their names; their
+error includes it. `gradedesign tabulate NAME --resolution 48 -o FOLDER` computes them exactly: {names}.
+"""
+
+#: What the method of such a table says, before the share in per cent.
+OFF_BY = "which changes the stiffness by up to "
+
 #: Densities that are printed, where a table has them.
 SHOWN = (0.1, 0.2, 0.3, 0.5)
 
@@ -109,6 +118,12 @@ def text() -> str:
     missing = sorted(set(build_registry().cell_families) - known)
     page = HEAD.format(least=finest.min(), finest=finest.max())
     page += "\n".join(line for table in tables for line in rows_of(table)) + "\n"
+    off = [
+        f"{t.family} {t.method.split(OFF_BY)[1].split(' %')[0]} %"
+        for t in tables
+        if OFF_BY in t.method
+    ]
+    page += OFF.format(count=len(off), names=", ".join(off)) if off else ""
     return page + (TAIL.format(count=len(missing), missing=", ".join(missing)) if missing else "")
 
 
