@@ -41,7 +41,8 @@ walls.
 OFF = """
 The voxels of {count} tables hold more or less than the density, as those of all struts and straight
 pores did before method 3. This changes their stiffness by up to the share behind their names; their
-error includes it. `gradedesign tabulate NAME --resolution 48 -o FOLDER` computes them exactly: {names}.
+error includes it. `gradedesign tabulate NAME --resolution 48 -o FOLDER` computes one exactly:
+{names}.
 """
 
 #: What the method of such a table says, before the share in per cent.

@@ -141,9 +141,19 @@ def test_densities_of_a_table() -> None:
     assert sheet[0] == pytest.approx(0.0469 / 0.2865, abs=0.003)
 
 
+HEARD = []
+
+
 @pytest.fixture(scope="module")
 def small_table():
-    return compute_table(SKEWED, densities=(0.25, 0.4, 0.6), resolution=16)
+    def hear(row, number, count):
+        HEARD.append((row.density, number, count))
+
+    return compute_table(SKEWED, densities=(0.25, 0.4, 0.6), resolution=16, on_row=hear)
+
+
+def test_every_row_of_a_table_is_heard_of(small_table) -> None:
+    assert HEARD == [(0.25, 1, 3), (0.4, 2, 3), (0.6, 3, 3)]
 
 
 def test_table_round_trip(small_table) -> None:

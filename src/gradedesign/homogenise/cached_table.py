@@ -14,7 +14,12 @@ from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise.cell_properties import RESOLUTIONS
 from gradedesign.homogenise.sampling import CUBE
 from gradedesign.homogenise.strength import PERCENTILE
-from gradedesign.homogenise.table import METHOD_VERSION, compute_table, table_densities
+from gradedesign.homogenise.table import (
+    METHOD_VERSION,
+    RowListener,
+    compute_table,
+    table_densities,
+)
 from gradedesign.material.property_table import (
     FORMAT,
     PropertyTable,
@@ -39,6 +44,7 @@ def property_table(
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
+    on_row: RowListener | None = None,
 ) -> PropertyTable:
     """Property table of any cell: from the user's cache, or computed and stored there.
 
@@ -53,6 +59,8 @@ def property_table(
         Voxels along the cell; by default what each density's wall needs.
     edges : (3,) sequence
         Of the cell, up to a factor.
+    on_row : callable, optional
+        As `compute_table`, where the table is computed.
 
     Returns
     -------
@@ -91,7 +99,12 @@ def property_table(
             log.warning("the cached table of cell %s is unusable: %s", family.name, error)
     log.info("no table for cell %s: computing one", family.name)
     table = compute_table(
-        family, parameters, poissons_ratio=poissons_ratio, resolution=resolution, edges=edges
+        family,
+        parameters,
+        poissons_ratio=poissons_ratio,
+        resolution=resolution,
+        on_row=on_row,
+        edges=edges,
     )
     text = write_property_table(table).encode("utf-8")
     store_arrays(_KIND, key, json=np.frombuffer(text, dtype=np.uint8))
@@ -130,6 +143,7 @@ def computed_law(
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
     density: tuple[float, float] | None = None,
+    on_row: RowListener | None = None,
 ) -> ScalingLaw:
     """Law of a cell that comes without a table, from the user's cache or computed now.
 
@@ -148,6 +162,8 @@ def computed_law(
     density : (float, float), optional
         Range that is asked of the law. It need not cover it, but one that the law will not meet is
         refused before anything is computed.
+    on_row : callable, optional
+        As `compute_table`, where the law is computed.
 
     Returns
     -------
@@ -163,7 +179,7 @@ def computed_law(
     resolution = resolution or on_demand_resolution(family, parameters, edges)
     if density is not None:
         _require_meeting(family, parameters, resolution, edges, density)
-    table = property_table(family, parameters, poissons_ratio, resolution, edges)
+    table = property_table(family, parameters, poissons_ratio, resolution, edges, on_row)
     try:
         return tabulated_law(table)
     except ValueError as error:

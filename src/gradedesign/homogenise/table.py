@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
+from typing import TypeAlias
 
 import numpy as np
 
@@ -38,6 +39,9 @@ from gradedesign.material.property_table import PropertyTable
 
 log = logging.getLogger(__name__)
 
+#: Hears of a row, its number and the number of rows.
+RowListener: TypeAlias = Callable[[CellProperties, int, int], None]
+
 #: Changes whenever the numbers do.
 METHOD_VERSION = 3
 
@@ -59,7 +63,7 @@ def compute_table(
     densities: Sequence[float] | None = None,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
-    on_row: Callable[[CellProperties], None] | None = None,
+    on_row: RowListener | None = None,
     edges: Sequence[float] = CUBE,
 ) -> PropertyTable:
     """Compute the property table of a cell.
@@ -74,7 +78,7 @@ def compute_table(
     resolution : int, optional
         Of all rows; by default each row has the resolution that its wall needs.
     on_row : callable, optional
-        Called with each density's result.
+        Called with each density's result, how many are done and how many there are.
     edges : (3,) sequence
         Of the cell, up to a factor.
 
@@ -91,7 +95,7 @@ def compute_table(
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:
         densities = table_densities(family, parameters, finest, edges)
-    rows = []
+    rows: list[CellProperties] = []
     for rho in densities:
         row = cell_properties(
             family,
@@ -103,7 +107,7 @@ def compute_table(
         )
         log.info("cell %s at %.3f: C11 %.5f", family.name, rho, row.stiffness[0, 0])
         if on_row is not None:
-            on_row(row)
+            on_row(row, len(rows) + 1, len(densities))
         rows.append(row)
     return PropertyTable(
         name=f"{family.name}-computed{'' if min(edges) == max(edges) else '-stretched'}",

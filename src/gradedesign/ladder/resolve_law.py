@@ -11,6 +11,7 @@ from gradedesign.homogenise.cached_table import (
     computed_law,
     on_demand_resolution,
 )
+from gradedesign.homogenise.cell_properties import CellProperties
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import choose_law, usable_laws
 from gradedesign.plugin.registry import Registry
@@ -63,8 +64,19 @@ def resolve_law(
                 f"{voxels}^3 voxels, which takes {minutes:.0f} to {2 * minutes:.0f} minutes",
             )
         )
+
+        def tell(row: CellProperties, number: int, count: int) -> None:
+            on_event(
+                Event(
+                    stage="law",
+                    message=f"law of {family.name}: density {row.density:g} is computed "
+                    f"({number} of {count})",
+                    values={"fraction": number / count},
+                )
+            )
+
         law = computed_law(
-            family, parameters, poissons_ratio, voxels, edges, density=case.lattice.density
+            family, parameters, poissons_ratio, voxels, edges, case.lattice.density, tell
         )
         told = f"no law {why} is installed, so it was computed on {voxels}^3 voxels"
         if case.lattice.own_cell is None:
