@@ -23,7 +23,7 @@ SURFACES = {
     "frd": (-40, 10),
     "fischer-koch-s": (-40, 15),
     "c-y": (-24, 15),
-    "pm-y": (-40, 15),
+    "pm-y": (-40, 12),
     "lidinoid": (None, 8),
     "split-p": (None, 12),
     "pinched-primitive": (-4, 20),
