@@ -12,6 +12,7 @@ import numpy as np
 
 from gradedesign import PropertyTable, read_property_table
 from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
+from gradedesign.material.stiffness_constants import constant_errors
 from gradedesign.plugin.registry import build_registry
 
 HEAD = """# Computed properties of the cells
@@ -19,7 +20,9 @@ HEAD = """# Computed properties of the cells
 Written by `python docs/make_cell_properties.py` from the property tables that the distributions of
 cells ship, and held to them by a test. Stiffness over the base material's Young's modulus,
 Poisson's ratio 0.3, extrapolated from two grids, the finer one of {least} to {finest} voxels
-along the cell; the error is the share by which this changed the whole stiffness, rounded up.
+along the cell; the error is the share by which this changed C11 / C12 / C44, rounded up; of cells
+that are not cubic, the whole stiffness and the constant that it changed most; one number alone is
+the whole stiffness, of tables that do not state more.
 Strength: macroscopic von Mises stress at first yield over the base material's strength, in the
 worst direction. Cells that are not cubic: E along x / y / z. `gradedesign homogenise CELL
 --density R` says all of it, [homogenisation.md](homogenisation.md) how.
@@ -34,6 +37,16 @@ Without a table, {count} cells: {missing}.
 `law = "auto"` computes a law for these during a run, where 128 voxels along the cell resolve their
 walls.
 """
+
+OFF = """
+The voxels of {count} tables hold more or less than the density, as those of all struts and straight
+pores did before method 3. This changes their stiffness by up to the share behind their names; their
+error includes it. `gradedesign tabulate NAME --resolution 48 -o FOLDER` computes one exactly:
+{names}.
+"""
+
+#: What the method of such a table says, before the share in per cent.
+OFF_BY = "which changes the stiffness by up to "
 
 #: Densities that are printed, where a table has them.
 SHOWN = (0.1, 0.2, 0.3, 0.5)
@@ -75,11 +88,27 @@ def rows_of(table: PropertyTable) -> list[str]:
             f"{youngs[0]:.4f}" if cubic else " / ".join(f"{e:.4f}" for e in youngs),
             f"{diagonal:.4f}",
             f"{zener_ratio(c):.2f}" if cubic else "",
-            f"{np.ceil(1e3 * table.stiffness_error[k]) / 10:.1f} %",
+            error_of(table, k),
             f"{table.strength[k]:.4f}",
         )
         lines.append("| " + " | ".join(cells) + " |")
     return lines
+
+
+def error_of(table: PropertyTable, k: int) -> str:
+    """Error of a row's constants in per cent, rounded up."""
+    whole = _percent(table.stiffness_error[k])
+    known = {n: e[k] for n, e in constant_errors(table).items() if np.isfinite(e[k])}
+    if not known:
+        return f"{whole} %"
+    if table.symmetry == "cubic":
+        return " / ".join(_percent(e) for e in known.values()) + " %"
+    worst = max(known, key=lambda name: known[name])
+    return f"{whole} %, {worst} {_percent(known[worst])} %"
+
+
+def _percent(error: float) -> str:
+    return f"{np.ceil(1e3 * error) / 10:.1f}"
 
 
 def text() -> str:
@@ -90,6 +119,12 @@ def text() -> str:
     missing = sorted(set(build_registry().cell_families) - known)
     page = HEAD.format(least=finest.min(), finest=finest.max())
     page += "\n".join(line for table in tables for line in rows_of(table)) + "\n"
+    off = [
+        f"{t.family} {t.method.split(OFF_BY)[1].split(' %')[0]} %"
+        for t in tables
+        if OFF_BY in t.method
+    ]
+    page += OFF.format(count=len(off), names=", ".join(off)) if off else ""
     return page + (TAIL.format(count=len(missing), missing=", ".join(missing)) if missing else "")
 
 

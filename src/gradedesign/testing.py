@@ -19,6 +19,7 @@ from gradedesign.cell.shape import evaluate_shape, grid_nodes, spread_points
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import PluginError
 from gradedesign.fields import gradient
+from gradedesign.homogenise.bounds import check_bounds
 from gradedesign.material.scaling_law import ScalingLaw
 
 __all__ = ["check_cell_family", "check_scaling_law"]
@@ -124,17 +125,28 @@ def check_scaling_law(law: ScalingLaw) -> None:
     """Check that a scaling law keeps every promise of `ScalingLaw`.
 
     The name; shapes; a symmetric, positive definite stiffness that rises with density and stays
-    below that of the solid's share (the Voigt bound); derivatives that match differences.
+    within the bounds below; derivatives that match differences.
 
     Parameters
     ----------
     law : ScalingLaw
-        A law without strength is checked for stiffness only.
+        Its stiffness is checked, at 41 densities of its window. Laws from experiments are held to
+        the same bounds: one that breaks them was divided by the wrong modulus or density.
 
     Raises
     ------
     PluginError
         Naming the law, what was found and what was expected.
+
+    Notes
+    -----
+    Two bounds are exact for every solid with voids, whatever its symmetry. Voigt's in the sense of
+    energies: ``rho C_solid - C`` is positive semidefinite, so that E, G and K stay below the solid
+    volume fraction of the solid's. Hashin and Shtrikman's upper bound on the bulk and the shear
+    modulus of an isotropic mixture holds for the Reuss averages of ``C``, below which no
+    polycrystal of the cell lies: for an isotropic law that is K and G themselves, for a cubic one K
+    itself and the mean of its two shear compliances. It is no bound on the larger of the two shear
+    moduli of a cubic law, nor on E along one direction.
     """
     if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", law.name):
         raise PluginError(f"law '{law.name}': the name must be lower case with dashes")
@@ -154,6 +166,7 @@ def check_scaling_law(law: ScalingLaw) -> None:
         )
     if (np.diff(np.diagonal(matrices, axis1=1, axis2=2), axis=0) <= 0).any():
         raise PluginError(f"law '{law.name}': the stiffness must rise with density")
+    _check_law_bounds(law)
     step = 1e-6 * (b - a)
     inner = rho[1:-1]
     slope = (law.stiffness(inner + step) - law.stiffness(inner - step)) / (2 * step)
@@ -163,6 +176,21 @@ def check_scaling_law(law: ScalingLaw) -> None:
             f"law '{law.name}': the stiffness derivative is off by "
             f"{np.abs(found - slope).max():.3g} from differences"
         )
+
+
+def _check_law_bounds(law: ScalingLaw) -> None:
+    """Compare a law with the bounds of Voigt and of Hashin and Shtrikman over its window."""
+    for rho in np.linspace(*law.window, 41):
+        for bound in check_bounds(law.stiffness(np.asarray(rho)), float(rho), law.poissons_ratio):
+            # Hill's averages are estimates: no theorem keeps them below the bound.
+            if not bound.holds and "Hill" not in bound.name:
+                limit = "0 or more" if np.isinf(bound.upper) else f"{bound.upper:.4g} at most"
+                raise PluginError(
+                    f"law '{law.name}': at density {rho:.4g} the stiffness breaks a bound "
+                    f"({bound.name}): {bound.value:.4g} of the base material's Young's modulus, "
+                    f"expected {limit}; no solid of that density is so stiff, so check "
+                    f"coefficients, exponents and what they are relative to"
+                )
 
 
 def _check_output(family: CellFamily, points: FloatArray) -> FloatArray:

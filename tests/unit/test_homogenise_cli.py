@@ -25,6 +25,9 @@ def test_json_gives_the_stiffness_and_what_follows(cli) -> None:
     shipped = {law["name"]: law["E_x"] for law in data["laws"]}["gyroid-network-computed"]
     assert data["engineering"]["E"]["x"] == pytest.approx(shipped, rel=0.03)
     assert data["stiffness_error"] < data["energy_error"] < 0.1
+    c44 = data["C_uncertainty"][3][3] / data["C"][3][3]
+    assert data["constant_errors"]["C44"] == pytest.approx(c44, rel=0.05)
+    assert list(data["constant_errors"]) == ["C11", "C12", "C44"]
     assert data["youngs"]["100"] == data["engineering"]["E"]["x"]
     assert data["youngs"]["least"] <= data["youngs"]["110"] <= data["youngs"]["greatest"]
     assert len(data["bounds"]) == 8

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise import cached_table
+from gradedesign.homogenise import cell_properties as cell_properties_module
 from gradedesign.homogenise import table as table_module
 from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.cached_table import (
@@ -45,6 +46,39 @@ def test_fill_has_the_density_asked_for() -> None:
     assert fill.mean() == pytest.approx(0.3, abs=1e-3)
     assert set(np.round(np.unique(fill) * 81).astype(int)) <= set(range(82))
     np.testing.assert_array_equal(fill, fill.transpose(1, 2, 0))
+
+
+def rods(u):
+    """Distance to the nearest of three rods along the edges of the cell."""
+    squares = np.square(u - np.round(u))
+    return np.sqrt(squares.sum(axis=0) - squares.max(axis=0))
+
+
+RODS = CellFamily(name="test-rods", shape=rods, distance=True)
+
+
+@pytest.mark.parametrize(("rho", "voxels"), [(0.1, 24), (0.05, 32), (0.3, 16)])
+def test_a_strut_cell_is_filled_to_the_density_exactly(rho, voxels) -> None:
+    # Many samples of a strut lie at the level: counted in full, they are 1 to 4 % too much.
+    assert cell_fill(RODS, None, rho, voxels).mean() == pytest.approx(rho, rel=1e-9)
+    whole = cell_fill(RODS, None, rho, voxels, share_ties=False)
+    assert whole.mean() > 1.002 * rho
+
+
+def test_a_thin_strut_takes_twice_the_voxels_of_a_thin_wall(monkeypatch) -> None:
+    asked = []
+
+    def stop(family, parameters, rho, resolution, edges):
+        asked.append(resolution)
+        raise DensityError("enough")
+
+    monkeypatch.setattr(cell_properties_module, "require_resolved", stop)
+    # By hand: a wall of 0.06 has 3.8 voxels of 1/64 and 6.7 of 1/112, one of 0.01 never has six.
+    for family, wall in ((RODS, 0.06), (SHEET, 0.06), (RODS, 0.01)):
+        monkeypatch.setattr("gradedesign.homogenise.sampling.wall_mm", lambda *_, w=wall: w)
+        with pytest.raises(DensityError, match="enough"):
+            cell_properties(family, None, 0.1)
+    assert asked == [112, 64, 128]
 
 
 @given(rho=st.floats(0.2, 0.7))
@@ -107,9 +141,19 @@ def test_densities_of_a_table() -> None:
     assert sheet[0] == pytest.approx(0.0469 / 0.2865, abs=0.003)
 
 
+HEARD = []
+
+
 @pytest.fixture(scope="module")
 def small_table():
-    return compute_table(SKEWED, densities=(0.25, 0.4, 0.6), resolution=16)
+    def hear(row, number, count):
+        HEARD.append((row.density, number, count))
+
+    return compute_table(SKEWED, densities=(0.25, 0.4, 0.6), resolution=16, on_row=hear)
+
+
+def test_every_row_of_a_table_is_heard_of(small_table) -> None:
+    assert HEARD == [(0.25, 1, 3), (0.4, 2, 3), (0.6, 3, 3)]
 
 
 def test_table_round_trip(small_table) -> None:
@@ -197,9 +241,28 @@ def test_a_law_on_demand_is_that_of_the_cached_table(small_table, monkeypatch, t
     assert law.kind == "computed"
     assert law.families == ("test-skewed",)
     assert law.window == (0.25, 0.6)
-    np.testing.assert_allclose(law.stiffness(np.array(0.4)), small_table.stiffness[1], rtol=1e-5)
+    np.testing.assert_allclose(
+        law.stiffness(np.array(0.4)), small_table.stiffness[1], rtol=1e-5, atol=1e-9
+    )
     computed_law(SKEWED)
     assert len(asked) == 1
+
+
+def test_a_law_that_will_not_meet_the_densities_is_refused_before_it_is_computed(
+    monkeypatch, tmp_path
+) -> None:
+    def compute(*_, **__):
+        raise AssertionError("computed")
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(cached_table, "compute_table", compute)
+    # A sheet of 48 voxels has three across its wall from 3 / 48 / 0.2865 = 0.218 on.
+    with pytest.raises(DensityError, match=r"0\.05 to 0\.1: on 48\^3 voxels .* 0\.2\d+ to 0\.8"):
+        computed_law(SHEET, resolution=48, density=(0.05, 0.1))
+    with pytest.raises(DensityError, match=r"the cell exists from 0\.\d+ to 0\.9"):
+        computed_law(SHEET, resolution=48, density=(0.85, 0.9))
+    with pytest.raises(AssertionError, match="computed"):
+        computed_law(SHEET, resolution=48, density=(0.1, 0.4))
 
 
 def test_a_thin_cell_takes_as_many_voxels_as_its_wall_needs(monkeypatch) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import socket
+from dataclasses import replace
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -45,9 +47,28 @@ def test_tables_are_written_and_a_failure_stops_none(cli, quick, tmp_path) -> No
     assert quick == [("primitive-network", 0.33, 16), ("gyroid-network", 0.33, 16)]
     assert [path.name for path in folder.iterdir()] == ["gyroid-network.json"]
     table = read_property_table((folder / "gyroid-network.json").read_text(encoding="utf-8"))
+    assert table.uncertainty is not None
     assert table.poissons_ratio == 0.33
     np.testing.assert_array_equal(table.resolution, 16)
     assert len(table.surfaces) == 2
+
+
+def test_a_new_table_keeps_the_critical_stresses_of_the_one_it_replaces(tmp_path) -> None:
+    file = resources.files("gradedesign_cells_strut.properties") / "octet.json"
+    earlier = tmp_path / "octet.json"
+    earlier.write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+    old = read_property_table(earlier.read_text(encoding="utf-8"))
+    new = replace(old, buckling=None, strength=1.1 * old.strength)
+    kept = module.with_critical_stresses(new, earlier).buckling
+    np.testing.assert_array_equal(kept.critical, old.buckling.critical)
+    # Another cell, another material or other parameters have other ones.
+    for other in (
+        replace(new, family="sc"),
+        replace(new, poissons_ratio=0.4),
+        replace(new, parameters={"node_ratio": 1.2}),
+    ):
+        assert module.with_critical_stresses(other, earlier).buckling is None
+    assert module.with_critical_stresses(new, tmp_path / "none.json") is new
 
 
 def test_unknown_cells_are_refused_before_any_work(cli, quick, tmp_path) -> None:

@@ -76,6 +76,26 @@ def test_a_built_in_name_cannot_be_taken():
         build_registry(plugins=[plugin("mine", readers=[reader])])
 
 
+def test_a_law_of_a_cell_that_does_not_exist_is_named(caplog):
+    mine = plugin(
+        "mine", cell_families=[cell("cube")], scaling_laws=[law("odd", families=("cub",))]
+    )
+    registry = build_registry(plugins=[mine])
+    assert "odd" in registry.scaling_laws
+    (record,) = caplog.records
+    assert record.levelname == "WARNING"
+    assert "law 'odd' of module mine describes cell 'cub'" in record.message
+    assert 'did you mean "cube"?' in record.message
+    with pytest.raises(PluginError, match=r"law 'odd'.*'cub'"):
+        build_registry(plugins=[mine], strict=True)
+
+
+def test_a_law_of_another_plugins_cell_is_no_warning(caplog):
+    cells = plugin("cells", cell_families=[cell("cube")])
+    build_registry(plugins=[plugin("laws", scaling_laws=[law("one")]), cells], strict=True)
+    assert not caplog.records
+
+
 @pytest.mark.parametrize("name", ["Gyroid", "two words", "-a", "a--b", "a_b", "", None, 3])
 def test_invalid_names_are_refused(name):
     with pytest.raises(PluginError, match="invalid name"):

@@ -53,8 +53,11 @@ def computed(monkeypatch):
     """What would be computed, by name and parameters, instead of a minute of homogenisation."""
     asked = []
 
-    def compute(family, parameters, poissons_ratio, resolution, edges):
+    def compute(family, parameters, poissons_ratio, resolution, edges, density, on_row):
         assert resolution == 48
+        assert density == (0.2, 0.5)
+        for number, rho in enumerate((0.2, 0.35, 0.5, 0.6), start=1):
+            on_row(SimpleNamespace(density=rho), number, 4)
         asked.append((family.name, dict(parameters), poissons_ratio))
         return law("computed", "cube-computed")
 
@@ -80,8 +83,10 @@ def test_a_cell_without_a_law_gets_one(computed):
     found, warnings = resolve_law(
         case(), build_registry_with([]), FAMILY, {"bend": 0.5}, heard.append
     )
-    assert [event.stage for event in heard] == ["law"]
+    assert [event.stage for event in heard] == 5 * ["law"]
     assert "48^3 voxels, which takes 1 to 2 minutes" in heard[0].message
+    assert "law of cube: density 0.35 is computed (2 of 4)" in heard[2].message
+    assert [event.values["fraction"] for event in heard[1:]] == [0.25, 0.5, 0.75, 1.0]
     assert found.name == "cube-computed"
     assert "of this cell" in warnings[0]
     assert "homogenise cube" in warnings[0]

@@ -9,12 +9,13 @@ import pytest
 from gradedesign import CellFamily, PluginError
 from gradedesign.testing import check_cell_family
 from gradedesign_cells_tpms import (
-    c_pm_y,
+    c_y,
     diamond_raymont,
     frd,
     gradedesign_cell_families,
     gyroid_raymont,
     iwp,
+    lidinoid,
     neovius,
     neovius_as_printed,
     pinched_primitive,
@@ -25,7 +26,7 @@ FAMILIES = {family.name: family for family in gradedesign_cell_families()}
 
 #: Ends of the names of the networks of every surface, and the variant that ends them all.
 NETWORKS = {
-    ("c-pm-y", ""): ("",),
+    ("c-y", ""): ("",),
     ("diamond", ""): ("",),
     ("diamond", "-raymont"): ("", "-opposite"),
     ("fischer-koch-s", ""): ("",),
@@ -37,6 +38,7 @@ NETWORKS = {
     ("neovius", ""): ("",),
     ("neovius", "-as-printed"): ("",),
     ("pinched-primitive", ""): ("", "-opposite"),
+    ("pm-y", ""): ("",),
     ("primitive", ""): ("",),
     ("split-p", ""): ("", "-opposite"),
 }
@@ -181,7 +183,7 @@ def printed_neovius(x, y, z):
         (printed_second_w, lambda u: diamond_raymont.diamond_raymont(u) - 11),
         (printed_pinched, pinched_primitive.pinched_primitive),
         (printed_neovius, neovius_as_printed.neovius_as_printed),
-        (printed_neovius, lambda u: -c_pm_y.c_pm_y(u)),
+        (printed_neovius, lambda u: -c_y.c_y(u)),
     ],
     ids=lambda f: getattr(f, "__name__", "ours"),
 )
@@ -213,6 +215,30 @@ def test_formulas_of_the_appendix(printed, ours):
                 cos(2 * x) * sin(y) * cos(z)
                 + cos(x) * cos(2 * y) * sin(z)
                 + sin(x) * cos(y) * cos(2 * z)
+            ),
+        ),
+        (
+            # Fisher et al., Data in Brief 49 (2023) 109311, after von Schnering and Nesper 1991.
+            "pm-y",
+            lambda x, y, z: (
+                2 * cos(x) * cos(y) * cos(z)
+                + sin(2 * x) * sin(y)
+                + sin(x) * sin(2 * z)
+                + sin(2 * y) * sin(z)
+            ),
+        ),
+        (
+            # The same list: C(Y), not C(+-Y), which is -2 cXcYcZ + s2XsY + sXs2Z + s2YsZ.
+            "c-y",
+            lambda x, y, z: (
+                -sin(x) * sin(y) * sin(z)
+                + sin(2 * x) * sin(y)
+                + sin(2 * y) * sin(z)
+                + sin(x) * sin(2 * z)
+                - cos(x) * cos(y) * cos(z)
+                + sin(2 * x) * cos(z)
+                + cos(x) * sin(2 * y)
+                + cos(y) * sin(2 * z)
             ),
         ),
         (
@@ -255,6 +281,25 @@ def test_formulas_of_cell_libraries(name, formula):
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-12)
 
 
+def test_the_constant_of_the_lidinoid_is_a_parameter_of_sheet_and_wall():
+    # Halved terms with 0.3 are another surface than nTop's, whose 0.3 is halved too. On the surface
+    # of one constant the function of the other is 0.15.
+    sheet, wall = FAMILIES["lidinoid-sheet"], FAMILIES["lidinoid-wall"]
+    assert dict(sheet.parameters) == dict(wall.parameters) == {"constant": 0.15}
+    points = samples(4000)
+    values = lidinoid.lidinoid(points)
+    np.testing.assert_array_equal(sheet.shape(points), np.abs(values))
+    shifted = sheet.shape(points, constant=0.3)
+    np.testing.assert_allclose(shifted, np.abs(values + 0.15), rtol=0, atol=1e-12)
+    # A wall lies about its own surface: there the other constant's is far.
+    apart = wall.shape(points, constant=0.3)
+    near = apart < 0.002
+    assert near.sum() > 20
+    assert shifted[near].max() < 0.1
+    assert sheet.shape(points)[near].min() > 0.05
+    assert not FAMILIES["lidinoid-network"].parameters
+
+
 def test_the_printed_neovius_is_not_neovius():
     # They differ in symmetry: Neovius is even in each coordinate, the printed function is not.
     points = samples(500)
@@ -262,7 +307,7 @@ def test_the_printed_neovius_is_not_neovius():
     np.testing.assert_allclose(neovius.neovius(mirrored), neovius.neovius(points), atol=1e-12)
     printed = neovius_as_printed.neovius_as_printed
     assert np.abs(printed(mirrored) - printed(points)).max() > 1
-    assert "C(+-Y)" in FAMILIES["neovius-network-as-printed"].source
+    assert "C(Y)" in FAMILIES["neovius-network-as-printed"].source
 
 
 def test_the_misprinted_neovius_is_not_cubic():

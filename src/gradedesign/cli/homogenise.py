@@ -29,6 +29,7 @@ from gradedesign.homogenise.critical_stress import CriticalStress, critical_stre
 from gradedesign.homogenise.directional import youngs_extremes
 from gradedesign.ladder.summary import library_versions
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.material.stiffness_constants import relative_errors
 from gradedesign.output.property_plots import (
     plot_laws,
     plot_stiffness,
@@ -142,6 +143,12 @@ def properties_data(
         "C_uncertainty": _rounded(found.uncertainty, 2),
         "stiffness_error": _digits(found.stiffness_error, 2),
         "energy_error": _digits(found.energy_error, 2),
+        "constant_errors": {
+            name: _digits(float(error[0]), 2)
+            for name, error in relative_errors(
+                found.stiffness[None], found.uncertainty[None], family.symmetry
+            ).items()
+        },
         "engineering": {
             "E": dict(zip("xyz", map(_digits, constants.youngs), strict=True)),
             "G": dict(zip(("yz", "xz", "xy"), map(_digits, constants.shear), strict=True)),

@@ -24,6 +24,11 @@ def print_properties(data: Mapping[str, Any]) -> None:
             for name, row in zip(data["voigt_order"], data["C"], strict=True)
         ],
     )
+    print_table(
+        "Error of each constant",
+        tuple(data["constant_errors"]),
+        [tuple(f"{error:.1%}" for error in data["constant_errors"].values())],
+    )
     moduli = data["engineering"]
     print_table(
         "Engineering constants",

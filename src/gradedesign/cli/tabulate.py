@@ -49,7 +49,8 @@ def tabulate(
     cells : sequence of str
         None: all installed families.
     output : Path
-        Folder; made where missing. Earlier tables are replaced.
+        Folder; made where missing. Earlier tables are replaced; the critical stresses of one of the
+        same cell are kept where no new ones are computed, since they have densities of their own.
     resolution : int or None
         Voxels along a cell; by default what each density's wall needs.
     poissons_ratio : float
@@ -86,8 +87,8 @@ def tabulate(
                 code = failed
                 continue
             path = output / f"{name}.json"
-            write_text(path, text)
-            table = read_property_table(text)
+            table = with_critical_stresses(read_property_table(text), path)
+            write_text(path, write_property_table(table))
             print_text(
                 f"{name}: {table.density.size} densities from {table.density[0]:g} to "
                 f"{table.density[-1]:g}, stiffness to {table.stiffness_error.max():.1%}, strength "
@@ -95,6 +96,24 @@ def tabulate(
                 hang=2,
             )
     return code
+
+
+def with_critical_stresses(table: PropertyTable, earlier: Path) -> PropertyTable:
+    """Return a table with the critical stresses of the file that it replaces, unless it has some.
+
+    Raises
+    ------
+    PluginError
+        If that file is no table, or damaged.
+    """
+    if table.buckling is not None or not earlier.is_file():
+        return table
+    before = read_property_table(earlier.read_text(encoding="utf-8"))
+    same = (before.family, dict(before.parameters)) == (table.family, dict(table.parameters))
+    known = before.buckling if same else None
+    if known is None or known.poissons_ratio != table.poissons_ratio:
+        return table
+    return replace(table, buckling=known)
 
 
 def make_folder(output: Path) -> None:

@@ -7,13 +7,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise.cell_properties import RESOLUTIONS
 from gradedesign.homogenise.sampling import CUBE
 from gradedesign.homogenise.strength import PERCENTILE
-from gradedesign.homogenise.table import METHOD_VERSION, compute_table, table_densities
+from gradedesign.homogenise.table import (
+    METHOD_VERSION,
+    RowListener,
+    compute_table,
+    table_densities,
+)
 from gradedesign.material.property_table import (
     FORMAT,
     PropertyTable,
@@ -38,6 +44,7 @@ def property_table(
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
+    on_row: RowListener | None = None,
 ) -> PropertyTable:
     """Property table of any cell: from the user's cache, or computed and stored there.
 
@@ -52,6 +59,8 @@ def property_table(
         Voxels along the cell; by default what each density's wall needs.
     edges : (3,) sequence
         Of the cell, up to a factor.
+    on_row : callable, optional
+        As `compute_table`, where the table is computed.
 
     Returns
     -------
@@ -77,7 +86,12 @@ def property_table(
             log.warning("the cached table of cell %s is unusable: %s", family.name, error)
     log.info("no table for cell %s: computing one", family.name)
     table = compute_table(
-        family, parameters, poissons_ratio=poissons_ratio, resolution=resolution, edges=edges
+        family,
+        parameters,
+        poissons_ratio=poissons_ratio,
+        resolution=resolution,
+        on_row=on_row,
+        edges=edges,
     )
     text = write_property_table(table).encode("utf-8")
     store_arrays(_KIND, key, json=np.frombuffer(text, dtype=np.uint8))
@@ -151,6 +165,8 @@ def computed_law(
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
+    density: tuple[float, float] | None = None,
+    on_row: RowListener | None = None,
 ) -> ScalingLaw:
     """Law of a cell that comes without a table, from the user's cache or computed now.
 
@@ -166,6 +182,11 @@ def computed_law(
         three of them span the thinnest wall.
     edges : (3,) sequence
         Of the cell, up to a factor: a cell of unequal edges is stiffer along the longer ones.
+    density : (float, float), optional
+        Range that is asked of the law. It need not cover it, but one that the law will not meet is
+        refused before anything is computed.
+    on_row : callable, optional
+        As `compute_table`, where the law is computed.
 
     Returns
     -------
@@ -175,10 +196,13 @@ def computed_law(
     Raises
     ------
     DensityError, LatticeError, SolverError
-        As `compute_table`; `SolverError` also if stiffness or strength do not grow with density.
+        As `compute_table`; `DensityError` also if the law would not meet ``density``, `SolverError`
+        if stiffness or strength do not grow with density.
     """
     resolution = resolution or on_demand_resolution(family, parameters, edges)
-    table = property_table(family, parameters, poissons_ratio, resolution, edges)
+    if density is not None:
+        _require_meeting(family, parameters, resolution, edges, density)
+    table = property_table(family, parameters, poissons_ratio, resolution, edges, on_row)
     try:
         return tabulated_law(table)
     except ValueError as error:
@@ -186,6 +210,25 @@ def computed_law(
             f"no law follows from the computed properties of cell '{family.name}' on "
             f"{resolution}^3 voxels: {error}"
         ) from error
+
+
+def _require_meeting(
+    family: CellFamily,
+    parameters: Mapping[str, float] | None,
+    resolution: int,
+    edges: Sequence[float],
+    density: tuple[float, float],
+) -> None:
+    """Refuse densities that the law to be computed will not meet; a single one may be its end."""
+    chosen = table_densities(family, parameters, resolution, edges)
+    low, high = chosen[0], chosen[-1]
+    if density[0] > high + 1e-9 or density[1] < low - 1e-9:
+        exists = calibrate(family, parameters).window
+        raise DensityError(
+            f"no law of cell '{family.name}' can be computed for relative density {density[0]:g} "
+            f"to {density[1]:g}: on {resolution}^3 voxels it reaches from {low:g} to {high:g}, and "
+            f"the cell exists from {exists[0]:.3g} to {exists[1]:.3g}; change [lattice] density"
+        )
 
 
 def _stretch(edges: Sequence[float]) -> tuple[float, ...]:

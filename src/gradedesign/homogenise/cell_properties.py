@@ -32,6 +32,9 @@ from gradedesign.workspace.progress import report_step, stepping
 
 #: Voxels along the cell that are tried in turn until the wall has enough of them.
 RESOLUTIONS = (64, 80, 96, 112, 128)
+#: Voxels across the thinnest strut from which the extrapolation is trusted: `LEAST_VOXELS` on the
+#: coarser grid too. With four of them it was 1.6 % off in the octet's C44 at density 0.05.
+STRUT_VOXELS = 2 * LEAST_VOXELS
 #: The energy is stationary: at this residual the stiffness is right to seven digits.
 RTOL = 1e-4
 #: Of the directions and points of the strength surface: tables are reproducible.
@@ -99,7 +102,8 @@ def cell_properties(
     poissons_ratio : float
         Of the base material.
     resolution : int, optional
-        Even; by default the first of `RESOLUTIONS` with three voxels across the thinnest wall.
+        Even; by default the first of `RESOLUTIONS` with three voxels across the thinnest wall, or
+        six across the thinnest strut; the last where none has six.
     percentile : float
         By volume, of the local von Mises stress.
     with_surface : bool
@@ -205,7 +209,9 @@ def _resolution(
     edges: Sequence[float],
 ) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
+    # A strut bends by its corners; a sheet is resolved with half as many.
+    wanted = LEAST_VOXELS if family.sides == 2 else STRUT_VOXELS
     for n in RESOLUTIONS:
-        if voxels_in_wall(family, parameters, rho, n, edges) >= LEAST_VOXELS:
+        if voxels_in_wall(family, parameters, rho, n, edges) >= wanted:
             return n
     return RESOLUTIONS[-1]

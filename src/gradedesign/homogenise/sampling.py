@@ -38,12 +38,12 @@ def cell_fill(
     *,
     subsamples: int = SUBSAMPLES,
     edges: Sequence[float] = CUBE,
-    share_ties: bool = False,
+    share_ties: bool | None = None,
 ) -> FloatArray:
     """Sample a cell on cubic voxels.
 
     Samples lie at the centres of the ``subsamples^3`` equal parts of each voxel. The level is the
-    quantile of these very samples, so that the mean fill is ``rho`` to one sample.
+    quantile of these very samples, so that the mean fill is ``rho``.
 
     Parameters
     ----------
@@ -56,9 +56,10 @@ def cell_fill(
         1 gives voxels that are solid or void by their centre.
     edges : (3,) sequence
         Of the cell, up to a factor: see `voxel_counts`.
-    share_ties : bool
-        Count samples that lie at the level in part, so that the mean fill is ``rho``. A strut
-        cell has many such samples: without, its mean fill is up to a twentieth off.
+    share_ties : bool, optional
+        Count samples that lie at the level in part, so that the mean fill is ``rho``; by default
+        where voxels may be filled in part (``subsamples`` above 1). A strut cell has many such
+        samples: without, its mean fill is up to a tenth off.
 
     Returns
     -------
@@ -70,6 +71,8 @@ def cell_fill(
     DensityError
         If the cell does not exist at this density.
     """
+    if share_ties is None:
+        share_ties = subsamples > 1
     calibration = calibrate(family, parameters)
     calibration.level_of(rho)
     counts = voxel_counts(edges, resolution)

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
+from typing import TypeAlias
 
 import numpy as np
 
@@ -39,8 +40,11 @@ from gradedesign.workspace.progress import counted
 
 log = logging.getLogger(__name__)
 
+#: Hears of a row, its number and the number of rows.
+RowListener: TypeAlias = Callable[[CellProperties, int, int], None]
+
 #: Changes whenever the numbers do.
-METHOD_VERSION = 2
+METHOD_VERSION = 3
 
 #: As METHOD_VERSION, of the critical stresses.
 BUCKLING_VERSION = 1
@@ -60,7 +64,7 @@ def compute_table(
     densities: Sequence[float] | None = None,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
-    on_row: Callable[[CellProperties], None] | None = None,
+    on_row: RowListener | None = None,
     edges: Sequence[float] = CUBE,
 ) -> PropertyTable:
     """Compute the property table of a cell.
@@ -75,7 +79,7 @@ def compute_table(
     resolution : int, optional
         Of all rows; by default each row has the resolution that its wall needs.
     on_row : callable, optional
-        Called with each density's result.
+        Called with each density's result, how many are done and how many there are.
     edges : (3,) sequence
         Of the cell, up to a factor.
 
@@ -92,7 +96,7 @@ def compute_table(
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:
         densities = table_densities(family, parameters, finest, edges)
-    rows = []
+    rows: list[CellProperties] = []
     for rho in counted(densities, f"{family.name}, density", len(densities)):
         row = cell_properties(
             family,
@@ -104,7 +108,7 @@ def compute_table(
         )
         log.info("cell %s at %.3f: C11 %.5f", family.name, rho, row.stiffness[0, 0])
         if on_row is not None:
-            on_row(row)
+            on_row(row, len(rows) + 1, len(densities))
         rows.append(row)
     return PropertyTable(
         name=f"{family.name}-computed{'' if min(edges) == max(edges) else '-stretched'}",
@@ -115,6 +119,7 @@ def compute_table(
         density=np.array([r.density for r in rows]),
         stiffness=np.array([r.stiffness for r in rows]),
         stiffness_error=np.array([r.stiffness_error for r in rows]),
+        uncertainty=np.array([r.uncertainty for r in rows]),
         strength=np.array([r.strength.strength for r in rows]),
         strength_error=np.array([r.strength_error for r in rows]),
         factors={

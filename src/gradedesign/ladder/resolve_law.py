@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from gradedesign.case.schema import Case
 from gradedesign.cell.family import CellFamily
 from gradedesign.homogenise.cached_table import computed_law
+from gradedesign.homogenise.cell_properties import CellProperties
 from gradedesign.ladder.planned_law import (
     changed_parameters,
     planned_law,
@@ -59,7 +60,20 @@ def resolve_law(
             f"minutes"
         )
         on_event(Event(stage="law", message=f"{plan.why}: {how}"))
-        law = computed_law(family, parameters, poissons_ratio, plan.voxels, edges)
+
+        def tell(row: CellProperties, number: int, count: int) -> None:
+            on_event(
+                Event(
+                    stage="law",
+                    message=f"law of {family.name}: density {row.density:g} is computed "
+                    f"({number} of {count})",
+                    fraction=number / count,
+                )
+            )
+
+        law = computed_law(
+            family, parameters, poissons_ratio, plan.voxels, edges, case.lattice.density, tell
+        )
         told = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
         if case.lattice.own_cell is None:
             told += f"; 'gradedesign homogenise {family.name}' says more"

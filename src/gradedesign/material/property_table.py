@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -47,6 +47,9 @@ class PropertyTable:
         engineering shear, in the cell's axes; extrapolated to no voxels.
     stiffness_error : (k,) array
         Norm of the extrapolation over that of the stiffness.
+    uncertainty : (k, 6, 6) array or None
+        Of each entry of the stiffness, in its unit: what the extrapolation added to it, or its
+        departure from the declared symmetry where that is larger. None in tables of before.
     strength : (k,) array
         Macroscopic von Mises stress at which the percentile of the local one reaches the base
         material's strength, over that strength, in the worst direction.
@@ -85,6 +88,7 @@ class PropertyTable:
     factors: Mapping[str, FloatArray] = field(default_factory=dict)
     surfaces: tuple[StrengthSurface, ...] = ()
     buckling: BucklingTable | None = None
+    uncertainty: FloatArray | None = None
 
     def __post_init__(self) -> None:
         k = np.asarray(self.density).size
@@ -96,6 +100,11 @@ class PropertyTable:
             ("strength_error", (k,)),
         ):
             object.__setattr__(self, key, locked(getattr(self, key), shape, name=key))
+        if self.uncertainty is not None:
+            each = locked(self.uncertainty, (k, 6, 6), name="uncertainty")
+            if not (each >= 0).all():
+                raise ValueError(f"property table '{self.name}' has a negative uncertainty, or NaN")
+            object.__setattr__(self, "uncertainty", each)
         whole = locked(self.resolution, (k,), dtype=np.int64, name="resolution")
         object.__setattr__(self, "resolution", whole)
         factors = {n: locked(v, (k,), name=n) for n, v in self.factors.items()}
@@ -128,6 +137,8 @@ def write_property_table(table: PropertyTable) -> str:
         "date": table.date,
         "stiffness entries": "upper triangle by rows, over the base material's Young's modulus",
     }
+    if table.uncertainty is not None:
+        head["uncertainty entries"] = "as stiffness, of each entry, without sign"
     rows: list[dict[str, Any]] = [
         {
             "density": _digits(table.density[i]),
@@ -140,6 +151,9 @@ def write_property_table(table: PropertyTable) -> str:
         }
         for i in range(table.density.size)
     ]
+    if table.uncertainty is not None:
+        for row, each in zip(rows, table.uncertainty, strict=True):
+            row["uncertainty"] = [_digits(v, 2) for v in each[_UPPER]]
     for row, surface in zip(rows, table.surfaces, strict=False):
         row["surface"] = _surface_entry(surface)
     lines = [f"  {json.dumps(k)}: {json.dumps(v)}," for k, v in head.items()]
@@ -190,10 +204,7 @@ def read_property_table(text: str) -> PropertyTable:
 def _table(data: Mapping[str, Any]) -> PropertyTable:
     """Build the record from parsed text."""
     rows = data["rows"]
-    stiffness = np.zeros((len(rows), 6, 6))
-    for c, row in zip(stiffness, rows, strict=True):
-        c[_UPPER] = row["stiffness"]
-        c[_UPPER[::-1]] = row["stiffness"]
+    known = "uncertainty entries" in data
     return PropertyTable(
         name=str(data["name"]),
         family=str(data["family"]),
@@ -201,7 +212,8 @@ def _table(data: Mapping[str, Any]) -> PropertyTable:
         symmetry=str(data["symmetry"]),
         poissons_ratio=float(data["poissons_ratio"]),
         density=np.array([row["density"] for row in rows]),
-        stiffness=stiffness,
+        stiffness=np.array([_whole(row["stiffness"]) for row in rows]),
+        uncertainty=np.array([_whole(row["uncertainty"]) for row in rows]) if known else None,
         stiffness_error=np.array([row["stiffness_error"] for row in rows]),
         strength=np.array([row["strength"] for row in rows]),
         strength_error=np.array([row["strength_error"] for row in rows]),
@@ -231,14 +243,10 @@ def _surface_entry(surface: StrengthSurface) -> dict[str, Any]:
 
 def _surface(entry: Mapping[str, Any], data: Mapping[str, Any]) -> StrengthSurface:
     """Record of what `_surface_entry` wrote."""
-    forms = np.zeros((len(entry["forms"]), 6, 6))
-    for form, values in zip(forms, entry["forms"], strict=True):
-        form[_UPPER] = values
-        form[_UPPER[::-1]] = values
     return StrengthSurface(
         exponent=int(entry["exponent"]),
         weights=np.array(entry["weights"], dtype=np.float64),
-        forms=forms,
+        forms=np.array([_whole(values) for values in entry["forms"]]).reshape(-1, 6, 6),
         symmetry=str(data["symmetry"]),
         max_error=float(entry["max_error"]),
         rms_error=float(entry["rms_error"]),
@@ -246,6 +254,16 @@ def _surface(entry: Mapping[str, Any], data: Mapping[str, Any]) -> StrengthSurfa
         percentile=float(data["percentile"]),
         distribution=np.array(entry.get("distribution", [[], []]), dtype=np.float64),
     )
+
+
+def _whole(upper: Sequence[float]) -> FloatArray:
+    """Symmetric matrix ``(6, 6)`` from its upper triangle by rows."""
+    if len(upper) != _UPPER[0].size:
+        raise ValueError(f"{len(upper)} entries of a symmetric matrix, expected {_UPPER[0].size}")
+    matrix = np.zeros((6, 6))
+    matrix[_UPPER] = upper
+    matrix[_UPPER[::-1]] = upper
+    return matrix
 
 
 def _digits(value: float, digits: int = 7) -> float:

@@ -13,6 +13,7 @@ from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.property_table import PropertyTable
 from gradedesign.material.scaling_law import ScalingLaw, within_window
+from gradedesign.material.stiffness_constants import constant_errors
 
 _Curve = Callable[[FloatArray], FloatArray]
 
@@ -82,6 +83,7 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
         test=table.method,
         coefficients=(
             ("stiffness_error", float(table.stiffness_error.max())),
+            *((f"{n}_error", float(np.nanmax(e))) for n, e in constant_errors(table).items()),
             ("strength_error", float(table.strength_error.max())),
             *_surface_errors(table),
         ),

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 
 import pluggy
 
-from gradedesign.case.suggest import instead
+from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
@@ -90,7 +90,8 @@ def build_registry(
     PluginError
         For a misspelt hook, a hook that takes arguments, a record of the wrong type or with an
         invalid name, a name supplied twice; with ``strict`` also for a plugin that fails to load
-        and for a function with the name of a hook that is not marked as one.
+        and for a function with the name of a hook that is not marked as one, or a law of a cell
+        that nothing supplies.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -115,10 +116,11 @@ def build_registry(
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
         log.warning("disabled %s", failure)
-    for warning in unmarked:
+    notes = (*unmarked, *_orphan_laws(found))
+    for warning in notes:
         log.warning("%s", warning)
-    if strict and (failures or unmarked):
-        raise PluginError("; ".join([*map(str, failures), *unmarked]))
+    if strict and (failures or notes):
+        raise PluginError("; ".join([*map(str, failures), *notes]))
     failed = {failure.entry_point for failure in failures}
     return Registry(
         **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
@@ -130,7 +132,7 @@ def build_registry(
         ),
         plugins=tuple(s for _, s in sorted(sources.items()) if s.entry_point not in failed),
         failures=failures,
-        warnings=unmarked,
+        warnings=notes,
     )
 
 
@@ -303,6 +305,23 @@ def _add(found: _Found, kind: Kind, record: Any, source: PluginSource) -> None:
             f"uninstall one, or rename the record, for example to '<vendor>-{name}'"
         )
     found[kind][name] = (record, source)
+
+
+def _orphan_laws(found: _Found) -> list[str]:
+    """Say which laws describe cells that nothing supplies: misspelt, or of a missing plugin."""
+    cells = found["cell_families"]
+    said = []
+    for name, (law, source) in sorted(found["scaling_laws"].items()):
+        for family in law.families:
+            if family not in cells:
+                guess = nearest(family, cells)
+                said.append(
+                    f"law '{name}' of {source} describes cell '{family}', which no installed "
+                    f"plugin supplies: "
+                    + (f'did you mean "{guess}"? Or ' if guess is not None else "")
+                    + "install the plugin of that cell"
+                )
+    return said
 
 
 def _by_name(kind: Kind, shelf: Mapping[str, tuple[Any, PluginSource]]) -> Mapping[str, Any]:

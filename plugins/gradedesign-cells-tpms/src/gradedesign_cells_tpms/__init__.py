@@ -13,7 +13,7 @@ from gradedesign import (
     shipped_laws,
 )
 from gradedesign_cells_tpms import (
-    c_pm_y,
+    c_y,
     diamond,
     diamond_raymont,
     fischer_koch_s,
@@ -25,6 +25,7 @@ from gradedesign_cells_tpms import (
     neovius,
     neovius_as_printed,
     pinched_primitive,
+    pm_y,
     primitive,
     split_p,
 )
@@ -35,8 +36,8 @@ from gradedesign_cells_tpms.laws import scaling_laws
 def gradedesign_cell_families() -> Iterator[CellFamily]:
     """Register sheet, networks and wall of every surface."""
     for surface in (
-        c_pm_y, diamond, diamond_raymont, fischer_koch_s, frd, gyroid, gyroid_raymont, iwp,
-        lidinoid, neovius, neovius_as_printed, pinched_primitive, primitive, split_p,
+        c_y, diamond, diamond_raymont, fischer_koch_s, frd, gyroid, gyroid_raymont, iwp,
+        lidinoid, neovius, neovius_as_printed, pinched_primitive, pm_y, primitive, split_p,
     ):  # fmt: skip
         yield from surface.FAMILIES
 

@@ -1,4 +1,4 @@
-"""Raymont's "Neovius' Surface", which is C(+-Y): the name as printed, for work that quotes it.
+"""Raymont's "Neovius' Surface", which is C(Y): the name as printed, for work that quotes it.
 
 The true one is in `neovius`. The solid of the network is where the printed function is positive.
 """
@@ -8,17 +8,17 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.fields import FloatArray
-from gradedesign_cells_tpms.c_pm_y import c_pm_y
+from gradedesign_cells_tpms.c_y import c_y
 from gradedesign_cells_tpms.surface_family import surface_families
 
 SOURCE = (
     '"Neovius\' Surface" as printed in D. Raymont, thesis, Univ. Exeter 2011, appendix A: '
-    "-(-sXsYsZ + s2XsY + s2YsZ + sXs2Z - cXcYcZ + s2XcZ + cXs2Y + cYs2Z), which is C(+-Y)"
+    "-(-sXsYsZ + s2XsY + s2YsZ + sXs2Z - cXcYcZ + s2XcZ + cXs2Y + cYs2Z), which is C(Y)"
 )
 
 
 def neovius_as_printed(u: FloatArray) -> FloatArray:
-    """Function that Raymont's appendix A prints for the Neovius surface: minus C(+-Y).
+    """Function that Raymont's appendix A prints for the Neovius surface: minus C(Y).
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def neovius_as_printed(u: FloatArray) -> FloatArray:
     -------
     (...) array
     """
-    return np.negative(c_pm_y(u))
+    return np.negative(c_y(u))
 
 
 #: Cells built on this surface.

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 
 import numpy as np
 
 from gradedesign import CellFamily
 from gradedesign.fields import Field, FloatArray, periodic_distance_to_level_set
 
+#: Tables of distances that a wall keeps, for as many values of its parameters.
+_TABLES = 4
+
 
 def surface_families(
     name: str,
-    function: Field,
+    function: Callable[..., FloatArray],
     source: str,
     *,
     variant: str = "",
     below: str | None = "",
     above: str | None = None,
     resolution: int = 48,
+    parameters: Mapping[str, float] | None = None,
 ) -> tuple[CellFamily, ...]:
     """Sheet, networks and wall of the surface ``function = 0``.
 
@@ -37,6 +42,9 @@ def surface_families(
         the surface; None where the other side is the same cell, moved or turned.
     resolution : int
         Steps per cell of the table of distances behind the wall.
+    parameters : mapping of str to float, optional
+        Defaults of the function's keyword arguments: parameters of sheet and wall. Networks have
+        the defaults.
 
     Returns
     -------
@@ -46,16 +54,21 @@ def surface_families(
     def opposite(u: FloatArray) -> FloatArray:
         return np.negative(function(u))
 
-    def sheet(u: FloatArray) -> FloatArray:
-        return np.abs(function(u))
+    def sheet(u: FloatArray, **values: float) -> FloatArray:
+        return np.abs(function(u, **values))
 
     # Tabulated when first needed: it takes seconds.
-    @cache
-    def distance() -> Field:
-        return periodic_distance_to_level_set(function, resolution=resolution)
+    @lru_cache(maxsize=_TABLES)
+    def distance(values: tuple[tuple[str, float], ...]) -> Field:
+        def surface(u: FloatArray) -> FloatArray:
+            return function(u, **dict(values))
 
-    def wall(u: FloatArray) -> FloatArray:
-        return np.abs(distance()(u))
+        return periodic_distance_to_level_set(surface, resolution=resolution)
+
+    def wall(u: FloatArray, **values: float) -> FloatArray:
+        return np.abs(distance(tuple(sorted(values.items())))(u))
+
+    given = dict(parameters or {})
 
     networks = [
         CellFamily(
@@ -66,13 +79,18 @@ def surface_families(
     ]
     return (
         CellFamily(
-            name=f"{name}-sheet{variant}", shape=sheet, source=f"|f| <= t, f = {source}", sides=2
+            name=f"{name}-sheet{variant}",
+            shape=sheet,
+            source=f"|f| <= t, f = {source}",
+            parameters=given,
+            sides=2,
         ),
         *networks,
         CellFamily(
             name=f"{name}-wall{variant}",
             shape=wall,
             source=f"distance to f = 0 at most t, f = {source}",
+            parameters=given,
             distance=True,
             sides=2,
         ),

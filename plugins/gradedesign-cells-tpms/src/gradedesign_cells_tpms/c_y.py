@@ -1,4 +1,6 @@
-"""The surface C(+-Y) of Fischer and Koch; its two sides are the same cell, moved.
+"""The surface C(Y) of Fischer and Koch, complementary to Y; its two sides are one cell, moved.
+
+Not C(+-Y), whose function is that of `pm_y` with the other sign before the cosines.
 
 Raymont's appendix A prints the same function, with the other sign, as "Neovius' Surface"; see
 `neovius_as_printed`.
@@ -13,12 +15,12 @@ from gradedesign_cells_tpms.surface_family import surface_families
 
 SOURCE = (
     "-sXsYsZ + s2XsY + s2YsZ + sXs2Z - cXcYcZ + s2XcZ + cXs2Y + cYs2Z, "
-    "nodal approximation of the surface C(+-Y)"
+    "nodal approximation of the surface C(Y)"
 )
 
 
-def c_pm_y(u: FloatArray) -> FloatArray:
-    """Nodal function of the surface C(+-Y).
+def c_y(u: FloatArray) -> FloatArray:
+    """Nodal function of the surface C(Y).
 
     Parameters
     ----------
@@ -30,8 +32,9 @@ def c_pm_y(u: FloatArray) -> FloatArray:
 
     References
     ----------
-    E. Koch, W. Fischer, Z. Kristallogr. 183 (1988) 129 (surface); D. Raymont, thesis, Univ. Exeter
-    2011, appendix A (function, under another name).
+    W. Fischer, E. Koch, Z. Kristallogr. 179 (1987) 31 (surface); H. G. von Schnering, R. Nesper, Z.
+    Phys. B 83 (1991) 407 (function, as listed by Fisher et al., Data in Brief 49 (2023) 109311); D.
+    Raymont, thesis, Univ. Exeter 2011, appendix A (function, under another name).
     """
     angle = 2 * np.pi * np.asarray(u)
     sx, sy, sz = np.sin(angle)
@@ -41,4 +44,4 @@ def c_pm_y(u: FloatArray) -> FloatArray:
 
 
 #: Cells built on this surface.
-FAMILIES = surface_families("c-pm-y", c_pm_y, SOURCE)
+FAMILIES = surface_families("c-y", c_y, SOURCE)
