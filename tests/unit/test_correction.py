@@ -1,6 +1,5 @@
 """Space mapping: factors that bend the homogenised prediction onto the explicit result."""
 
-import numpy as np
 import pytest
 
 from gradedesign.verify.correction import (
@@ -8,6 +7,7 @@ from gradedesign.verify.correction import (
     damped,
     damping_for,
     gap_between,
+    kept_share,
     stiffness_exponent,
     stiffness_update,
 )
@@ -26,18 +26,30 @@ def test_a_difference_the_lattice_cannot_explain_leaves_the_stiffness():
     assert stiffness_update(2.5, 2.0, 0.01) == 1.0
 
 
-def test_the_exponent_is_the_slope_of_the_last_two_analyses():
-    """factor = 0.8 (rho / 0.3)^0.6, sampled twice (by construction)."""
+def test_the_exponent_is_that_of_analyses_at_different_densities():
+    """factor = 0.8 (rho / 0.3)^0.6 (by construction); the prior of weight 1 beside 56 shifts it."""
     samples = [(r, 0.8 * (r / 0.3) ** 0.6) for r in (0.2, 0.3, 0.4)]
-    assert stiffness_exponent(samples) == pytest.approx(0.6, rel=1e-12)
+    assert stiffness_exponent(samples) == pytest.approx(0.6, abs=0.02)
     assert stiffness_exponent([]) == 0.0
 
 
+def test_analyses_at_nearly_one_density_say_little_about_the_exponent():
+    """5 % of density and 38 % of factor are a slope of 6.4, of a frame of body-centred struts."""
+    samples = [(0.299, 0.485), (0.396, 0.517), (0.416, 0.713)]
+    assert 0.2 < stiffness_exponent(samples) < 1.5
+
+
+def test_a_design_keeps_most_of_its_density_where_the_prediction_was_off():
+    first, near, far = (Gap(displacement=(g,)) for g in (0.9, 0.03, -0.24))
+    assert kept_share([]) == kept_share([first]) == kept_share([first, near]) == 0.0
+    assert kept_share([first, Gap(displacement=(0.07,))]) == 0.7
+    assert kept_share([first, far]) == 0.85
+    assert kept_share([Gap(), Gap()]) == 0.0
+
+
 def test_one_analysis_lets_the_factor_vanish_for_dense_material():
-    """factor = rho^0.7 passes through (0.3, 0.3^0.7) and (1, 1); close samples count as one."""
+    """factor = rho^0.7 passes through (0.3, 0.3^0.7) and (1, 1)."""
     assert stiffness_exponent([(0.3, 0.3**0.7)]) == pytest.approx(0.7, rel=1e-12)
-    close = [(0.30, 0.2), (0.301, 0.301**0.7)]
-    assert stiffness_exponent(close) == pytest.approx(0.7, rel=1e-12)
 
 
 def test_the_exponent_stays_within_what_free_faces_explain():
@@ -62,14 +74,6 @@ def test_alternating_gaps_are_damped():
     assert damping_for(gaps) == 0.5
     assert damping_for(gaps[:2]) == 1.0
     assert damping_for([Gap()]) == 1.0
-
-
-def test_exponent_does_not_depend_on_units_of_the_factor():
-    rng = np.random.default_rng(904)
-    a, b = rng.uniform(0.1, 0.5, 2)
-    samples = [(a, 0.5), (b, 0.5 * (b / a) ** 0.4)]
-    scaled = [(r, 7 * f) for r, f in samples]
-    assert stiffness_exponent(samples) == pytest.approx(stiffness_exponent(scaled))
 
 
 def test_the_gap_of_the_most_used_displacement_decides_on_damping():

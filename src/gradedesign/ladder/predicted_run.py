@@ -14,18 +14,14 @@ from gradedesign.ladder.predicted_cost import (
     TETS_PER_SOLID_CUBE,
     CostPrediction,
     RunWork,
-    mesher_seconds,
     mesher_tets,
     predict_cost,
 )
 from gradedesign.ladder.predicted_part_mesh import predicted_part_dofs
 from gradedesign.ladder.resolved_case import ResolvedCase
+from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.grid_resolution import LAYER_CUBES
 from gradedesign.verify.windows import MARGIN
-
-#: Where the acceptance is left open, the whole lattice is meshed again if that is predicted to
-#: take this share of the time of the case at most.
-_MESHER_SHARE = 1.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,9 +121,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     explicit = case.run.stop_after == "verdict"
     tets = TETS_PER_SOLID_CUBE * solid / grid.cube**3 if explicit else 0.0
     scope = case.run.acceptance
-    if scope == "auto":
-        whole = mesher_seconds(mesher_tets(tets)) < _MESHER_SHARE * case.run.time
-        scope = "whole" if whole else "windows"
+    scope = choose_scope(scope, tets, case.run.time)
     edges = np.minimum((1 + 2 * MARGIN) * known.layout.typical, np.ptp(_corners(known), axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
     work = RunWork(

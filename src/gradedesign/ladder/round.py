@@ -145,6 +145,7 @@ def size_round(
     start: FloatArray | None,
     target: float = TARGET,
     most_iterations: int,
+    keep: float = 0.0,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size the corrected homogenised part, densities filtered by ``matrix``.
@@ -168,7 +169,7 @@ def size_round(
         target=target,
         buckling_limit=buckling_limit(setup),
     )
-    return size(problem, start=start, max_iterations=most_iterations, on_step=on_step)
+    return size(problem, start=start, max_iterations=most_iterations, keep=keep, on_step=on_step)
 
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:

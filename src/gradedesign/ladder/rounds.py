@@ -43,6 +43,7 @@ from gradedesign.verify.correction import (
     damped,
     damping_for,
     gap_between,
+    kept_share,
     stiffness_exponent,
     stiffness_update,
 )
@@ -186,6 +187,7 @@ def play_round(
             if len(previous) < len(FIRST_ITERATIONS)
             else TUNING_ITERATIONS
         ),
+        keep=kept_share([done.gap for done in previous]),
         on_step=on_step,
     )
     timing["sizing"] = time.perf_counter() - began

@@ -17,6 +17,12 @@ from itertools import pairwise
 
 import numpy as np
 
+#: Relative scatter of the stiffness factor between designs of one density, and of its exponent
+#: about the one that vanishes for dense material.
+SCATTER, SPREAD = 0.1, 1.0
+#: Gaps of the governing displacement, largest first, above which a design keeps these shares.
+TRUST = ((0.10, 0.85), (0.05, 0.70))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correction:
@@ -110,19 +116,34 @@ def stiffness_update(explicit: float, predicted: float, lattice_share: float) ->
 def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
     """Exponent of the stiffness factor in density.
 
-    From two analyses whose mean densities differ by 3 % or more, the slope between the last two.
-    Before that, the power law through the one sample and a factor of 1 for dense material: what
-    free faces cost vanishes as the voids close. Kept within -0.5 to 4, the range that free faces
-    of one to many cells explain.
+    The power law through the last analysis that fits the others best, held to the one that
+    vanishes for dense material (what free faces cost vanishes as the voids close). Factors of
+    designs of one density scatter by `SCATTER`, so that analyses at nearly the same density say
+    little about the exponent; exponents scatter by `SPREAD` about that of dense material. Kept
+    within -0.5 to 4, the range that free faces of one to many cells explain.
     """
     if not samples:
         return 0.0
-    (rho_a, factor_a) = samples[-2] if len(samples) > 1 else (1.0, 1.0)
-    (rho_b, factor_b) = samples[-1]
-    run = np.log(rho_b / rho_a)
-    if abs(run) < 0.03:
-        (rho_a, factor_a), run = (1.0, 1.0), np.log(rho_b)
-    return float(np.clip(np.log(factor_b / factor_a) / run, -0.5, 4.0))
+    last_rho, last_factor = samples[-1]
+    prior = np.log(last_factor) / np.log(last_rho)
+    before = np.array(samples[:-1]).reshape(-1, 2)
+    run = np.log(before[:, 0] / last_rho)
+    rise = np.log(before[:, 1] / last_factor)
+    known = float(run @ run) / SCATTER**2
+    exponent = (float(run @ rise) / SCATTER**2 + prior / SPREAD**2) / (known + 1 / SPREAD**2)
+    return float(np.clip(exponent, -0.5, 4.0))
+
+
+def kept_share(gaps: Sequence[Gap]) -> float:
+    """Share of its density that every variable keeps at least in the next sizing.
+
+    A correction holds near the design that taught it. The first sizings may go anywhere; from the
+    third on, the more the last prediction was off, the less may be taken away.
+    """
+    if len(gaps) < 2 or not gaps[-1].displacement:
+        return 0.0
+    off = abs(gaps[-1].displacement[gaps[-1].governing])
+    return next((share for least, share in TRUST if off > least), 0.0)
 
 
 def damped(old: float, new: float, damping: float) -> float:
