@@ -14,10 +14,10 @@ from pathlib import Path
 from scipy.sparse import csr_matrix
 
 from gradedesign.case.schema import Case
-from gradedesign.errors import GradeDesignError
+from gradedesign.errors import GradeDesignError, LatticeError, MeshError, ResourceError
 from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
 from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.ended import TIGHT_END, why_ended
+from gradedesign.ladder.ended import TIGHT_END, refused_end, why_ended
 from gradedesign.ladder.files import Shown, write_outputs, write_result
 from gradedesign.ladder.finished import finished_result
 from gradedesign.ladder.graded_cells import with_cells
@@ -193,14 +193,21 @@ def loop(
             break
         with announce.stage("round", f"{len(rounds) + 1} of {setup.case.run.max_rounds} at most"):
             matrix = design_filter(setup) if matrix is None else matrix
-            done, analysed = play_round(
-                setup,
-                rounds,
-                factors,
-                matrix,
-                on_step=announce.sizing_step,
-                on_event=announce.listener,
-            )
+            try:
+                done, analysed = play_round(
+                    setup,
+                    rounds,
+                    factors,
+                    matrix,
+                    on_step=announce.sizing_step,
+                    on_event=announce.listener,
+                )
+            except (LatticeError, MeshError, ResourceError) as error:
+                if not rounds:
+                    raise
+                # What earlier rounds found is not lost with a design that cannot be analysed.
+                ended = refused_end(rounds, error)
+                break
         rounds = (*rounds, done)
         save_round(out, setup, done)
         announce.round(done)

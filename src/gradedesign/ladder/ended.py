@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.saturation import saturated
 from gradedesign.ladder.setup import Setup
@@ -32,10 +33,10 @@ class Ended:
 
     Attributes
     ----------
-    by : {"tight", "rounds", "time", "stuck", "saturated"}
+    by : {"tight", "rounds", "time", "stuck", "saturated", "refused"}
         ``tight``: the lightest design that was looked for was accepted. ``rounds``, ``time``: a
         budget of [run]. ``stuck``: the last round changed nothing. ``saturated``: no density of
-        this lattice can hold a limit.
+        this lattice can hold a limit. ``refused``: the next design could not be analysed.
     words : str
         For the verdict.
     """
@@ -91,6 +92,14 @@ def why_ended(
             f"another round",
         )
     return None
+
+
+def refused_end(rounds: Sequence[Round], error: GradeDesignError) -> Ended:
+    """The design of the next round could not be meshed or analysed within the budgets."""
+    return Ended(
+        by="refused",
+        words=f"the design of round {len(rounds) + 1} could not be analysed: {error}",
+    )
 
 
 def stuck(rounds: Sequence[Round]) -> bool:

@@ -81,8 +81,8 @@ class RunResult:
     ended_by : str
         ``tight``: a design that uses a limit was accepted. ``rounds``, ``time``: that budget.
         ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice can
-        hold a limit. ``solid``: the solid part breaks one. ``stop_after``: as the case asks.
-        ``error``.
+        hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
+        breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.

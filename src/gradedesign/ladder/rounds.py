@@ -53,12 +53,14 @@ from gradedesign.verify.explicit import (
     analyse_printed_solid,
     governing_measure,
 )
-from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice, mesh_within_budget
+from gradedesign.verify.explicit_mesh import (
+    COARSEST,
+    ExplicitMesh,
+    mesh_lattice,
+    mesh_within_budget,
+)
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
-#: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
-#: mesh must hold its volume on it as on any other.
-COARSEST = 1.25
 #: A density counts as at its lower bound within this relative distance.
 AT_BOUND = 1e-3
 

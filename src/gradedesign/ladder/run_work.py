@@ -17,7 +17,7 @@ from gradedesign.ladder.round import build_design, density_grid, explicit_cube_f
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import LimitRow
 from gradedesign.verify.acceptance import choose_scope
-from gradedesign.verify.explicit_mesh import fitted_cube, grid_for
+from gradedesign.verify.explicit_mesh import COARSEST, fitted_cube, fitting_cube, grid_for
 from gradedesign.verify.windows import MARGIN
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
@@ -43,9 +43,9 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     """
     case = setup.case
     density = guessed_density(setup, solid)
-    cube, cubes = predicted_grid(setup, density)
     share = setup.model.solid_share
     volume = float(setup.model.volumes @ (share + (1 - share) * density))
+    cube, cubes = predicted_grid(setup, density, volume)
     tets = TETS_PER_SOLID_CUBE * volume / cube**3
     scope = choose_scope(case.run.acceptance, tets, case.run.time)
     points = setup.part.surface.vertices
@@ -63,10 +63,11 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     )
 
 
-def predicted_grid(setup: Setup, density: float) -> tuple[float, int]:
+def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, int]:
     """Edge of the explicit grid's cubes, mm, and their number, for a mean density of the lattice.
 
-    Graded designs reach the lower bound somewhere, and the grid follows their thinnest wall.
+    Graded designs reach the lower bound somewhere, and the grid follows their thinnest wall, or
+    what of it the memory holds. ``volume`` is that of the solid, mm^3.
     """
     case = setup.case
     thinnest = density if case.lattice.grading == "uniform" else setup.bounds[0]
@@ -74,7 +75,11 @@ def predicted_grid(setup: Setup, density: float) -> tuple[float, int]:
         wall_mm(setup.family, setup.parameters, thinnest, setup.layout.least)
     )
     design = build_design(setup, density_grid(setup, np.full(setup.model.volumes.shape, density)))
-    cube = fitted_cube(design, explicit_cube_for(setup, wall))
+    asked = explicit_cube_for(setup, wall)
+    fitting = fitting_cube(volume, case.run.memory)
+    if asked < fitting <= COARSEST * asked:
+        asked = fitting
+    cube = fitted_cube(design, asked, fitting)
     return cube, int(np.prod(grid_for(design, cube)[1]))
 
 

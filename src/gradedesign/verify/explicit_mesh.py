@@ -31,8 +31,13 @@ LOOSE_SHARE = 0.01
 VOLUME_TOLERANCE = 0.04
 #: Points per cube edge when the field's volume is counted.
 VOLUME_SAMPLES = 3
+#: Of the places of these points, the same in every run.
+VOLUME_SEED = 2007
 #: Smallest dihedral angle that is accepted, degrees.
 LEAST_DIHEDRAL = 5.0
+#: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
+#: mesh must hold its volume on it as on any other.
+COARSEST = 1.25
 #: Of the allowed volume error, what a refined grid aims at: errors fall with the cube's square.
 AIM = 0.6
 #: A refined cube over the last one: neither so little that meshing is repeated for nothing, nor so
@@ -40,13 +45,15 @@ AIM = 0.6
 LEAST_STEP, LARGEST_STEP = 0.85, 0.55
 #: Refined where volume says nothing about how far.
 PLAIN_STEP = 0.8
-#: Loose pieces that keep this share of their volume on a finer grid are no fault of the grid.
-SAME_PIECES = 0.8
-#: Quadratic dofs per tetrahedron of a thin-walled lattice, measured 5.6 to 5.8.
-DOFS_PER_TET = 5.8
-#: Tetrahedra per solid volume of one grid cube: twelve of the body-centred grid, and what
-#: the cuts at the surface add (measured 1.1 to 1.4).
-TETS_PER_CUBE = 12.0 * 1.4
+#: What keeps this share on a finer grid, loose pieces or a difference of volume, is no fault of the
+#: grid.
+SAME_LOSS = 0.8
+#: Quadratic dofs per tetrahedron of a lattice: measured 4.8 to 5.1 of struts and thick walls, 5.6
+#: to 5.8 of thin ones.
+DOFS_PER_TET = 5.4
+#: Tetrahedra per solid volume of one grid cube: twelve of the body-centred grid, and what the cuts
+#: at the surface add (measured 1.1 to 1.4). What a mesh really has is counted before it is solved.
+TETS_PER_CUBE = 14.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,14 +94,32 @@ class CoarseGridError(MeshError):
     ----------
     step : float
         Cube that should do, over the one that did not.
-    loose_share : float
-        Share of the volume in loose pieces; 0 where another gate failed.
+    pieces, volume : float
+        Share of the volume in loose pieces, and by which the volume is off; 0 where another gate
+        failed.
     """
 
-    def __init__(self, message: str, *, step: float, loose_share: float = 0.0) -> None:
+    def __init__(
+        self, message: str, *, step: float, pieces: float = 0.0, volume: float = 0.0
+    ) -> None:
         super().__init__(message)
         self.step = step
-        self.loose_share = loose_share
+        self.pieces = pieces
+        self.volume = volume
+
+
+class LargeGridError(ResourceError):
+    """A mesh that was made and has more tetrahedra than the memory can solve.
+
+    Attributes
+    ----------
+    step : float
+        Cube that should fit, over the one that did not.
+    """
+
+    def __init__(self, message: str, *, step: float) -> None:
+        super().__init__(message)
+        self.step = step
 
 
 def predict_unknowns(solid_volume: float, cube: float) -> int:
@@ -158,7 +183,7 @@ def mesh_within_budget(
             f"{memory_limit_bytes / 1e9:.3g} GB; taking {fitting:.3g} mm"
         )
         cube = fitting
-    loose = np.inf
+    before: CoarseGridError | None = None
     while True:
         try:
             made = mesh_lattice(
@@ -166,16 +191,20 @@ def mesh_within_budget(
                 cube,
                 memory_limit_bytes=memory_limit_bytes,
                 bodies=bodies,
-                volume=volume,
             )
             return replace(made, refused=tuple(refused))
+        except LargeGridError as error:
+            if before is not None or error.step * cube > coarsest:
+                raise
+            refuse(f"{error}; taking {error.step * cube:.3g} mm")
+            cube = fitting = error.step * cube
         except CoarseGridError as error:
-            if error.loose_share > SAME_PIECES * loose:
+            if before is not None and _lost_again(before, error):
                 raise LatticeError(
-                    f"{error} (a coarser grid lost as much: it is the design that falls apart, "
-                    f"not its mesh; raise the lower density, enlarge the cells, or add a skin)"
+                    f"{error} (a coarser grid lost as much: it is the design, not its mesh; raise "
+                    f"the lower density, enlarge the cells, or add a skin)"
                 ) from error
-            loose = error.loose_share or loose
+            before = error
             finer = cube * error.step
             if finer < fitting:
                 raise ResourceError(
@@ -185,6 +214,12 @@ def mesh_within_budget(
                 ) from error
             refuse(f"{error}; refined to {finer:.3g} mm, {_need_words(volume, finer)}")
             cube = finer
+
+
+def _lost_again(coarser: CoarseGridError, finer: CoarseGridError) -> bool:
+    """A finer grid loses nearly as much of the same as a coarser one did."""
+    pieces = coarser.pieces > 0 and finer.pieces > SAME_LOSS * coarser.pieces
+    return pieces or (coarser.volume > 0 and finer.volume > SAME_LOSS * coarser.volume)
 
 
 def _need_words(volume: float, cube: float) -> str:
@@ -204,12 +239,7 @@ def fitting_cube(solid_volume: float, memory_limit_bytes: float) -> float:
 
 
 def mesh_lattice(
-    design: LatticeDesign,
-    cube: float,
-    *,
-    memory_limit_bytes: float,
-    bodies: int = 1,
-    volume: float | None = None,
+    design: LatticeDesign, cube: float, *, memory_limit_bytes: float, bodies: int = 1
 ) -> ExplicitMesh:
     """Mesh a design by isosurface stuffing and refuse what lost pieces or volume.
 
@@ -222,8 +252,6 @@ def mesh_lattice(
         Budget that the following solve must fit.
     bodies : int
         Of the part: as many pieces are kept.
-    volume : float, optional, mm^3
-        Of the field, where it is known.
 
     Raises
     ------
@@ -232,7 +260,8 @@ def mesh_lattice(
     CoarseGridError
         If pieces, volume or angles are out of their gates.
     """
-    volume = field_volume(design, fitted_cube(design, cube)) if volume is None else volume
+    with stepping("volume of the lattice"):
+        volume = field_volume(design, fitted_cube(design, cube))
     _require_memory(volume, cube, memory_limit_bytes)
     asked, cube = cube, fitted_cube(design, cube, fitting_cube(volume, memory_limit_bytes))
     lower, shape = grid_for(design, cube)
@@ -246,6 +275,7 @@ def mesh_lattice(
         report_step("quality")
         report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
+    _require_solve(report.count, cube, memory_limit_bytes)
     log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
     return ExplicitMesh(
         mesh=mesh,
@@ -268,7 +298,7 @@ def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
             f"the lattice falls apart: {dropped} loose pieces hold {share:.2%} of its volume, at "
             f"most {LOOSE_SHARE:.0%} may be dropped",
             step=PLAIN_STEP,
-            loose_share=share,
+            pieces=share,
         )
     return mesh, dropped, share
 
@@ -303,18 +333,23 @@ def grid_for(design: LatticeDesign, cube: float) -> tuple[FloatArray, tuple[int,
 
 
 def field_volume(design: LatticeDesign, cube: float) -> float:
-    """Volume of the solid by counting points of a grid twice as fine as the mesh's, mm^3."""
+    """Volume of the solid by counting points, mm^3.
+
+    One point in a random place of every cell of a grid three times as fine as the mesh's: walls
+    that lie along grid planes are counted without bias, whatever their distance from the planes.
+    """
     step = cube / VOLUME_SAMPLES
     field = lattice_field(design, band=2 * cube)
     lower, shape = grid_for(design, cube)
-    # An irrational offset keeps grid planes off the flat faces of the part.
-    axes = [
-        lower[d] + step * (np.arange(VOLUME_SAMPLES * shape[d]) + 1 / np.sqrt(7)) for d in range(3)
-    ]
+    count = [VOLUME_SAMPLES * n for n in shape]
+    random = np.random.default_rng(VOLUME_SEED)
+    y, z = np.meshgrid(np.arange(count[1]), np.arange(count[2]), indexing="ij")
     inside = 0
-    for x in counted(axes[0], "layer", len(axes[0])):
-        grid = np.stack(np.meshgrid([x], axes[1], axes[2], indexing="ij"))
-        inside += int(np.count_nonzero(field(grid) < 0))
+    for i in counted(range(count[0]), "layer", count[0]):
+        corner = np.stack([np.full(y.shape, i), y, z]).astype(np.float64)
+        points = corner + random.random(corner.shape)
+        points = np.asarray(lower)[:, None, None] + step * points
+        inside += int(np.count_nonzero(field(points[:, None]) < 0))
     return inside * step**3
 
 
@@ -331,6 +366,18 @@ def _require_memory(volume: float, cube: float, limit: float) -> None:
         )
 
 
+def _require_solve(tets: int, cube: float, limit: float) -> None:
+    """Refuse a mesh whose solve does not fit: thin walls have more tetrahedra than predicted."""
+    need = predict_memory_bytes(int(tets * DOFS_PER_TET), 2)
+    if need > limit:
+        raise LargeGridError(
+            f"the lattice mesh of {tets} tetrahedra on a grid of {cube:.3g} mm takes "
+            f"{need / 1e9:.3g} GB to solve, but [run] memory is {limit / 1e9:.3g} GB; allow more "
+            f"memory, raise the lower density, or use larger cells",
+            step=1.02 * (need / limit) ** (1 / 3),
+        )
+
+
 def _require_gates(report: TetReport, volume: float, cube: float) -> None:
     off = report.volume / volume - 1.0
     if abs(off) > VOLUME_TOLERANCE:
@@ -341,6 +388,7 @@ def _require_gates(report: TetReport, volume: float, cube: float) -> None:
             step=float(
                 np.clip(np.sqrt(AIM * VOLUME_TOLERANCE / abs(off)), LARGEST_STEP, LEAST_STEP)
             ),
+            volume=abs(off),
         )
     if report.inverted or report.min_dihedral < LEAST_DIHEDRAL:
         raise CoarseGridError(

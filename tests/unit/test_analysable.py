@@ -1,0 +1,85 @@
+"""The least density that the memory of a case can analyse."""
+
+import pytest
+
+from gradedesign.case.read_case import load_case
+from gradedesign.cell.calibration import calibrate
+from gradedesign.errors import ResourceError
+from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.ladder.analysable import analysable_bounds, grid_cube
+from gradedesign.plugin.registry import build_registry, lookup
+
+CASE = """\
+[case]
+name = "block"
+[part]
+box = ["60 mm", "40 mm", "40 mm"]
+mesh_size = "10 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "Ti-6Al-4V"
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+[limits]
+safety_factor = 2
+[lattice]
+cell = "bcc"
+size = "10 mm"
+"""
+VOLUME = 60.0 * 40.0 * 40.0
+
+
+@pytest.fixture
+def bounds_of(tmp_path):
+    def call(more, bounds=(0.05, 0.8)):
+        path = tmp_path / "case.toml"
+        path.write_text(CASE + more, encoding="utf-8")
+        case = load_case(path)
+        family = lookup(build_registry(), "cell_families", "bcc")
+        found = analysable_bounds(case, calibrate(family), bounds, 10.0, VOLUME, 0.0)
+        return case, found
+
+    return call
+
+
+def test_what_fits_stays_as_it_is(bounds_of):
+    case, found = bounds_of('[run]\nmemory = "900 GB"\n')
+    assert found.bounds == (0.05, 0.8)
+    assert found.warnings == ()
+    assert found.memory_bytes <= case.run.memory
+
+
+def test_the_lower_density_rises_to_what_the_memory_holds(bounds_of):
+    case, found = bounds_of('[run]\nmemory = "4 GB"\n')
+    low, high = found.bounds
+    assert 0.05 < low < high == 0.8
+    assert found.memory_bytes <= case.run.memory
+    assert found.memory_bytes == predict_memory_bytes(found.unknowns, 2)
+    (warning,) = found.warnings
+    assert warning.startswith(f"lower density raised from 0.05 to {low:.3g}")
+    assert "[run] memory 4 GB" in warning
+    _, more = bounds_of('[run]\nmemory = "8 GB"\n')
+    assert more.bounds[0] < low
+
+
+def test_no_analysis_needs_no_memory(bounds_of):
+    for words in ('stop_after = "sizing"', 'explicit_mesh_size = "0.1 mm"'):
+        assert bounds_of(f'[run]\nmemory = "1 GB"\n{words}\n')[1].bounds == (0.05, 0.8)
+
+
+def test_a_block_that_never_fits_names_what_would(bounds_of):
+    with pytest.raises(ResourceError, match=r"walls of .* mm ask for a grid .* times as large"):
+        bounds_of('[run]\nmemory = "300 MB"\n')
+    with pytest.raises(ResourceError, match=r"solid layers of 0\.2 mm .* these layers"):
+        bounds_of('skin = {thickness = "0.2 mm"}\n[run]\nmemory = "1 GB"\n')
+
+
+def test_layers_need_fewer_cubes_than_struts(bounds_of):
+    case, _ = bounds_of('skin = {thickness = "1 mm"}\n[run]\nmemory = "900 GB"\n')
+    assert grid_cube(case, 1.0, 2.5) == pytest.approx(0.4)
+    assert grid_cube(case, 9.0, 2.5) == pytest.approx(0.8)

@@ -1,0 +1,134 @@
+"""A region whose largest displacement changes places: all of them are held at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gradedesign.fe.facets import facet_nodes
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.solution import Balance, Solution
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
+from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing import size as size_module
+from gradedesign.sizing.filter import cone_filter
+from gradedesign.sizing.governing_points import (
+    GoverningPoints,
+    no_points,
+    point_limits,
+    remember_points,
+)
+from gradedesign.sizing.homogenised_model import homogenised_model
+from gradedesign.sizing.responses import DisplacementLimit
+from gradedesign.sizing.size import SizingProblem, size
+
+LAW = power_law(
+    "test-law", ("test",), c1=0.6, n1=2.6, c3=0.5, n3=1.4, window=(0.05, 0.9),
+    kind="fe", source="this test", test="none",
+)  # fmt: skip
+MATERIAL = Material(
+    name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0
+)
+
+
+def fork():
+    """A root with two arms of 30 x 10 x 10 mm, loaded alike at both ends, which are one region."""
+    whole = box_part_mesh((40.0, 30.0, 10.0), 5.0)
+    x, y, _ = centroids(whole)
+    used, tets = np.unique(whole.tets[:, (x < 10) | (y < 10) | (y > 20)], return_inverse=True)
+    mesh = TetMesh(points=whole.points[:, used], tets=np.asarray(tets).reshape(4, -1))
+    space = tet_space(mesh, 2)
+    facets, _ = boundary_facets(mesh)
+    px = mesh.points[0, facets]
+    root, tips = facets[(px < 1e-9).all(axis=1)], facets[(px > 40 - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="pull",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tips, np.array([0.0, 0.0, -0.002])),
+        acceleration=np.zeros(3),
+    )
+    model = homogenised_model(space, np.zeros(space.element_count), MATERIAL, LAW, [case])
+    limit = DisplacementLimit(
+        name="tips", load_case="pull", component=None, limit=1.0,
+        nodes=np.unique(facet_nodes(space, tips)),
+    )  # fmt: skip
+    return model, limit
+
+
+def problem_of(model, limit):
+    matrix = cone_filter(centroids(model.space.mesh), model.volumes, 6.0)
+    return SizingProblem(
+        model=model, displacement_limits=(limit,), stress_limit=None, bounds=(0.08, 0.85),
+        filter=matrix, target=0.985,
+    )  # fmt: skip
+
+
+def moved(values):
+    """A solution whose nodes move along z."""
+    u = np.zeros((3, len(values)))
+    u[2] = values
+    return u
+
+
+def test_places_that_governed_are_remembered_until_they_move_little():
+    points = np.array([[0.0, 1.0, 10.0, 11.0], [0.0] * 4, [0.0] * 4])
+    limit = DisplacementLimit(
+        name="tip", load_case="pull", nodes=np.arange(4), component=2, limit=1.0
+    )
+
+    def after(known, *values):
+        solution = _solution(moved(values))
+        return remember_points(known, [limit], [solution], points)
+
+    known = after(no_points(1), 1.0, 0.9, 0.5, 0.6)
+    assert known.nodes == ((0,),)
+    known = after(known, 0.8, 0.7, 0.9, 1.0)
+    assert known.nodes == ((3, 0),)
+    # A neighbour of a known place is that place; one that moves less than half governs no more.
+    known = after(known, 0.4, 0.3, 1.0, 0.9)
+    assert known.nodes == ((2,),)
+    made = point_limits(GoverningPoints(((2, 0),)), [replace(limit, factor=1.2)])
+    assert [one.nodes.tolist() for one in made] == [[2], [0]]
+    assert all(one.factor == 1.2 for one in made)
+
+
+def _solution(u):
+    balance = Balance(force=0.0, moment=0.0, energy=0.0)
+    return Solution(
+        name="pull", displacement=u, reaction=np.zeros_like(u), energy=0.0, residual=0.0,
+        iterations=0, method="none", balance=balance,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def forked():
+    return fork()
+
+
+def test_both_arms_of_a_fork_are_held(forked):
+    result = size(problem_of(*forked), max_iterations=40)
+    assert result.feasible
+    x, y, _ = centroids(forked[0].space.mesh)
+    arms = [result.rho[(x > 10) & side].mean() for side in (y < 10, y > 20)]
+    # Both are loaded alike; the mesh is not symmetric, so their masses differ a little.
+    assert arms[0] == pytest.approx(arms[1], rel=0.1)
+
+
+def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
+    """With the latest node only, the other arm is thinned in every step."""
+
+    def latest(known, limits, solutions, points):
+        return remember_points(no_points(len(limits)), limits, solutions, points)
+
+    problem = problem_of(*forked)
+    held = size(problem, max_iterations=12)
+    monkeypatch.setattr(size_module, "remember_points", latest)
+    swinging = size(problem, max_iterations=12)
+    late = [max(step.use for step in one.history[8:]) for one in (held, swinging)]
+    assert late[0] < 1.1
+    assert late[1] > late[0] + 0.05
