@@ -113,5 +113,5 @@ def test_a_body_without_a_support_is_refused_before_anything_is_sized(cli, folde
     (folder / "case.toml").write_text(text, encoding="utf-8")
     ended = cli("check", folder)
     assert ended.code == 2
-    assert "piece 2" in ended.err
+    assert "body 2" in ended.err
     assert "without any support" in ended.err

@@ -129,11 +129,11 @@ def undrawn(monkeypatch):
 @pytest.mark.usefixtures("undrawn")
 def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, tmp_path):
     case = tmp_path / "case.toml"
-    case.write_text(CASE.replace("[run]", '[run]\ntime = "0.001 s"'), encoding="utf-8")
+    case.write_text(CASE.replace("[run]", '[run]\ntime = "1 s"'), encoding="utf-8")
     run = tmp_path / "run"
     short = cli("run", tmp_path, "-o", run)
     assert short.code == 4, short.err
-    assert "[run] time of 0.001 s ended the run after 1 round; about" in short.out
+    assert "[run] time of 1 s ended the run after 1 round; about" in short.out
     assert "more allow another round" in short.out
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert (result["ended_by"], len(result["iterations"])) == ("time", 1)

@@ -9,8 +9,8 @@ import pytest
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.family import CellFamily
-from gradedesign.cli import app as app_module
 from gradedesign.cli import check as check_module
+from gradedesign.cli import main
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.ladder import resolve_law as law_module
 from gradedesign.ladder import setup as stage_module
@@ -235,7 +235,7 @@ def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_
     monkeypatch.setattr(check_module, "picture_loads", draw)
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     with pytest.raises(SystemExit) as ended:
-        app_module.main(["check", "."])
+        main(["check", "."])
     assert not ended.value.code
     printed = capsys.readouterr().out
     page = (Path(__file__).parents[2] / "docs" / "check.md").read_text(encoding="utf-8")
@@ -248,7 +248,7 @@ def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_
     assert drawn == [Path("runs") / "plate-check" / "loads.png"]
     assert not (tmp_path / "runs" / "plate").exists()
     with pytest.raises(SystemExit):
-        app_module.main(["check", ".", "--json", "--no-picture"])
+        main(["check", ".", "--json", "--no-picture"])
     data = json.loads(capsys.readouterr().out)
     assert data["picture"] is None
     assert data["load_cases"][0]["force_N"] == [0.0, 0.0, -400.0]

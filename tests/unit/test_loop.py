@@ -81,7 +81,7 @@ class Stages:
             "save_round": lambda *_: None,
             "save_acceptance": lambda _out, _setup, *what: self.saved.append(what),
             "design_filter": lambda _: None,
-            "analyse_design": lambda *_: None,
+            "analyse_design": lambda *_, **__: None,
             "play_round": self.play_round,
             "accept_design": self.accept,
             "verdict_result": self.verdict,

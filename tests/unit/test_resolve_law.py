@@ -86,7 +86,7 @@ def test_a_cell_without_a_law_gets_one(computed):
     assert [event.stage for event in heard] == 5 * ["law"]
     assert "48^3 voxels, which takes 1 to 2 minutes" in heard[0].message
     assert "law of cube: density 0.35 is computed (2 of 4)" in heard[2].message
-    assert [event.values["fraction"] for event in heard[1:]] == [0.25, 0.5, 0.75, 1.0]
+    assert [event.fraction for event in heard[1:]] == [0.25, 0.5, 0.75, 1.0]
     assert found.name == "cube-computed"
     assert "of this cell" in warnings[0]
     assert "homogenise cube" in warnings[0]

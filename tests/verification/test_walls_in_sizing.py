@@ -13,7 +13,6 @@ from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.ladder import wall_cells
-from gradedesign.ladder.setup import with_walls
 from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.ladder.wall_kinds import wall_kinds
 from gradedesign.lattice.lattice import KeptRegion
@@ -212,12 +211,6 @@ def test_gradients_of_a_displacement_are_exact(model):
 
 def test_cells_turned_against_the_faces_have_no_walls(registry):
     assert not plate(registry, rotation=(0.0, 45.0, 0.0)).walls.classes
-
-
-def test_a_change_of_temperature_is_refused(model):
-    heated = replace(model, cases=(replace(model.cases[0], temperature_change=40.0),))
-    with pytest.raises(CaseError, match="temperature change of load case 'load'"):
-        with_walls(heated, *(None,) * 8)
 
 
 def test_a_kept_face_is_no_wall(registry):

@@ -9,7 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.read_case import load_case
-from gradedesign.cli.check_data import check_data, repairs
+from gradedesign.cli.check_data import check_data, repairs, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
@@ -17,7 +17,6 @@ from gradedesign.errors import CaseError
 from gradedesign.ladder.check_case import CaseCheck, check_case
 from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.setup import stress_limit
 from gradedesign.ladder.stages import default_folder
 from gradedesign.output.pictures import picture_loads
 
@@ -107,23 +106,6 @@ def print_check(found: CaseCheck) -> None:
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(found))
     for line in (*_lattice_lines(found), *_cost_lines(found)):
         print_text(line, hang=2)
-
-
-def stated_limits(found: CaseCheck) -> list[tuple[str, str, str]]:
-    """Limits as the case states them; those relative to the solid part are not in mm yet."""
-    case, rows = found.known.case, []
-    for spec in case.limits.displacement:
-        what = "magnitude" if spec.component is None else "xyz"[spec.component]
-        allowed = f"{spec.times_solid:g} x solid" if spec.times_solid else f"{spec.value:g} mm"
-        rows += [
-            (f"displacement of {spec.region} {what}", one.name, allowed)
-            for one in case.load_case
-            if spec.load_case in (None, one.name)
-        ]
-    stress = stress_limit(case, found.known.material)
-    if stress is not None:
-        rows.append(("stress", "every", f"{stress:.4g} MPa"))
-    return rows
 
 
 def _part_lines(found: CaseCheck) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.ladder.check_case import CaseCheck
+from gradedesign.ladder.setup import stress_limit
 from gradedesign.part.part import Part
 
 _REPAIRS = (
@@ -54,6 +55,10 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
             for group in found.holes
         ],
         "load_cases": _loads(found),
+        "limits": [
+            {"name": name, "load_case": load_case, "allowed": allowed}
+            for name, load_case, allowed in stated_limits(found)
+        ],
         "free_rigid_motions": [],
         "cell": known.family.name,
         "law": known.law.name,
@@ -62,6 +67,27 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
         "picture": None if picture is None else str(picture),
         "warnings": list(warnings),
     }
+
+
+def stated_limits(found: CaseCheck) -> list[tuple[str, str, str]]:
+    """Name, load case and value of every limit as the case states it.
+
+    Those relative to the solid part are not in mm yet.
+    """
+    case = found.known.case
+    rows: list[tuple[str, str, str]] = []
+    for spec in case.limits.displacement:
+        what = "magnitude" if spec.component is None else "xyz"[spec.component]
+        allowed = f"{spec.times_solid:g} x solid" if spec.times_solid else f"{spec.value:g} mm"
+        rows += [
+            (f"displacement of {spec.region} {what}", one.name, allowed)
+            for one in case.load_case
+            if spec.load_case in (None, one.name)
+        ]
+    stress = stress_limit(case, found.known.material)
+    if stress is not None:
+        rows.append(("stress", "every", f"{stress:.4g} MPa"))
+    return rows
 
 
 def _part(found: CaseCheck) -> dict[str, Any]:

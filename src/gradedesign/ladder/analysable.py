@@ -15,7 +15,6 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.errors import ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.verify.explicit_mesh import predict_unknowns
 from gradedesign.verify.grid_resolution import LAYER_CUBES, cubes_per_wall
@@ -43,6 +42,8 @@ class Analysable:
     memory_bytes : int
         Expected of its solve.
     warnings : tuple of str
+    refusal : str
+        Why no density of the window fits the budget; empty where one does.
     """
 
     bounds: tuple[float, float]
@@ -51,6 +52,7 @@ class Analysable:
     unknowns: int
     memory_bytes: int
     warnings: tuple[str, ...] = ()
+    refusal: str = ""
 
 
 def solid_layers(case: Case) -> list[float]:
@@ -91,12 +93,7 @@ def analysable_bounds(
     -------
     Analysable
         With the bounds as they were where the case asks for no explicit analysis, states its grid,
-        or states the thickness of its walls.
-
-    Raises
-    ------
-    ResourceError
-        If even the densest lattice of the window does not fit the budget.
+        or states the thickness of its walls, and where nothing fits.
     """
     run = case.run
     low, high = bounds
@@ -107,6 +104,7 @@ def analysable_bounds(
     volume = solid + latticed * mean
     least, per_wall = 0, run.mesh_cubes_per_wall or cubes_per_wall(calibration, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
+    refusal = ""
     for _ in range(2):
         cubes = grid_cube(case, walls, per_wall)
         if run.explicit_mesh_size:
@@ -117,7 +115,8 @@ def analysable_bounds(
         if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
             break
         if not fits.any():
-            raise _too_large(case, walls, cubes, need)
+            refusal = _refusal(case, walls, cubes, need)
+            break
         least = int(np.argmax(fits))
         per_wall = run.mesh_cubes_per_wall or cubes_per_wall(calibration, float(rho[least]))
     warnings: tuple[str, ...] = ()
@@ -135,6 +134,7 @@ def analysable_bounds(
         unknowns=int(unknowns[least]),
         memory_bytes=int(need[least]),
         warnings=warnings,
+        refusal=refusal,
     )
 
 
@@ -144,7 +144,8 @@ def _walls(calibration: Calibration, rho: FloatArray, least_size: float) -> Floa
     return np.maximum(walls, 1e-3 * least_size)
 
 
-def _too_large(case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray) -> ResourceError:
+def _refusal(case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray) -> str:
+    """What does not fit, and what would."""
     best = int(np.argmin(need))
     layers = min(solid_layers(case), default=np.inf)
     larger = (need[best] / case.run.memory) ** (1 / 3)
@@ -154,7 +155,7 @@ def _too_large(case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray)
         if governed
         else f"walls of {walls[best]:.3g} mm ask for a grid of {cubes[best]:.3g} mm"
     )
-    return ResourceError(
+    return (
         f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {what}, "
         f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory, or make "
         f"{'these layers' if governed else 'the cells'} {larger:.2f} times as large"

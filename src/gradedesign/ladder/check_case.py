@@ -8,15 +8,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gradedesign.case.schema import Case
+from gradedesign.ladder.exclusion import share_warnings
 from gradedesign.ladder.finite_cells import finite_size_of
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.part_room import inner_points
 from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.resolved_case import ResolvedCase, resolve_case
+from gradedesign.ladder.setup import exclusion_radius, stress_limit
 from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
+from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.thickness import local_thickness
 from gradedesign.plugin.registry import Registry
+from gradedesign.verify.phases import considered_at
 
 #: Places at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
@@ -89,7 +93,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     inside = inner_points(known.part, known.distance)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])
-    said += [*_few_cells(known, thickness), *budget_warnings(known, run)]
+    said += [*_few_cells(known, thickness), *_left_out(known), *budget_warnings(known, run)]
     return CaseCheck(
         known=known,
         holes=cylinder_groups(known.part.faces),
@@ -110,6 +114,17 @@ def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
         thickness=tuple(float(v) for v in values),
         cells=tuple(float(v) / known.layout.least for v in values),
     )
+
+
+def _left_out(known: ResolvedCase) -> tuple[str, ...]:
+    """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
+    case, places = known.case, known.layout.places
+    if stress_limit(case, known.material) is None or not places.size:
+        return ()
+    radius = exclusion_radius(case)
+    names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
+    clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
+    return share_warnings(1.0 - float(considered_at(places, clamped, radius).mean()), radius)
 
 
 def _few_cells(known: ResolvedCase, thickness: Thickness) -> tuple[str, ...]:

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.case.schema import Case
+from gradedesign.case.schema import Case, LoadCaseSpec
 from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import PartLoadCase, region_nodes
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.supports import Supports
+from gradedesign.part.regions import Region
 from gradedesign.sizing.responses import DisplacementLimit
 
 
@@ -69,6 +70,36 @@ def displacement_limits(
                 )
             )
     return tuple(limits), tuple(warnings)
+
+
+def require_movable(case: Case, regions: Mapping[str, Region]) -> None:
+    """Refuse limits on regions that supports hold whole, by the part's surface: without a mesh.
+
+    Raises
+    ------
+    CaseError
+        As `displacement_limits`.
+    """
+    for number, spec in enumerate(case.limits.displacement):
+        limited = range(3) if spec.component is None else (spec.component,)
+        wanted = set(regions[spec.region].triangles.tolist())
+        judged = [one for one in case.load_case if spec.load_case in (None, one.name)]
+        held = [
+            one.name
+            for one in judged
+            if all(wanted <= _held_triangles(one, regions, component) for component in limited)
+        ]
+        if judged and len(held) == len(judged):
+            raise CaseError(_refusal(case, number, held))
+
+
+def _held_triangles(spec: LoadCaseSpec, regions: Mapping[str, Region], component: int) -> set[int]:
+    """Triangles of the part's surface that a load case holds along one direction."""
+    held: set[int] = set()
+    for fix in spec.fix:
+        if fix.displacement[component] is not None:
+            held.update(regions[fix.region].triangles.tolist())
+    return held
 
 
 def limit_key(case: Case, limit: DisplacementLimit) -> str:

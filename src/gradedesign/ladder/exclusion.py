@@ -24,7 +24,11 @@ def exclusion_warnings(
     model: HomogenisedModel, considered: BoolArray, radius: float
 ) -> tuple[str, ...]:
     """Warn where the stress limit leaves out much of the lattice."""
-    share = share_left_out(model, considered)
+    return share_warnings(share_left_out(model, considered), radius)
+
+
+def share_warnings(share: float, radius: float) -> tuple[str, ...]:
+    """Warn where a share of the lattice's region is more than `MOST_LEFT_OUT`."""
     if share <= MOST_LEFT_OUT:
         return ()
     return (

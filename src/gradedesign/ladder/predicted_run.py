@@ -139,7 +139,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         lattice_share=share,
         grid=grid,
         bounds=able.bounds,
-        raised=able.warnings,
+        raised=(*able.warnings, *((able.refusal,) if able.refusal else ())),
         cost=predict_cost(work),
         explicit=explicit,
         law_s=60.0 * known.law.minutes[1],

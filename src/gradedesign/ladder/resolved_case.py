@@ -10,6 +10,7 @@ from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
+from gradedesign.ladder.displacement_limits import require_movable
 from gradedesign.ladder.free_motions import require_supported
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
@@ -105,6 +106,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)
+    require_movable(case, part.regions)
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
     require_one_thickness(case, family)

@@ -153,9 +153,10 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     known = {one.name for one in fields(RunResult)}
     plain = {name: value for name, value in data.items() if name in known}
     rows = {one.name for one in fields(LimitRow)}
-    plain["limits"] = tuple(
-        LimitRow(**{k: v for k, v in row.items() if k in rows}) for row in data["limits"]
-    )
+    for name in ("limits", "solid"):
+        plain[name] = tuple(
+            LimitRow(**{k: v for k, v in row.items() if k in rows}) for row in data.get(name, ())
+        )
     plain["iterations"] = tuple(_iteration(one) for one in data["iterations"])
     for name in ("warnings", "plugins"):
         plain[name] = tuple(data[name])

@@ -13,7 +13,7 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.local_cells import local_cells
-from gradedesign.errors import CaseError, SolverError
+from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
 from gradedesign.fe.load_case import PartLoadCase, case_loads
 from gradedesign.fe.rigid_modes import require_held
@@ -163,6 +163,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         latticed=float(volumes @ (1 - shares)),
         solid=float(volumes @ shares),
     )
+    if analysable.refusal:
+        raise ResourceError(analysable.refusal)
     bounds = analysable.bounds
     space = tet_space(mesh, 2)
     facets = part_facets(case, part, mesh)

@@ -116,11 +116,11 @@ def build_registry(
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
         log.warning("disabled %s", failure)
-    notes = (*unmarked, *_orphan_laws(found))
-    for warning in notes:
+    orphans = _orphan_laws(found)
+    for warning in (*unmarked, *orphans):
         log.warning("%s", warning)
-    if strict and (failures or notes):
-        raise PluginError("; ".join([*map(str, failures), *notes]))
+    if strict and (failures or unmarked or orphans):
+        raise PluginError("; ".join([*map(str, failures), *unmarked, *orphans]))
     failed = {failure.entry_point for failure in failures}
     return Registry(
         **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
@@ -132,7 +132,7 @@ def build_registry(
         ),
         plugins=tuple(s for _, s in sorted(sources.items()) if s.entry_point not in failed),
         failures=failures,
-        warnings=notes,
+        warnings=unmarked,
     )
 
 
