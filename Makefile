@@ -25,12 +25,13 @@ $(TESTED): $(READY)
 run: $(READY)
 	$(BIN)/gradedesign run cases/bracket --output runs/bracket --overwrite
 
+# A process for every core.
 test: $(TESTED)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # Also the slow ones: the whole bracket, and real parts where ../shared/parts exists.
 test-all: $(TESTED)
-	HYPOTHESIS_PROFILE=explore $(BIN)/python -m pytest -m "slow or not slow"
+	HYPOTHESIS_PROFILE=explore $(BIN)/python -m pytest -n auto --dist worksteal -m "slow or not slow"
 
 bench: $(TESTED)
 	for file in benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done

@@ -122,6 +122,7 @@ def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cl
     assert not list((tmp_path / "out").glob(".*unfinished"))
 
 
+@pytest.mark.slow
 def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
     case = write(tmp_path, SIZED)
     ended = cli("run", case, "-o", tmp_path / "out")

@@ -116,6 +116,7 @@ def test_ratios_run_to_one_for_endlessly_many_cells():
             ratio_at(series, np.array([wrong]))
 
 
+@pytest.mark.slow
 def test_solid_cells_lose_nothing():
     found = finite_size(np.ones((4, 4, 4)), (1, 2), walls=(1, 2), rtol=1e-8)
     for values in (found.block, found.wall_youngs, found.wall_shear):

@@ -109,6 +109,7 @@ def test_naive_map_beside_it(law, origin, size_error, shear, folds):
     assert found.folds == pytest.approx(folds, abs=0.003)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["ratio", "wall"])
 def test_density_is_the_one_asked_for(law):
     # The bar is 1 %; half of it here, so that a level 1 % wrong is seen: 400 000 points of a
@@ -122,6 +123,7 @@ def test_density_is_the_one_asked_for(law):
         assert slab.achieved == pytest.approx(slab.asked, rel=0.015)
 
 
+@pytest.mark.slow
 def test_sizes_of_an_own_design_are_kept():
     # The bars of size grading; without weighing size against angles, 92 % within 5 %.
     found = report(graded("own", "ratio"), "own", "ratio")

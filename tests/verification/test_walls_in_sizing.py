@@ -221,6 +221,7 @@ def test_a_kept_face_is_no_wall(registry):
     assert not plate(registry, kept).walls.classes
 
 
+@pytest.mark.slow
 def test_a_wall_that_falls_apart_names_its_place(registry):
     # Beginning between the struts, 24 mm hold one layer of struts and the ends of others.
     with pytest.raises(CaseError, match=r"wall of 0\.30 cells across z near"):

@@ -220,6 +220,7 @@ def slow_noise(u, seed):
     return (coefficients[:, :, None] * np.exp(1j * angle)).real.sum(axis=1)
 
 
+@pytest.mark.slow
 def test_noise_is_a_periodic_series_of_mean_square_one():
     points = POINTS[:, :400]
     value = solid_noise(points, 12)

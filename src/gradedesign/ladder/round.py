@@ -17,6 +17,7 @@ from gradedesign.fe.solve import ElasticSystem
 from gradedesign.ladder.analysable import grid_cube
 from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
+from gradedesign.ladder.stored_sizing import stored_sizing
 from gradedesign.ladder.thinnest_wall import thinnest_wall
 from gradedesign.ladder.verdict import Factors
 from gradedesign.lattice.density_grid import (
@@ -42,7 +43,7 @@ from gradedesign.sizing.responses import (
     adjoint_loads,
     displacement_values,
 )
-from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
+from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.sizing.stress_limit import StressLimit, stress_measure
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import ExplicitResult, JudgedSolid, displacement_on
@@ -169,7 +170,9 @@ def size_round(
         target=target,
         buckling_limit=buckling_limit(setup),
     )
-    return size(problem, start=start, max_iterations=most_iterations, keep=keep, on_step=on_step)
+    return stored_sizing(
+        setup, problem, start=start, max_iterations=most_iterations, keep=keep, on_step=on_step
+    )
 
 
 def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:

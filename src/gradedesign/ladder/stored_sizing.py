@@ -1,0 +1,129 @@
+"""Sizing found again in the user's cache: of the same case, whatever its grids and budgets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.ladder.setup import Setup
+from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+
+KIND = "sizing"
+#: Fields of a step of the history that are one number.
+_NUMBERS = (
+    "iteration", "mass_g", "mean_density", "stress_use", "change", "move", "buckling_use",
+)  # fmt: skip
+
+
+def stored_sizing(
+    setup: Setup,
+    problem: SizingProblem,
+    *,
+    start: FloatArray | None,
+    max_iterations: int,
+    keep: float,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> SizingResult:
+    """Size, or find the answer to the same question in the user's cache.
+
+    A run that ended in its explicit analysis, or whose grid alone is changed, does not size again.
+    Steps that are found again are reported as those that are made.
+
+    Parameters
+    ----------
+    setup : Setup
+    problem : SizingProblem
+        With the corrections and targets of its round.
+    start, max_iterations, keep, on_step
+        As for `size`.
+    """
+    key = sizing_key(setup, problem, start, max_iterations, keep)
+    found = load_arrays(KIND, key)
+    if found is not None:
+        result = _unpacked(problem, found)
+        for step in result.history:
+            if on_step is not None:
+                on_step(step)
+        return result
+    result = size(problem, start=start, max_iterations=max_iterations, keep=keep, on_step=on_step)
+    store_arrays(KIND, key, **_packed(result))
+    return result
+
+
+def sizing_key(
+    setup: Setup,
+    problem: SizingProblem,
+    start: FloatArray | None,
+    max_iterations: int,
+    keep: float,
+) -> str:
+    """Content key of everything that a sizing depends on."""
+    case, model, law = setup.case, problem.model, setup.law
+    limits = [
+        (one.name, one.load_case, one.limit, one.factor) for one in problem.displacement_limits
+    ]
+    stress, buckling = problem.stress_limit, problem.buckling_limit
+    densities = np.linspace(*law.window, 33)
+    words = case.model_dump_json(
+        include={"material", "keep", "load_case", "limits", "lattice", "print", "region"}
+    )
+    correction = (model.stiffness_factor, model.stiffness_exponent, model.reference_density)
+    return content_key(
+        KIND,
+        words,
+        program_key(),
+        case.part.mesh_size,
+        setup.family.name,
+        repr(sorted(setup.parameters.items())),
+        repr((law.name, law.source, law.coefficients)),
+        law.stiffness(densities),
+        law.strength(densities),
+        model.space.mesh.points,
+        model.space.mesh.tets,
+        model.solid_share,
+        np.asarray(model.rotation),
+        repr(correction),
+        repr(limits),
+        repr(None if stress is None else (stress.limit, stress.percentile, stress.factor)),
+        repr(None if buckling is None else buckling.factor),
+        repr((*problem.bounds, problem.target, max_iterations, keep)),
+        np.zeros(0) if start is None else start,
+    )
+
+
+@cache
+def program_key() -> str:
+    """Content key of the program: what another version computed is not this one's answer."""
+    root = Path(__file__).parents[1]
+    return content_key(*(path.read_bytes() for path in sorted(root.rglob("*.py"))))
+
+
+def _packed(result: SizingResult) -> dict[str, FloatArray]:
+    steps = [asdict(step) for step in result.history]
+    return {
+        "variables": result.variables,
+        "steps": np.array([[float(s[name]) for name in _NUMBERS] for s in steps]),
+        "uses": np.array([s["displacement_use"] for s in steps]).reshape(len(steps), -1),
+        "flags": np.array([result.converged, result.feasible]),
+    }
+
+
+def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingResult:
+    history = []
+    for numbers, uses in zip(found["steps"], found["uses"], strict=True):
+        fields = dict(zip(_NUMBERS, map(float, numbers), strict=True))
+        fields["iteration"] = int(fields["iteration"])
+        history.append(SizingStep(**fields, displacement_use=tuple(map(float, uses))))
+    return SizingResult(
+        rho=np.asarray(problem.filter @ found["variables"]).ravel(),
+        variables=found["variables"],
+        history=tuple(history),
+        converged=bool(found["flags"][0]),
+        feasible=bool(found["flags"][1]),
+    )
