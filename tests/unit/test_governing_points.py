@@ -132,3 +132,13 @@ def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
     late = [max(step.use for step in one.history[8:]) for one in (held, swinging)]
     assert late[0] < 1.1
     assert late[1] > late[0] + 0.05
+
+
+def test_a_design_keeps_a_share_of_its_start(forked):
+    """With a limit that is far from used, densities fall only to the share that is kept."""
+    problem = replace(problem_of(*forked), displacement_limits=(replace(forked[1], limit=1e3),))
+    start = np.full(problem.filter.shape[1], 0.4)
+    free = size(problem, start=start, max_iterations=8)
+    held = size(problem, start=start, max_iterations=8, keep=0.85)
+    assert free.rho.min() < 0.2
+    assert held.rho.min() == pytest.approx(0.85 * 0.4)

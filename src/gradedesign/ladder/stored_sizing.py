@@ -15,10 +15,8 @@ from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, siz
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 KIND = "sizing"
-#: Fields of a step of the history that are one number.
-_NUMBERS = (
-    "iteration", "mass_g", "mean_density", "stress_use", "change", "move", "buckling_use",
-)  # fmt: skip
+#: Fields of a step of the history that are one number, beside its own.
+_NUMBERS = ("mass_g", "mean_density", "stress_use", "change", "move", "buckling_use")
 
 
 def stored_sizing(
@@ -116,10 +114,11 @@ def _packed(result: SizingResult) -> dict[str, FloatArray]:
 
 def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingResult:
     history = []
-    for numbers, uses in zip(found["steps"], found["uses"], strict=True):
-        fields = dict(zip(_NUMBERS, map(float, numbers), strict=True))
-        fields["iteration"] = int(fields["iteration"])
-        history.append(SizingStep(**fields, displacement_use=tuple(map(float, uses))))
+    for number, (row, uses) in enumerate(zip(found["steps"], found["uses"], strict=True)):
+        fields = dict(zip(_NUMBERS, map(float, row), strict=True))
+        history.append(
+            SizingStep(iteration=number, displacement_use=tuple(map(float, uses)), **fields)
+        )
     return SizingResult(
         rho=np.asarray(problem.filter @ found["variables"]).ravel(),
         variables=found["variables"],

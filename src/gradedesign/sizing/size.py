@@ -124,7 +124,7 @@ def size(
     allowance, room = 1.0, 1.0
     places = no_points(len(problem.displacement_limits))
     calm = np.ones(x.shape)
-    least = keep * x
+    kept = keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
@@ -145,7 +145,7 @@ def size(
             floor = np.maximum(least, np.clip(thin, lo, hi))
         reach = move * calm
         step_lower = np.maximum(x * (1 - reach), _variable_floor(problem.filter, sums, floor, lo))
-        step_lower = np.clip(np.maximum(step_lower, least), lo, hi)
+        step_lower = np.clip(np.maximum(step_lower, kept), lo, hi)
         step_upper = np.maximum(np.clip(x * (1 + reach), lo, hi), step_lower)
         new = x
         if len(use):
