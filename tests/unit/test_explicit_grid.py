@@ -17,10 +17,10 @@ from gradedesign.verify.explicit_mesh import (
     CoarseGridError,
     fitting_cube,
     mesh_lattice,
-    mesh_within_budget,
     predict_unknowns,
 )
 from gradedesign.verify.grid_resolution import CELL_TOLERANCE, LAYER_CUBES, cubes_per_wall
+from gradedesign.verify.mesh_within_budget import mesh_within_budget
 
 EDGE = 12.0
 

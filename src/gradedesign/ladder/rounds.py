@@ -53,12 +53,8 @@ from gradedesign.verify.explicit import (
     analyse_printed_solid,
     governing_measure,
 )
-from gradedesign.verify.explicit_mesh import (
-    COARSEST,
-    ExplicitMesh,
-    mesh_lattice,
-    mesh_within_budget,
-)
+from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
+from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: A density counts as at its lower bound within this relative distance.

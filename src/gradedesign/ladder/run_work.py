@@ -17,7 +17,8 @@ from gradedesign.ladder.round import build_design, density_grid, explicit_cube_f
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import LimitRow
 from gradedesign.verify.acceptance import choose_scope
-from gradedesign.verify.explicit_mesh import COARSEST, fitted_cube, fitting_cube, grid_for
+from gradedesign.verify.explicit_mesh import fitted_cube, fitting_cube, grid_for
+from gradedesign.verify.mesh_within_budget import COARSEST
 from gradedesign.verify.windows import MARGIN
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.

@@ -1,0 +1,124 @@
+"""The explicit mesh on the first grid that keeps the solid and fits the memory."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+
+from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.verify.explicit_mesh import (
+    CoarseGridError,
+    ExplicitMesh,
+    LargeGridError,
+    field_volume,
+    fitted_cube,
+    fitting_cube,
+    mesh_lattice,
+    predict_unknowns,
+)
+from gradedesign.workspace.progress import stepping
+
+log = logging.getLogger(__name__)
+
+#: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
+#: mesh must hold its volume on it as on any other.
+COARSEST = 1.25
+#: What keeps this share on a finer grid, loose pieces or a difference of volume, is no fault of the
+#: grid.
+SAME_LOSS = 0.8
+
+
+def mesh_within_budget(
+    design: LatticeDesign,
+    cube: float,
+    *,
+    coarsest: float,
+    memory_limit_bytes: float,
+    bodies: int = 1,
+    on_refusal: Callable[[str], None] | None = None,
+) -> ExplicitMesh:
+    """Mesh a design on the first grid that passes the gates and fits the memory.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    cube : float, mm
+        Edge of the grid cubes to begin with.
+    coarsest : float, mm
+        Where ``cube`` does not fit the memory, the largest cube to try instead.
+    memory_limit_bytes : float
+        Budget that the following solve must fit.
+    bodies : int
+        Of the part: as many pieces are kept.
+    on_refusal : callable, optional
+        Hears why a grid was refused and what comes next.
+
+    Raises
+    ------
+    ResourceError
+        If no grid that fits the memory passes the gates.
+    LatticeError
+        If the lattice falls apart on a finer grid as it does on a coarser one.
+    """
+    with stepping("volume of the lattice"):
+        volume = field_volume(design, fitted_cube(design, cube))
+    fitting = fitting_cube(volume, memory_limit_bytes)
+    refused: list[str] = []
+
+    def refuse(message: str) -> None:
+        refused.append(message)
+        log.info("%s", message)
+        if on_refusal is not None:
+            on_refusal(message)
+
+    if cube < fitting <= coarsest:
+        refuse(
+            f"a grid of {cube:.3g} mm needs {_need_words(volume, cube)}, more than [run] memory "
+            f"{memory_limit_bytes / 1e9:.3g} GB; taking {fitting:.3g} mm"
+        )
+        cube = fitting
+    before: CoarseGridError | None = None
+    while True:
+        try:
+            made = mesh_lattice(
+                design,
+                cube,
+                memory_limit_bytes=memory_limit_bytes,
+                bodies=bodies,
+            )
+            return replace(made, refused=tuple(refused))
+        except LargeGridError as error:
+            if before is not None or error.step * cube > coarsest:
+                raise
+            refuse(f"{error}; taking {error.step * cube:.3g} mm")
+            cube = fitting = error.step * cube
+        except CoarseGridError as error:
+            if before is not None and _lost_again(before, error):
+                raise LatticeError(
+                    f"{error} (a coarser grid lost as much: it is the design, not its mesh; raise "
+                    f"the lower density, enlarge the cells, or add a skin)"
+                ) from error
+            before = error
+            finer = cube * error.step
+            if finer < fitting:
+                raise ResourceError(
+                    f"{error}; the next grid of {finer:.3g} mm needs {_need_words(volume, finer)}, "
+                    f"but [run] memory is {memory_limit_bytes / 1e9:.3g} GB: allow more memory, "
+                    f"raise the lower density, or use larger cells"
+                ) from error
+            refuse(f"{error}; refined to {finer:.3g} mm, {_need_words(volume, finer)}")
+            cube = finer
+
+
+def _lost_again(coarser: CoarseGridError, finer: CoarseGridError) -> bool:
+    """A finer grid loses nearly as much of the same as a coarser one did."""
+    pieces = coarser.pieces > 0 and finer.pieces > SAME_LOSS * coarser.pieces
+    return pieces or (coarser.volume > 0 and finer.volume > SAME_LOSS * coarser.volume)
+
+
+def _need_words(volume: float, cube: float) -> str:
+    dofs = predict_unknowns(volume, cube)
+    return f"about {dofs / 1e6:.2g} M unknowns and {predict_memory_bytes(dofs, 2) / 1e9:.2g} GB"
