@@ -310,7 +310,7 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
     )
     monkeypatch.setattr(sizing_round, "corrected_model", lambda *_: None)
     monkeypatch.setattr(sizing_round, "buckling_limit", lambda _: None)
-    monkeypatch.setattr(sizing_round, "size", lambda problem, **_: problem)
+    monkeypatch.setattr(sizing_round, "stored_sizing", lambda _, problem, **__: problem)
     problem = sizing_round.size_round(
         setup,
         Correction(displacement=(1.0, 1.0)),

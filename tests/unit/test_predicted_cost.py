@@ -89,17 +89,17 @@ def test_a_stage_that_is_missing_teaches_nothing():
 
 
 def test_memory_is_what_the_gate_of_the_explicit_mesh_asks():
-    # 100 cubes of solid: 14 x 5.1 unknowns each are expected, 12 x 1.4 x 5.8 are allowed for.
+    # 100 cubes of solid: 14 x 5.1 unknowns each are expected, 14 x 5.4 are allowed for.
     expected = replace(MINI, explicit_dofs=int(100 * 14.0 * 5.1))
     allowed = int(100 * TETS_PER_CUBE * DOFS_PER_TET)
     assert predict_cost(expected).memory_bytes == pytest.approx(
-        predict_memory_bytes(allowed, 2), rel=1e-5
+        predict_memory_bytes(allowed, 2), rel=1e-4
     )
 
 
 def test_scope_follows_stated_budgets():
-    # 400 tetrahedra a second, a third of the stated time: by definition.
-    most = 400.0 * EDGE_PER_CUBE**3 * 1200.0 / 3.0
+    # 400 tetrahedra a second, a sixth of the stated time: by definition.
+    most = 400.0 * EDGE_PER_CUBE**3 * 1200.0 / 6.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
     assert choose_scope("auto", 1.01 * most, 1200.0) == "windows"
     assert choose_scope("whole", 1e9, 1.0) == "whole"

@@ -219,7 +219,8 @@ def test_children_of_the_worker_die_with_it(tmp_path, wait):
 
 
 PARENT = """
-import sys, numpy as np
+import signal, sys, numpy as np
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 from gradedesign.workspace.worker import run_worker
 run_worker('worker_that_hangs', {'x': np.zeros(1)}, {'pids': sys.argv[1]},
            time_limit_s=600, memory_limit_bytes=2**30)
