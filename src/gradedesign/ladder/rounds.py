@@ -7,7 +7,7 @@ finished round.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -21,6 +21,7 @@ from gradedesign.ladder.graded_cells import with_cells
 from gradedesign.ladder.result import Iteration
 from gradedesign.ladder.round import (
     FIRST_ITERATIONS,
+    TARGET,
     TUNING_ITERATIONS,
     Prediction,
     build_design,
@@ -57,6 +58,8 @@ from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
 from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
+#: Rounds after which a miss is taken for scatter, and the most room that is left for it.
+SCATTERED_ROUNDS, MOST_ROOM = 3, 0.08
 #: A density counts as at its lower bound within this relative distance.
 AT_BOUND = 1e-3
 
@@ -185,6 +188,7 @@ def play_round(
             if len(previous) < len(FIRST_ITERATIONS)
             else TUNING_ITERATIONS
         ),
+        target=aim_of(previous),
         keep=kept_share([done.gap for done in previous]),
         on_step=on_step,
     )
@@ -257,6 +261,19 @@ def _most_used(setup: Setup, displacements: tuple[float, ...]) -> int:
     """Number of the displacement limit that is used most; 0 without any."""
     limits = np.array([limit.limit for limit in setup.displacement_limits])
     return int(np.argmax(np.asarray(displacements) / limits)) if displacements else 0
+
+
+def aim_of(previous: Sequence[Round]) -> float:
+    """Use of the limits that the next sizing aims at.
+
+    `TARGET`; after three rounds whose last one breaks a limit less, by what its prediction was off:
+    designs of one mass then differ by as much, and rounds that aim at the limit miss it again.
+    """
+    if len(previous) < SCATTERED_ROUNDS or previous[-1].iteration.passed:
+        return TARGET
+    gap = previous[-1].gap
+    off = abs(gap.displacement[gap.governing]) if gap.displacement else abs(gap.stress or 0.0)
+    return TARGET * (1.0 - min(off, MOST_ROOM))
 
 
 def _learn(

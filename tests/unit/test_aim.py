@@ -1,0 +1,35 @@
+"""The use of the limits that a sizing aims at."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from gradedesign.ladder.round import TARGET
+from gradedesign.ladder.rounds import MOST_ROOM, aim_of
+from gradedesign.verify.correction import Gap
+
+
+def played(*rounds):
+    return [
+        SimpleNamespace(
+            iteration=SimpleNamespace(passed=passed), gap=Gap(displacement=(0.9, gap), governing=1)
+        )
+        for passed, gap in rounds
+    ]
+
+
+def test_early_rounds_and_designs_that_hold_aim_just_below_the_limit():
+    assert aim_of([]) == aim_of(played((False, 0.5), (False, 0.1))) == TARGET
+    assert aim_of(played((False, 0.5), (False, 0.1), (True, 0.05))) == TARGET
+
+
+def test_a_miss_that_comes_again_leaves_the_room_that_predictions_are_off_by():
+    missed = played((False, 0.5), (False, 0.1), (False, -0.04))
+    assert aim_of(missed) == pytest.approx(0.96 * TARGET)
+    far = played((False, 0.5), (False, 0.1), (False, 0.3))
+    assert aim_of(far) == pytest.approx((1 - MOST_ROOM) * TARGET)
+
+
+def test_without_displacement_limits_the_gap_of_the_stress_counts():
+    missed = [SimpleNamespace(iteration=SimpleNamespace(passed=False), gap=Gap(stress=0.05))] * 3
+    assert aim_of(missed) == pytest.approx(0.95 * TARGET)
