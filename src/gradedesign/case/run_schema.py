@@ -73,7 +73,7 @@ class RunSpec(Table):
     """Last stage; before the verdict the status is partial."""
     mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
     """Grid cubes of the explicit mesh across the thinnest wall; measured on the cell by default:
-    1.25 for walls, 1.5 to 2.5 for struts."""
+    1.25 for walls, 2 to 2.5 for struts."""
     window_count: Annotated[int, Whole(1, 64)] = 2
     """Windows analysed for acceptance."""
     explicit_mesh_size: Size | None = None

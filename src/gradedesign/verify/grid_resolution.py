@@ -22,11 +22,12 @@ from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 LAYER_CUBES = 1.25
 #: Cubes across the thinnest wall that are tried, coarsest first.
 TRIED = (LAYER_CUBES, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
-#: Relative error of the volume that the thinnest walls of a design may have. Denser cells have
-#: less, so that the whole lattice keeps within the tolerance of its mesh.
+#: Relative error of the volume that the thinnest walls of a design may have, root mean square over
+#: the places of the grid. Denser cells have less, so that the whole lattice keeps within the
+#: tolerance of its mesh.
 CELL_TOLERANCE = 0.06
 #: Corners of a cell at which the grid begins, in cubes: where struts lie on planes of the grid or
-#: between them changes the volume, so the mean over some places counts.
+#: between them changes the volume.
 PLACES = ((0.13, 0.27, 0.41), (0.61, 0.83, 0.07), (0.37, 0.53, 0.71))
 #: Grids of more cubes per edge are not tried: cells as thin as this are sheets, which need least.
 MOST_CUBES = 110
@@ -62,7 +63,7 @@ def _cubes_per_wall(calibration: Calibration, rho: float) -> float:
         # A long period shows its struts in many places of the grid by itself.
         places = PLACES if calibration.family.period == 1 else PLACES[:1]
         volumes = [_volume(calibration, rho, wall / cubes, np.array(place)) for place in places]
-        if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
+        if np.sqrt(np.mean((np.array(volumes) / rho - 1.0) ** 2)) <= CELL_TOLERANCE:
             break
     return found
 
