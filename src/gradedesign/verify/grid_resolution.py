@@ -20,15 +20,17 @@ from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 #: Cubes across a solid layer with plane faces, and at least across anything.
 LAYER_CUBES = 1.25
-#: Cubes across the thinnest wall that are tried, coarsest first.
-TRIED = (LAYER_CUBES, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
-#: Relative error of the volume that the thinnest walls of a design may have, root mean square over
-#: the places of the grid. Denser cells have less, so that the whole lattice keeps within the
-#: tolerance of its mesh.
+#: Cubes across the thinnest wall that are tried, coarsest first. What is no wall has two at least:
+#: with fewer, joints may make up for the volume that struts lose.
+TRIED = (LAYER_CUBES, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
+#: Relative error of the volume that the thinnest walls of a design may have. Denser cells have
+#: less, so that the whole lattice keeps within the tolerance of its mesh.
 CELL_TOLERANCE = 0.06
 #: Corners of a cell at which the grid begins, in cubes: where struts lie on planes of the grid or
-#: between them changes the volume.
+#: between them changes the volume, so the mean over some places counts.
 PLACES = ((0.13, 0.27, 0.41), (0.61, 0.83, 0.07), (0.37, 0.53, 0.71))
+#: Corner of the period that is counted, cells: off the planes in which walls and struts often lie.
+CORNER = (0.31, 0.37, 0.43)
 #: Grids of more cubes per edge are not tried: cells as thin as this are sheets, which need least.
 MOST_CUBES = 110
 
@@ -63,7 +65,7 @@ def _cubes_per_wall(calibration: Calibration, rho: float) -> float:
         # A long period shows its struts in many places of the grid by itself.
         places = PLACES if calibration.family.period == 1 else PLACES[:1]
         volumes = [_volume(calibration, rho, wall / cubes, np.array(place)) for place in places]
-        if np.sqrt(np.mean((np.array(volumes) / rho - 1.0) ** 2)) <= CELL_TOLERANCE:
+        if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
             break
     return found
 
@@ -73,7 +75,8 @@ def _volume(calibration: Calibration, rho: float, h: float, place: FloatArray) -
     family, period = calibration.family, float(calibration.family.period)
     level = float(calibration.level_of(rho))
     count = int(np.ceil(period / h)) + 9
-    lower = (place - 5.0) * h
+    corner = np.array(CORNER)
+    lower = corner + (place - 5.0) * h
     middle, half = lower + 0.5 * count * h, (0.5 * count - 1.0) * h
 
     def field(points: FloatArray) -> FloatArray:
@@ -85,14 +88,15 @@ def _volume(calibration: Calibration, rho: float, h: float, place: FloatArray) -
         mesh = stuff(field, lower, (count, count, count), h)
     except MeshError:
         return 0.0  # nothing was left of it
-    return float((signed_volumes(mesh) * _share_inside(mesh, period)).sum()) / period**3
+    return float((signed_volumes(mesh) * _share_inside(mesh, corner, period)).sum()) / period**3
 
 
-def _share_inside(mesh: TetMesh, period: float) -> FloatArray:
+def _share_inside(mesh: TetMesh, corner: FloatArray, period: float) -> FloatArray:
     """Share of every tetrahedron inside the period, from its corners and centre, ``(M,)``."""
-    inside = np.all((mesh.points >= 0) & (mesh.points < period), axis=0)
+    points = mesh.points - corner[:, None]
+    inside = np.all((points >= 0) & (points < period), axis=0)
     corners = mesh.tets
-    centre = mesh.points[:, corners].mean(axis=1)
+    centre = points[:, corners].mean(axis=1)
     at_centre = np.all((centre >= 0) & (centre < period), axis=0)
     # The rule of degree two for tetrahedra: 4/5 at the centre, 1/20 at every corner.
     return np.asarray(0.8 * at_centre + 0.05 * np.asarray(inside)[corners].sum(axis=0))
