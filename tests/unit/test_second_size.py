@@ -1,12 +1,13 @@
 """A second mesh size: tried coarser, then finer, and its change beside the accepted value."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.ladder import second_size
-from gradedesign.ladder.second_size import analyse_second_size, with_resolution
+from gradedesign.ladder.second_size import analyse_second_size, unresolved_warnings, with_resolution
 from gradedesign.ladder.verdict import LimitRow
 
 
@@ -93,3 +94,10 @@ def test_what_is_no_matter_of_the_grid_is_raised(grids):
     grids.failing[2.5] = ValueError("a defect")
     with pytest.raises(ValueError, match="a defect"):
         analyse()
+
+
+def test_a_value_that_changes_with_the_grid_is_warned_of():
+    near, far = (replace(row("tip", "pull", 0.9), resolution_error=e) for e in (-0.08, 0.37))
+    assert unresolved_warnings([near, row("tip", "side", 0.9)]) == ()
+    (warning,) = unresolved_warnings([near, far])
+    assert "changes by +37% on the second mesh" in warning

@@ -15,6 +15,8 @@ from gradedesign.workspace.progress import stepping
 #: Second mesh sizes over the first, in the order in which they are tried. A coarser grid costs
 #: half; where it loses walls, a finer one tells as much for twice the time.
 SECOND_SIZES = (1.25, 0.8)
+#: A value that changes by more from one grid to the other is not resolved.
+UNRESOLVED = 0.10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +77,17 @@ def with_resolution(
         error = None if not old or new is None else new / old - 1.0
         out.append(replace(row, resolution_error=error))
     return tuple(out)
+
+
+def unresolved_warnings(rows: Sequence[LimitRow]) -> tuple[str, ...]:
+    """Say which values change by more than `UNRESOLVED` on the second mesh."""
+    return tuple(
+        f"{row.name} ({row.load_case}) changes by {row.resolution_error:+.0%} on the second mesh: "
+        f"this value is not resolved, and the verdict on it may be wrong; state a larger [run] "
+        f"mesh_cubes_per_wall with more memory"
+        for row in rows
+        if row.resolution_error is not None and abs(row.resolution_error) > UNRESOLVED
+    )
 
 
 def _largest(rows: Sequence[LimitRow]) -> dict[tuple[str, str], float]:

@@ -24,6 +24,7 @@ from gradedesign.ladder.resolve_law import stress_basis
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import predict
 from gradedesign.ladder.rounds import Round
+from gradedesign.ladder.second_size import unresolved_warnings
 from gradedesign.ladder.setup import Setup, part_volume
 from gradedesign.ladder.verdict import (
     LARGEST_NODAL,
@@ -159,6 +160,7 @@ def verdict_result(
         else:
             status, reason = "not_met", _why_not(rows, ended)
         warnings += _acceptance_warnings(accepted)
+        warnings += unresolved_warnings(accepted.rows)
     warnings += thin_warning(setup, design.rho)
     it = design.iteration
     return RunResult(
