@@ -50,7 +50,9 @@ def verdict(monkeypatch):
             round=played,
             rows=(row(use),),
             holds=use <= 1.0,
-            analysed=SimpleNamespace(layout=layout),
+            analysed=SimpleNamespace(
+                layout=layout, mesh=SimpleNamespace(refused=("a grid of 1 mm was refined",))
+            ),
         )
         return summary.verdict_result(None, None, [played], accepted, ended)
 
@@ -64,7 +66,7 @@ def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):
         "every limit holds in the accepted analysis; the most used one to 94.0%; not the lightest: "
         f"{BY_TIME.words}, and a lighter design may exist"
     )
-    assert found.warnings == ()
+    assert found.warnings == ("a grid of 1 mm was refined",)
 
 
 def test_a_used_limit_is_the_end_whatever_ended_the_rounds(verdict):

@@ -161,6 +161,8 @@ def verdict_result(
             status, reason = "not_met", _why_not(rows, ended)
         warnings += _acceptance_warnings(accepted)
         warnings += unresolved_warnings(accepted.rows)
+        # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
+        warnings += accepted.analysed.mesh.refused
     warnings += thin_warning(setup, design.rho)
     it = design.iteration
     return RunResult(
