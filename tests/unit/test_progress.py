@@ -174,7 +174,14 @@ def test_a_step_that_lets_no_thread_run_is_said_before_it(monkeypatch, capsys):
         assert STATUS.fullmatch(capsys.readouterr().out.strip())
 
 
-def test_a_run_says_where_it_stands(talkative, cli, tmp_path):
+def test_a_run_says_where_it_stands(talkative, cli, tmp_path, monkeypatch):
+    steps, report = [], Watch.report
+
+    def noting(watch, text, fraction=None):
+        steps.append(text)
+        report(watch, text, fraction)
+
+    monkeypatch.setattr(Watch, "report", noting)
     ended = cli("run", CASES / "infeasible", "-o", tmp_path / "run")
     assert ended.code == 4
     assert ended.err == ""
@@ -186,7 +193,9 @@ def test_a_run_says_where_it_stands(talkative, cli, tmp_path):
         assert STATUS.fullmatch(line), line
     assert max(map(len, before.splitlines())) <= 80
     assert {line.split()[0] for line in statuses} <= {"start", "part", "solid", "output"}
-    assert any("assembling" in line or "unknowns" in line for line in statuses)
+    # Which of its steps a line falls into depends on the machine; that it has them does not.
+    assert any(step.startswith("assembling") for step in steps), steps
+    assert any(step.startswith("direct solution") for step in steps), steps
     assert "\x1b" not in ended.out
 
 
