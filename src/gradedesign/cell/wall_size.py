@@ -27,10 +27,14 @@ from scipy.spatial import cKDTree
 
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.calibration import LEAST_DENSITY, Calibration, calibrate
+from gradedesign.cell.content_key import cell_key
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.errors import DensityError
 from gradedesign.fields import Field, gradient, level_set_points
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+
+KIND = "cell-walls"
 
 #: Share of the middle surface of a sheet that may be thinner than the size returned.
 THIN_SHARE = 0.01
@@ -113,7 +117,17 @@ def density_for_wall(
 
 @lru_cache(maxsize=256)
 def _wall_table(calibration: Calibration) -> PchipInterpolator:
-    """Thinnest wall in cell units against `_progress`, non-decreasing."""
+    """Thinnest wall in cell units against `_progress`, non-decreasing, kept in the user's cache."""
+    key = content_key(KIND, cell_key(calibration))
+    stored = load_arrays(KIND, key)
+    wall = _measured_walls(calibration) if stored is None else stored["wall"]
+    if stored is None:
+        store_arrays(KIND, key, wall=wall)
+    return PchipInterpolator(np.linspace(0.0, 1.0, _STEPS), wall)
+
+
+def _measured_walls(calibration: Calibration) -> FloatArray:
+    """Thinnest wall in cell units at equal steps of `_progress`, non-decreasing, ``(_STEPS,)``."""
     family = calibration.family
     view = _whole(calibration)
     valley = family.sides == 2 or _has_axes(view, calibration)
@@ -129,7 +143,7 @@ def _wall_table(calibration: Calibration) -> PchipInterpolator:
         if top < level < view.seen:
             distance = _distance_to_level(view, float(level), core)
             wall[i] = 2.0 * view.edge * np.quantile(distance, THIN_SHARE if valley else 0.0)
-    return PchipInterpolator(progress, np.maximum.accumulate(wall))
+    return np.maximum.accumulate(wall)
 
 
 class _View(NamedTuple):

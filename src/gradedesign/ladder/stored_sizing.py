@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.ladder.setup import Setup
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+from gradedesign.workspace.program_key import program_key
 
 KIND = "sizing"
 #: Fields of a step of the history that are one number, beside its own.
@@ -93,13 +92,6 @@ def sizing_key(
         repr((*problem.bounds, problem.target, max_iterations, keep)),
         np.zeros(0) if start is None else start,
     )
-
-
-@cache
-def program_key() -> str:
-    """Content key of the program: what another version computed is not this one's answer."""
-    root = Path(__file__).parents[1]
-    return content_key(*(path.read_bytes() for path in sorted(root.rglob("*.py"))))
 
 
 def _packed(result: SizingResult) -> dict[str, FloatArray]:

@@ -13,11 +13,14 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.content_key import cell_key
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import MeshError
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
+KIND = "grid-resolution"
 #: Cubes across a solid layer with plane faces, and at least across anything.
 LAYER_CUBES = 1.25
 #: Cubes across the thinnest wall that are tried, coarsest first. What is no wall has two at least:
@@ -56,18 +59,29 @@ def cubes_per_wall(calibration: Calibration, rho: float) -> float:
 
 @lru_cache(maxsize=64)
 def _cubes_per_wall(calibration: Calibration, rho: float) -> float:
+    key = content_key(KIND, cell_key(calibration), rho)
+    stored = load_arrays(KIND, key)
+    if stored is not None:
+        return float(stored["cubes"])
+    cubes = _measured(calibration, rho)
+    store_arrays(KIND, key, cubes=cubes)
+    return cubes
+
+
+def _measured(calibration: Calibration, rho: float) -> float:
+    """The coarsest of `TRIED` that keeps the volume of a period, by meshing it."""
     wall = float(wall_mm(calibration.family, dict(calibration.parameters), rho, 1.0))
-    found = TRIED[0]
+    coarsest = TRIED[0]
     for cubes in TRIED:
         if wall <= 0 or calibration.family.period * cubes / wall > MOST_CUBES:
             break
-        found = cubes
+        coarsest = cubes
         # A long period shows its struts in many places of the grid by itself.
         places = PLACES if calibration.family.period == 1 else PLACES[:1]
         volumes = [_volume(calibration, rho, wall / cubes, np.array(place)) for place in places]
         if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
             break
-    return found
+    return coarsest
 
 
 def _volume(calibration: Calibration, rho: float, h: float, place: FloatArray) -> float:

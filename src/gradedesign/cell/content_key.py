@@ -1,0 +1,38 @@
+"""Content key of a cell: its field at points of a period says more than its name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.cell.calibration import Calibration
+from gradedesign.workspace.cache import content_key
+from gradedesign.workspace.program_key import program_key
+
+#: Points of a period at which a cell's field is told from every other.
+PROBES = 2000
+
+
+def cell_key(calibration: Calibration) -> str:
+    """Content key of a cell with its parameters and levels, for answers kept in the user's cache.
+
+    Parameters
+    ----------
+    calibration : Calibration
+
+    Returns
+    -------
+    str
+        Another one wherever the field, its levels or the program changed.
+    """
+    family, parameters = calibration.family, dict(calibration.parameters)
+    points = np.random.default_rng(1).uniform(0.0, float(family.period), (3, PROBES))
+    densities = np.linspace(*calibration.window, 17)
+    return content_key(
+        program_key(),
+        family.name,
+        family.period,
+        np.asarray(family.shape(points, **parameters)),
+        np.array(calibration.neck),
+        densities,
+        np.asarray(calibration.level_of(densities)),
+    )
