@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gradedesign import PluginError, read_finite_size_table
+from gradedesign.cell.calibration import calibrate
 from gradedesign.homogenise.finite_size import finite_size
 from gradedesign.homogenise.finite_size_rows import finite_size_row, finite_size_table
 from gradedesign.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
@@ -141,7 +142,7 @@ def test_shipped_tables_hold_what_they_say(name):
     assert found.date
     assert "gradedesign" not in found.method
     for row in found.rows:
-        assert voxels_in_wall(family, None, row.density, row.resolution) >= LEAST_VOXELS
+        assert voxels_in_wall(calibrate(family), row.density, row.resolution) >= LEAST_VOXELS
         for series in (row.block, row.wall, row.wall_shear):
             # More cells are nearer to endlessly many, within the error bars of both.
             for few, more in pairwise(series):

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json
@@ -69,22 +70,22 @@ def homogenise(
     family = lookup(registry, "cell_families", cell)
     values = parsed_parameters(parameters)
     with ProgressLines("homogenise", err=True):
+        chosen = calibrate(family, values)
         found = cell_properties(
-            family,
-            values,
+            chosen,
             density,
             poissons_ratio=poissons_ratio,
             resolution=resolution,
             with_surface=output is not None,
         )
-        data = properties_data(family, values, found, poissons_ratio)
+        data = properties_data(chosen, found, poissons_ratio)
         laws = [law for law in registry.scaling_laws.values() if cell in law.families]
         data["laws"] = law_values(laws, density)
         if conductivity:
             report_step("conductivity")
-            data["conductivity"] = _conductivity_data(family, found, values)
+            data["conductivity"] = _conductivity_data(chosen, found)
         if buckling:
-            critical = critical_stress(family, values, density, poissons_ratio=poissons_ratio)
+            critical = critical_stress(chosen, density, poissons_ratio=poissons_ratio)
             data["buckling"] = _buckling_data(critical)
         if output is not None:
             report_step("drawing")
@@ -119,8 +120,7 @@ def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
 
 
 def properties_data(
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     found: CellProperties,
     poissons_ratio: float,
 ) -> dict[str, Any]:
@@ -130,12 +130,12 @@ def properties_data(
     least, softest, greatest, stiffest = youngs_extremes(c)
     diagonals = youngs_along(c, np.array([[1.0, 1, 1], [0, 1, 1], [0, 0, 1]]))
     data: dict[str, Any] = {
-        "cell": family.name,
-        "parameters": {**family.parameters, **parameters},
+        "cell": cell.name,
+        "parameters": dict(cell.parameters),
         "density": found.density,
         "poissons_ratio": poissons_ratio,
         "resolution": found.resolution,
-        "symmetry": family.symmetry,
+        "symmetry": cell.family.symmetry,
         "relative_to": "Young's modulus of the base material",
         "voigt_order": list(VOIGT),
         "shear": "engineering",
@@ -146,7 +146,7 @@ def properties_data(
         "constant_errors": {
             name: _digits(float(error[0]), 2)
             for name, error in relative_errors(
-                found.stiffness[None], found.uncertainty[None], family.symmetry
+                found.stiffness[None], found.uncertainty[None], cell.family.symmetry
             ).items()
         },
         "engineering": {
@@ -264,11 +264,9 @@ def _strength_data(found: CellProperties) -> dict[str, Any]:
     return data
 
 
-def _conductivity_data(
-    family: CellFamily, found: CellProperties, parameters: Mapping[str, float]
-) -> dict[str, Any]:
+def _conductivity_data(cell: Cell, found: CellProperties) -> dict[str, Any]:
     """Plain data of the conductivity, relative to the base material's."""
-    value, error = extrapolated_conductivity(family, parameters, found.density, found.resolution)
+    value, error = extrapolated_conductivity(cell, found.density, found.resolution)
     return {
         "value": [[_digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
         "error": _digits(error, 2),

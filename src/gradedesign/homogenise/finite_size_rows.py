@@ -111,7 +111,7 @@ def finite_size_table(
 def resolution_for(family: CellFamily, rho: float) -> int | None:
     """Voxels along a cell that put three across its thinnest wall; None if too many."""
     for resolution in RESOLUTIONS:
-        if voxels_in_wall(family, None, rho, resolution) >= LEAST_VOXELS:
+        if voxels_in_wall(calibrate(family), rho, resolution) >= LEAST_VOXELS:
             return resolution
     return None
 
@@ -146,7 +146,7 @@ def finite_size_row(
     """
     if resolution % 12:
         raise SolverError(f"found {resolution} voxels along a cell; expected a multiple of 12")
-    coarse, fine = (cell_fill(family, None, rho, n) for n in (2 * resolution // 3, resolution))
+    coarse, fine = (cell_fill(calibrate(family), rho, n) for n in (2 * resolution // 3, resolution))
     coarser = [_ratios(coarse, start, counts, poissons_ratio) for start in (0, 1)]
     starts = (0, 1) if _apart(coarser) > _SAME else (0,)
     finer = [_ratios(fine, start, counts, poissons_ratio) for start in starts]

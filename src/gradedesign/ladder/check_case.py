@@ -83,13 +83,12 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         said += resolve_law(
             case,
             registry,
-            known.family,
-            known.parameters,
+            known.cell,
             poissons_ratio=known.material.poissons_ratio,
         )[1]
     if case.lattice.finite_size == "corrected":
         with locating(case, "lattice.finite_size"):
-            finite_size_of(case, registry, known.family, known.parameters, known.bounds)
+            finite_size_of(case, registry, known.cell.family, known.cell.parameters, known.bounds)
     inside = inner_points(known.part, known.distance)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])

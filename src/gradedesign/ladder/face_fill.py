@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import ResourceError
@@ -38,7 +38,7 @@ def face_fill(
     mesh: TetMesh,
     family: CellFamily,
     parameters: Mapping[str, float],
-    calibration: Calibration,
+    cell: Cell,
     bounds: tuple[float, float],
     distance: Field,
     kept: tuple[KeptRegion, ...],
@@ -85,7 +85,7 @@ def face_fill(
     asked = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
     held = np.zeros((asked.size, share.size))
     for row, rho in zip(held, asked, strict=True):
-        solid = shape <= calibration.level_of(np.asarray(rho))
+        solid = shape <= cell.level_of(np.asarray(rho))
         there = near(np.tile(solid, cells // period) & inside)
         # Against the same samples of the whole cell, which hold not quite the density.
         found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())
