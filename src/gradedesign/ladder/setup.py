@@ -25,9 +25,8 @@ from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
-from gradedesign.ladder.solid_share import solid_share
-from gradedesign.ladder.wall_cells import wall_factors
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.ladder.wall_cells import wall_factors, wall_material
+from gradedesign.lattice.domain import DesignDomain, solid_fraction
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
@@ -62,10 +61,7 @@ class Setup:
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     part : Part
-    distance : callable
-        Signed distance of the part.
-    mesh_attempts : tuple of str
-        What the part's mesher needed.
+    domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
     facets : dict of region to (k, 3) int array
@@ -80,7 +76,6 @@ class Setup:
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
     exclusion_radius : float, mm
-    kept : tuple of KeptRegion
     layout : CellLayout
     cubes_per_wall : float
         Grid cubes of the explicit mesh across the thinnest wall.
@@ -99,8 +94,7 @@ class Setup:
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
-    distance: Field
-    mesh_attempts: tuple[str, ...]
+    domain: DesignDomain
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
@@ -109,7 +103,6 @@ class Setup:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
-    kept: tuple[KeptRegion, ...]
     layout: CellLayout
     cubes_per_wall: float
     warnings: tuple[str, ...]
@@ -123,7 +116,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
     material, cell = known.material, known.cell
-    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
+    part, domain, layout = known.part, known.domain, known.layout
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
@@ -138,9 +131,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh, attempts = part_tets(case, part)
+        mesh = part_tets(case, part)
     report_step("supports, loads and solid shares of the part")
-    shares = solid_share(mesh, distance, case.lattice.skin, kept)
+    shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
@@ -171,7 +164,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     )
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
-            model = with_walls(model, case, part, kept, distance, cell, bounds, on_event)
+            model = with_walls(model, part, domain, layout, cell, bounds, on_event)
     return Setup(
         case=case,
         material=material,
@@ -179,8 +172,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law=law,
         bounds=bounds,
         part=part,
-        distance=distance,
-        mesh_attempts=attempts,
+        domain=domain,
         space=space,
         facets=facets,
         model=model,
@@ -190,7 +182,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
-        kept=kept,
         layout=layout,
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
@@ -209,10 +200,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
 
 def with_walls(
     model: HomogenisedModel,
-    case: Case,
     part: Part,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
+    domain: DesignDomain,
+    layout: CellLayout,
     cell: Cell,
     bounds: tuple[float, float],
     on_event: Listener = ignore,
@@ -229,22 +219,19 @@ def with_walls(
     """
     mesh = model.space.mesh
     walls = wall_factors(
-        case,
+        layout.cell_map,
         part,
+        domain,
         mesh,
         model.solid_share < 1,
-        kept,
-        distance,
-        cell,
-        bounds,
-        model.material.poissons_ratio,
+        wall_material(cell, bounds, model.material.poissons_ratio),
         lambda wall: on_event(
             Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
         ),
     )
     fill = None
-    if kept:
-        fill = passive_fill(case, mesh, cell, bounds, kept)
+    if domain.passive:
+        fill = passive_fill(layout.cell_map, mesh, cell, bounds, domain)
     return replace(model, walls=walls, fill=fill)
 
 
@@ -279,17 +266,16 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
+def part_tets(case: Case, part: Part) -> TetMesh:
     """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
     if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size), ()
-    meshed = mesh_part(
+        return box_part_mesh(case.part.box, case.part.mesh_size)
+    return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
-    )
-    return meshed.mesh, meshed.attempts
+    ).mesh
 
 
 def used_regions(case: Case) -> tuple[str, ...]:

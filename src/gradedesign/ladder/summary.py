@@ -81,7 +81,7 @@ def partial_result(
         )
     if sized is not None:
         model = setup.model
-        weights = model.volumes * (1 - model.solid_share)
+        weights = model.lattice_volumes
         mass = total_mass(model, sized.rho) * 1e6
         numbers = {
             "mass_g": mass,
@@ -282,7 +282,7 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
 
 def _latticed_mass(setup: Setup) -> float:
     """Mass of the lattice's region if it were solid, g."""
-    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    weights = setup.model.lattice_volumes
     return float(weights.sum()) * setup.material.density * 1e6
 
 
