@@ -1,7 +1,8 @@
 """Predicted against real seconds of a first round, and the predicted memory against the real.
 
-Run ``python benchmarks/bench_prediction.py [CASE ...]`` on an otherwise idle machine; ``cases/mini``
-by default. Every case is run to its end in a folder of its own. Within a factor of two is wanted.
+Run ``python benchmarks/bench_prediction.py [CASE ...]`` on an otherwise idle machine;
+``cases/mini`` by default. Every case is run to its end in a folder of its own. Within a
+factor of two is wanted.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Longest silence of a command without a terminal, seconds, and what was said before it.
 
 Run ``python benchmarks/bench_silence.py run cases/bracket -o runs/silence``: the arguments are
-those of ``gradedesign``, a run of ``cases/mini`` without any. Lines of standard output and standard error count. At most 10 s are wanted.
+those of ``gradedesign``, a run of ``cases/mini`` without any. Lines of standard output and standard
+error count. At most 10 s are wanted.
 """
 
 from __future__ import annotations
