@@ -18,12 +18,11 @@ from gradedesign.errors import (
     SolverError,
 )
 from gradedesign.material.cubic_law import cubic_law, cubic_table_law
-from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.material.property_table import PropertyTable, read_property_table
 from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.material.shipped_tables import shipped_finite_size_tables, shipped_laws
+from gradedesign.material.shipped_tables import shipped_laws
 from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.exporter import Exporter
@@ -42,7 +41,6 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Exporter",
-    "FiniteSizeTable",
     "GradeDesignError",
     "LatticeError",
     "Material",
@@ -63,10 +61,8 @@ __all__ = [
     "load_case",
     "power_law",
     "raw_triangles",
-    "read_finite_size_table",
     "read_property_table",
     "run",
-    "shipped_finite_size_tables",
     "shipped_laws",
     "tabulated_law",
 ]

@@ -23,7 +23,6 @@ from gradedesign.cli import run as run_module
 from gradedesign.cli import tabulate as tabulate_command
 from gradedesign.cli import validate as validate_command
 from gradedesign.cli.interrupt import Interruption
-from gradedesign.cli.tabulate_finite_size import tabulate_finite_size
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 
 #: Errors keep their traceback.
@@ -245,19 +244,12 @@ def tabulate(
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
     ] = None,
-    finite_size: Annotated[
-        bool,
-        typer.Option("--finite-size", help="How stiff few cells are, one cell after the other."),
-    ] = False,
     buckling: Annotated[
         bool, typer.Option("--buckling", help="Critical stresses too: minutes per density.")
     ] = False,
     strict_plugins: Strict = False,
 ) -> None:
     """Compute property tables of cells over their densities: what laws are made from."""
-    if finite_size:
-        others = (resolution, workers, scheduler, buckling or None)
-        raise typer.Exit(tabulate_finite_size(cells or [], output, nu, others, strict_plugins))
     raise typer.Exit(
         tabulate_command.tabulate(
             cells or [],
