@@ -198,6 +198,17 @@ def homogenise(
         list[str] | None,
         typer.Option("--parameter", help="name=number, overrides the cell's default; repeatable."),
     ] = None,
+    boundary: Annotated[
+        str,
+        typer.Option(
+            "--boundary",
+            help="periodic; on a finite block: displacement, traction, mixed or macro-tet.",
+        ),
+    ] = "periodic",
+    block_cells: Annotated[
+        int | None,
+        typer.Option("--cells", min=1, help="Cells along the edge of a finite block [1]."),
+    ] = None,
     nu: Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")] = 0.3,
     output: Annotated[
         Path | None,
@@ -218,6 +229,8 @@ def homogenise(
     command(
         cell,
         density,
+        boundary=boundary,
+        cells=block_cells,
         resolution=resolution,
         parameters=parameter or [],
         poissons_ratio=nu,
