@@ -132,6 +132,11 @@ def test_importing_the_core_loads_nothing_heavy():
     assert result.stdout.split() == []
 
 
+def test_every_public_name_has_its_home():
+    assert sorted(gradedesign._MODULES) == sorted(gradedesign.__all__)
+    assert all(hasattr(gradedesign, name) for name in gradedesign.__all__)
+
+
 FAMILY_WORDS = re.compile(
     r"gyroid|schwar[tz]z?|diamond|primitive|neovius|\biwp\b|octet", re.IGNORECASE
 )
