@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gradedesign.arrays import FloatArray
+from gradedesign.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.fe.load_case import load_vector
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.solve import ElasticSystem, prepare_elastic, solve_cases
+from gradedesign.fe.solve import solve_cases
 from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density, held_slope
 from gradedesign.sizing.lattice_stiffness import as_stiffness, effective_stiffness
 
