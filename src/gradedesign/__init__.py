@@ -28,6 +28,7 @@ from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin.hookspecs import hookimpl
@@ -42,6 +43,7 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Exporter",
+    "FileFaces",
     "FiniteSizeTable",
     "GradeDesignError",
     "LatticeError",
