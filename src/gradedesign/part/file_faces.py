@@ -12,7 +12,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import PartError
 from gradedesign.mesh.closest import build_triangle_tree, closest_features
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 
 #: Label of a triangle that belongs to no face of the file.
 NO_FACE = -1
@@ -54,6 +54,11 @@ class FileFaces:
     def numbers(self) -> tuple[int, ...]:
         """Numbers of the faces, rising."""
         return tuple(n for n in np.unique(self.label).tolist() if n != NO_FACE)
+
+    def areas(self, surface: SurfaceMesh) -> dict[int, float]:
+        """Area of every face on the surface that the labels belong to, mm^2."""
+        area = np.linalg.norm(area_vectors(surface), axis=1)
+        return {n: float(area[self.label == n].sum()) for n in self.numbers}
 
 
 def require_labels(faces: FileFaces | None, count: int, source: str) -> None:

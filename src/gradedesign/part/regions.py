@@ -195,7 +195,7 @@ def _combined(
         if others:
             taken = np.array([named[other].triangles for other in others])
             left = taken.all(axis=0) if word == "all" else taken.any(axis=0)
-            left = ~left if word == "not" else left
+            left = np.asarray(~left if word == "not" else left)
             result.append(_touched(part, left, f"{word} of {', '.join(others)}"))
     return result
 
