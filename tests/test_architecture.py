@@ -35,7 +35,7 @@ HEAVY = {
     "matplotlib": ("output",),
     "skimage": (),
     "meshio": ("output",),
-    "trimesh": (),
+    "trimesh": ("part/trimesh_formats.py", "output/trimesh_formats.py"),
     "manifold3d": ("mesh", "part"),
     "pymeshlab": (),
 }

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
     from gradedesign.output.printed_lattice import PrintedLattice
+    from gradedesign.part.file_faces import FileFaces
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
     from gradedesign.pipeline import run
@@ -41,6 +42,7 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Exporter",
+    "FileFaces",
     "GradeDesignError",
     "LatticeError",
     "Material",
@@ -70,6 +72,7 @@ __all__ = [
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
+    "part.file_faces": "FileFaces",
     "case.read_case": "load_case",
     "cell.family": "CellFamily",
     "cell.maker": "CellMaker",
