@@ -45,9 +45,12 @@ def plates(u):
     return np.abs(u[2] - np.floor(u[2]) - 0.5)
 
 
-#: Level of a density; plates alone are no cell that could be calibrated.
-LEVELS = SimpleNamespace(level_of=lambda rho: rho / 2)
-FAMILY = CellFamily(name="plates", shape=plates, symmetry="tetragonal")
+#: Plates alone are no cell that could be calibrated.
+CELL = SimpleNamespace(
+    family=CellFamily(name="plates", shape=plates, symmetry="tetragonal"),
+    parameters={},
+    level_of=lambda rho: rho / 2,
+)
 
 
 def counted(kept, bounds=(0.33, 0.336)):
@@ -59,7 +62,7 @@ def counted(kept, bounds=(0.33, 0.336)):
     case = SimpleNamespace(
         lattice=SimpleNamespace(edges=(10.0,) * 3, rotation=(0.0,) * 3, origin=(0.0,) * 3)
     )
-    return passive_fill(case, mesh, FAMILY, {}, LEVELS, bounds, kept), centroids(mesh)
+    return passive_fill(case, mesh, CELL, bounds, kept), centroids(mesh)
 
 
 def test_a_region_in_the_void_leaves_the_plates_in_less_room():

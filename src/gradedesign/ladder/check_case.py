@@ -81,8 +81,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         said += resolve_law(
             case,
             registry,
-            known.family,
-            known.parameters,
+            known.cell,
             poissons_ratio=known.material.poissons_ratio,
         )[1]
     inside = inner_points(known.part, known.distance)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from scipy.ndimage import map_coordinates, uniform_filter
 from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import ResourceError
 from gradedesign.lattice.lattice import KeptRegion
@@ -36,9 +33,7 @@ _BATCH = 1_000_000
 def passive_fill(
     case: Case,
     mesh: TetMesh,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
+    cell: Cell,
     bounds: tuple[float, float],
     kept: tuple[KeptRegion, ...],
 ) -> LocalFill:
@@ -61,7 +56,7 @@ def passive_fill(
         return np.asarray((turn.T @ (points - origin)) / edges[:, None])
 
     u = to_cells(mesh.points)
-    period = family.period
+    period = cell.family.period
     low = period * (np.floor(u.min(axis=1) / period) - 1)
     high = period * (np.ceil(u.max(axis=1) / period) + 1)
     cells = (high - low).astype(int)
@@ -73,7 +68,8 @@ def passive_fill(
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
     inside = _outside_passive(axes, turn, edges, origin, kept)
     one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
-    shape = evaluate_shape(family, parameters, np.array(np.meshgrid(one, one, one, indexing="ij")))
+    samples = np.array(np.meshgrid(one, one, one, indexing="ij"))
+    shape = evaluate_shape(cell.family, cell.parameters, samples)
     # A mean over an even number of samples stands for the face between its two middle ones.
     index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL
 
@@ -85,7 +81,7 @@ def passive_fill(
     asked = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
     held = np.zeros((asked.size, share.size))
     for row, rho in zip(held, asked, strict=True):
-        solid = shape <= calibration.level_of(np.asarray(rho))
+        solid = shape <= cell.level_of(np.asarray(rho))
         there = near(np.tile(solid, cells // period) & inside)
         # Against the same samples of the whole cell, which hold not quite the density.
         found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())

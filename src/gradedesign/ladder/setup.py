@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
@@ -58,9 +57,7 @@ class Setup:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
@@ -98,9 +95,7 @@ class Setup:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
@@ -127,19 +122,17 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
-    material, family, parameters = known.material, known.family, known.parameters
+    material, cell = known.material, known.cell
     part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
-    calibration = known.calibration
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
             registry,
-            family,
-            parameters,
+            cell,
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
+    bounds, warnings = density_bounds(case, cell, law, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
     if buckling_factor(case) is not None:
@@ -151,7 +144,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
-        calibration,
+        cell,
         bounds,
         layout.least,
         latticed=float(volumes @ (1 - shares)),
@@ -178,15 +171,11 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     )
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
-            model = with_walls(
-                model, case, part, kept, distance, family, parameters, calibration, bounds, on_event
-            )
+            model = with_walls(model, case, part, kept, distance, cell, bounds, on_event)
     return Setup(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         law=law,
         bounds=bounds,
         part=part,
@@ -224,9 +213,7 @@ def with_walls(
     part: Part,
     kept: tuple[KeptRegion, ...],
     distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
+    cell: Cell,
     bounds: tuple[float, float],
     on_event: Listener = ignore,
 ) -> HomogenisedModel:
@@ -248,8 +235,7 @@ def with_walls(
         model.solid_share < 1,
         kept,
         distance,
-        family,
-        parameters,
+        cell,
         bounds,
         model.material.poissons_ratio,
         lambda wall: on_event(
@@ -258,7 +244,7 @@ def with_walls(
     )
     fill = None
     if kept:
-        fill = passive_fill(case, mesh, family, parameters, calibration, bounds, kept)
+        fill = passive_fill(case, mesh, cell, bounds, kept)
     return replace(model, walls=walls, fill=fill)
 
 
