@@ -12,8 +12,8 @@ from gradedesign.arrays import FloatArray
 from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.solve import ElasticSystem
 from gradedesign.ladder.analysable import grid_cube
 from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup

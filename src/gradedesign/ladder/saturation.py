@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.solve import ElasticSystem
 from gradedesign.ladder.buckling import BUCKLING, buckling_limit
 from gradedesign.ladder.round import (
     corrected_limits,

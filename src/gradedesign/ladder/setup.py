@@ -257,7 +257,7 @@ def held_loads(
     CaseError
         Naming the motions that the supports of a load case leave free.
     """
-    loads = case_loads(space, case, part.regions, facets)
+    loads = case_loads(space, case.load_case, part.regions, facets)
     for number, load_case in enumerate(loads):
         try:
             require_held(space, load_case.supports.fixed, load_case.name)

@@ -110,10 +110,11 @@ def gradedesign_readers() -> Iterable[PartReader]:
     Examples
     --------
     >>> import numpy as np
-    >>> from gradedesign import PartReader, hookimpl, raw_triangles
-    >>> def read_corners(path, unit):
-    ...     corners = np.loadtxt(path).reshape(-1, 3, 3)
-    ...     return raw_triangles(corners, unit, source=path.name)
+    >>> from gradedesign import FileFaces, PartReader, hookimpl, raw_triangles
+    >>> def read_corners(path):
+    ...     rows = np.loadtxt(path)  # nine coordinates and the number of a face
+    ...     faces = FileFaces(label=rows[:, 9], names={3: "bolt hole"}, colors={3: "#ff0000"})
+    ...     return raw_triangles(rows[:, :9].reshape(-1, 3, 3), source=path.name, faces=faces)
     >>> @hookimpl
     ... def gradedesign_readers():
     ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
