@@ -17,6 +17,7 @@ from gradedesign.errors import (
     ResourceError,
     SolverError,
 )
+from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
 from gradedesign.material.cubic_law import cubic_law, cubic_table_law
 from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
 from gradedesign.material.material import Material
@@ -45,6 +46,9 @@ __all__ = [
     "FiniteSizeTable",
     "GradeDesignError",
     "LatticeError",
+    "LinearAnswer",
+    "LinearSolver",
+    "LinearSystem",
     "Material",
     "MeshError",
     "PartError",

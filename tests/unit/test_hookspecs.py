@@ -10,6 +10,7 @@ from gradedesign import (
     CellMaker,
     Exporter,
     FiniteSizeTable,
+    LinearSolver,
     Material,
     PartReader,
     ScalingLaw,
@@ -25,6 +26,7 @@ HOOKS = {
     "gradedesign_materials": Material,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_solvers": LinearSolver,
 }
 
 

@@ -213,6 +213,7 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         exclusion_radius=setup.exclusion_radius,
         stress_limit=setup.stress_limit,
         percentile=setup.case.limits.percentile,
+        solver=setup.model.solver,
         bodies=setup.part.report.bodies,
     )
 

@@ -181,6 +181,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law,
         loads,
         rotation=cell_axes(layout, space),
+        solver=known.solver,
     )
     if case.lattice.faces == "measured":
         with locating(case, "lattice.faces"):

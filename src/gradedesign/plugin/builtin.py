@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.output.exporter import Exporter
@@ -29,3 +33,9 @@ def gradedesign_readers() -> Iterable[PartReader]:
 def gradedesign_exporters() -> Iterable[Exporter]:
     """Register the STL exporter."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
+
+
+@hookimpl
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register the linear solvers."""
+    return MULTIGRID, DIRECT, SCIKIT_FEM
