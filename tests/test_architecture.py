@@ -35,7 +35,7 @@ HEAVY = {
     "matplotlib": ("output",),
     "skimage": (),
     "meshio": ("output",),
-    "trimesh": (),
+    "trimesh": ("part/trimesh_formats.py", "output/trimesh_formats.py"),
     "manifold3d": ("mesh", "part"),
     "pymeshlab": (),
 }
@@ -135,6 +135,11 @@ def test_importing_the_core_loads_nothing_heavy():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
     )
     assert result.stdout.split() == []
+
+
+def test_every_public_name_has_its_home():
+    assert sorted(gradedesign._MODULES) == sorted(gradedesign.__all__)
+    assert all(hasattr(gradedesign, name) for name in gradedesign.__all__)
 
 
 FAMILY_WORDS = re.compile(

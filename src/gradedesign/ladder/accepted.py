@@ -144,7 +144,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)
-    triangles = read_stl(path, "mm")
+    triangles = read_stl(path)
     back, _ = build_surface(triangles.corners, repair="safe", bodies=setup.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):

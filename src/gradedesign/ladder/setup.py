@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
@@ -22,10 +20,9 @@ from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
 from gradedesign.ladder.displacement_limits import displacement_limits
 from gradedesign.ladder.exclusion import exclusion_warnings
-from gradedesign.ladder.face_fill import face_fill
-from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
@@ -145,9 +142,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
-    with locating(case, "lattice.finite_size"):
-        corrected = case.lattice.finite_size == "corrected"
-        table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
@@ -183,15 +177,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         rotation=cell_axes(layout, space),
         solver=known.solver,
     )
-    if case.lattice.faces == "measured":
-        with locating(case, "lattice.faces"):
-            report_step("cells cut by the part's faces")
-            fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
-        model = replace(model, fill=fill)
-    if table is not None:
-        with locating(case, "lattice.finite_size"):
-            few = local_factor(case, part, mesh, model.solid_share, kept, distance, table)
-        model = replace(model, few_cells=few)
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
             model = with_walls(
@@ -229,7 +214,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
                 else exclusion_warnings(model, considered, radius)
             ),
             *layout_warnings(layout, law.name),
-            *(() if table is None else spread_warnings(table)),
         ),
         lattice_files=known.lattice_files,
     )
@@ -257,10 +241,6 @@ def with_walls(
     CaseError
         As `wall_factors`.
     """
-
-    def everywhere(points: FloatArray) -> FloatArray:
-        return np.full(np.shape(points)[1:], -np.inf)
-
     mesh = model.space.mesh
     walls = wall_factors(
         case,
@@ -279,7 +259,7 @@ def with_walls(
     )
     fill = None
     if kept:
-        fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
+        fill = passive_fill(case, mesh, family, parameters, calibration, bounds, kept)
     return replace(model, walls=walls, fill=fill)
 
 

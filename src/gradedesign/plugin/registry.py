@@ -17,7 +17,6 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
 from gradedesign.fe.linear_solver import LinearSolver
-from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
@@ -41,7 +40,6 @@ Kind = Literal[
     "cell_families",
     "cell_makers",
     "scaling_laws",
-    "finite_size_tables",
     "materials",
     "readers",
     "exporters",
@@ -61,7 +59,6 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
     "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
-    "finite_size_tables": _Shelf(FiniteSizeTable, _DASHED, "finite size table"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
@@ -146,8 +143,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``finite_size_tables``,
-        ``materials``, ``readers``, ``exporters`` or ``solvers``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
+        ``exporters`` or ``solvers``.
     name : str
 
     Raises

@@ -1,4 +1,4 @@
-"""Count how much solid the trimmed cells at the faces of a part hold."""
+"""Density that the lattice holds beside passive solid regions, counted in samples of its cells."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates, uniform_filter
 from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import Calibration
 from gradedesign.cell.family import CellFamily
@@ -33,20 +33,20 @@ _AROUND = np.array([0.98, 1.02])
 _BATCH = 1_000_000
 
 
-def face_fill(
+def passive_fill(
     case: Case,
     mesh: TetMesh,
     family: CellFamily,
     parameters: Mapping[str, float],
     calibration: Calibration,
     bounds: tuple[float, float],
-    distance: Field,
     kept: tuple[KeptRegion, ...],
 ) -> LocalFill:
-    """Density held within one period about every tetrahedron, over its share inside the lattice.
+    """Density of a block of one period about every tetrahedron, outside passive regions.
 
-    The neighbourhood is a block of exactly one period of the cell, so that inside the part the
-    density held is the one asked for, wherever the block lies in the cells.
+    The lattice goes on beyond the part: what its faces cut is the walls' to say. The block is
+    exactly one period of the cell, so that away from passive regions the density held is the one
+    asked for, wherever the block lies in the cells.
 
     Raises
     ------
@@ -67,11 +67,11 @@ def face_fill(
     cells = (high - low).astype(int)
     if np.prod(cells) * PER_CELL**3 > MOST_SAMPLES:
         raise ResourceError(
-            f"counting the solid of {np.prod(cells)} cells needs more than {MOST_SAMPLES:g} "
-            f'samples; leave out [lattice] faces = "measured", which matters for few cells'
+            f"counting the solid of {np.prod(cells)} cells beside passive regions needs more than "
+            f"{MOST_SAMPLES:g} samples; take larger cells or leave finite_size out"
         )
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
-    inside = _inside(axes, turn, edges, origin, case.lattice.skin, distance, kept)
+    inside = _outside_passive(axes, turn, edges, origin, kept)
     one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
     shape = evaluate_shape(family, parameters, np.array(np.meshgrid(one, one, one, indexing="ij")))
     # A mean over an even number of samples stands for the face between its two middle ones.
@@ -93,26 +93,22 @@ def face_fill(
     return LocalFill(asked=asked, held=_increasing(held))
 
 
-def _inside(
+def _outside_passive(
     axes: list[FloatArray],
     turn: FloatArray,
     edges: FloatArray,
     origin: FloatArray,
-    skin: float | None,
-    distance: Field,
     kept: tuple[KeptRegion, ...],
 ) -> BoolArray:
-    """Whether samples lie in the lattice: inside the part, its skin and kept regions left out."""
+    """Whether samples lie outside every passive region."""
     count = [a.size for a in axes]
-    inside = np.zeros(int(np.prod(count)), dtype=bool)
+    inside = np.ones(int(np.prod(count)), dtype=bool)
     for start in range(0, inside.size, _BATCH):
         some = np.arange(start, min(start + _BATCH, inside.size))
         u = np.array([a[i] for a, i in zip(axes, np.unravel_index(some, count), strict=True)])
         points = turn @ (u * edges[:, None]) + origin
-        here = distance(points) <= -(skin or 0.0)
         for region in kept:
-            here[here] = region.distance(points[:, here]) > region.margin
-        inside[some] = here
+            inside[some] &= region.distance(points) > region.margin
     return inside.reshape(count)
 
 
