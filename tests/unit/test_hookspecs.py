@@ -9,6 +9,7 @@ from gradedesign import (
     CellFamily,
     CellMaker,
     Exporter,
+    LinearSolver,
     Material,
     PartReader,
     ScalingLaw,
@@ -23,6 +24,7 @@ HOOKS = {
     "gradedesign_materials": Material,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_solvers": LinearSolver,
 }
 
 

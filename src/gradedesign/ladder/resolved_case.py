@@ -9,12 +9,14 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
 from gradedesign.ladder.design_domain import design_domain
 from gradedesign.ladder.displacement_limits import require_movable
 from gradedesign.ladder.free_motions import require_supported
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
+from gradedesign.ladder.linear_solver import linear_solver
 from gradedesign.ladder.load_balance import LoadBalance, balance_warnings, load_balances
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.part_readers import part_readers
@@ -48,6 +50,7 @@ class ResolvedCase:
     layout : CellLayout
     law : PlannedLaw
         Not computed.
+    solver : LinearSolver
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
     balances : tuple of LoadBalance
@@ -66,6 +69,7 @@ class ResolvedCase:
     domain: DesignDomain
     layout: CellLayout
     law: PlannedLaw
+    solver: LinearSolver
     bounds: tuple[float, float]
     balances: tuple[LoadBalance, ...]
     lattice_files: tuple[LatticeFile, ...]
@@ -92,6 +96,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     parameters = cell_parameters(case, family)
     require_unheated_walls(case)
     files = lattice_files(case, registry)
+    solver = linear_solver(case, registry)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
     with locating(case, "part.file"):
@@ -120,6 +125,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         domain=domain,
         layout=layout,
         law=law,
+        solver=solver,
         bounds=bounds,
         balances=balances,
         lattice_files=files,

@@ -161,6 +161,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law,
         loads,
         rotation=cell_axes(layout, space),
+        solver=known.solver,
     )
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):

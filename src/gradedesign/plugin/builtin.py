@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.output.exporter import Exporter
@@ -39,3 +43,9 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)
     yield Exporter(name="glb", suffix=".glb", write=export_glb)
+
+
+@hookimpl
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register the linear solvers."""
+    return MULTIGRID, DIRECT, SCIKIT_FEM

@@ -166,6 +166,7 @@ def accept_windows(
             cube=explicit.mesh_size,
             time_limit_s=time_limit_s / len(windows),
             memory_limit_bytes=run.memory,
+            solver=judged.solver,
         )
         results.append(result)
         if on_window is not None:
