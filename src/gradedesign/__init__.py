@@ -25,6 +25,7 @@ from gradedesign.material.property_table import PropertyTable, read_property_tab
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.material.shipped_tables import shipped_finite_size_tables, shipped_laws
 from gradedesign.material.tabulated_law import tabulated_law
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
@@ -32,6 +33,7 @@ from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin.hookspecs import hookimpl
+from gradedesign.workspace.worker import serve as serve_mesher
 
 if TYPE_CHECKING:
     from gradedesign.case.read_case import load_case
@@ -49,6 +51,7 @@ __all__ = [
     "LatticeError",
     "Material",
     "MeshError",
+    "Mesher",
     "PartError",
     "PartReader",
     "PluginError",
@@ -68,6 +71,7 @@ __all__ = [
     "read_finite_size_table",
     "read_property_table",
     "run",
+    "serve_mesher",
     "shipped_finite_size_tables",
     "shipped_laws",
     "tabulated_law",

@@ -11,6 +11,7 @@ from gradedesign import (
     Exporter,
     FiniteSizeTable,
     Material,
+    Mesher,
     PartReader,
     ScalingLaw,
 )
@@ -23,6 +24,7 @@ HOOKS = {
     "gradedesign_scaling_laws": ScalingLaw,
     "gradedesign_finite_size_tables": FiniteSizeTable,
     "gradedesign_materials": Material,
+    "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
 }

@@ -34,6 +34,7 @@ from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
@@ -151,7 +152,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh, attempts = part_tets(case, part)
+        mesh, attempts = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
     shares = solid_share(mesh, distance, case.lattice.skin, kept)
     volumes = signed_volumes(mesh)
@@ -313,15 +314,16 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
-    """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
-    if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size), ()
+def part_tets(case: Case, part: Part, mesher: Mesher) -> tuple[TetMesh, tuple[str, ...]]:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size), ()
     meshed = mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
+        mesher=mesher,
     )
     return meshed.mesh, meshed.attempts
 

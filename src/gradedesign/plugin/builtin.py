@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.stl import export_stl
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
@@ -29,6 +30,12 @@ def gradedesign_readers() -> Iterable[PartReader]:
     yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
     yield PartReader(name="off", suffixes=(".off",), read=read_off)
     yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
+
+
+@hookimpl
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register pytetwild."""
+    yield PYTETWILD
 
 
 @hookimpl

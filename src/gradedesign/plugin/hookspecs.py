@@ -15,6 +15,7 @@ from gradedesign.cell.maker import CellMaker
 from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 
@@ -164,5 +165,21 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     ...     yield Exporter(name="corners", suffix=".corners", write=write_corners)
     >>> [exporter.name for exporter in gradedesign_exporters()]
     ['corners']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register what fills a closed surface with tetrahedra.
+
+    Examples
+    --------
+    >>> from gradedesign import Mesher, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_meshers():
+    ...     yield Mesher(name="my-mesher", worker="my_mesher.worker", version="1.0")
+    >>> [mesher.worker for mesher in gradedesign_meshers()]
+    ['my_mesher.worker']
     """
     return ()
