@@ -8,6 +8,7 @@ import json
 import os
 import struct
 import textwrap
+from dataclasses import replace
 
 import manifold3d
 import numpy as np
