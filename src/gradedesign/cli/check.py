@@ -207,7 +207,7 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
 def _cost_lines(found: CaseCheck) -> Iterator[str]:
     run, budget = found.run, found.known.case.run
     cost = run.cost
-    exact = "" if found.known.case.part.box is not None else "about "
+    exact = "" if found.known.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
     yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:

@@ -31,6 +31,7 @@ from gradedesign.ladder.predicted_part_mesh import require_mesh_fits
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.progress import report_step
@@ -54,6 +55,8 @@ class ResolvedCase:
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
     balances : tuple of LoadBalance
+    mesher : Mesher
+        Of the part.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     warnings : tuple of str
@@ -72,6 +75,7 @@ class ResolvedCase:
     solver: LinearSolver
     bounds: tuple[float, float]
     balances: tuple[LoadBalance, ...]
+    mesher: Mesher
     lattice_files: tuple[LatticeFile, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
@@ -97,6 +101,8 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     require_unheated_walls(case)
     files = lattice_files(case, registry)
     solver = linear_solver(case, registry)
+    with locating(case, "part.mesher"):
+        mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
     with locating(case, "part.file"):
@@ -128,6 +134,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         solver=solver,
         bounds=bounds,
         balances=balances,
+        mesher=mesher,
         lattice_files=files,
         warnings=(
             *case.warnings,

@@ -29,6 +29,7 @@ from gradedesign.ladder.wall_cells import wall_factors, wall_material
 from gradedesign.lattice.domain import DesignDomain, solid_fraction
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
@@ -131,7 +132,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh = part_tets(case, part)
+        mesh = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
     shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
@@ -267,15 +268,16 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> TetMesh:
-    """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
-    if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size)
+def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size)
     return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
+        mesher=mesher,
     ).mesh
 
 
