@@ -35,7 +35,7 @@ HEAVY = {
     "matplotlib": ("output",),
     "skimage": (),
     "meshio": ("output",),
-    "trimesh": (),
+    "trimesh": ("part/trimesh_formats.py", "output/trimesh_formats.py"),
     "manifold3d": ("mesh", "part"),
     "pymeshlab": (),
 }
@@ -109,6 +109,11 @@ def test_only_the_pipeline_and_the_command_line_use_the_registry():
         place(p) for p in MODULES if any(n.startswith("gradedesign.plugin") for n in imports(p))
     }
     assert users <= {"plugin", "ladder", "pipeline", "cli", "__init__"}
+
+
+def test_elasticity_knows_no_case_file():
+    for path in sorted((SOURCE / "fe").rglob("*.py")):
+        assert not [n for n in imports(path) if n.startswith("gradedesign.case")], short(path)
 
 
 @pytest.mark.parametrize("library", HEAVY)

@@ -21,16 +21,16 @@ if TYPE_CHECKING:
         SolverError,
     )
     from gradedesign.material.cubic_law import cubic_law, cubic_table_law
-    from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
     from gradedesign.material.material import Material
     from gradedesign.material.power_law import power_law
     from gradedesign.material.property_table import PropertyTable, read_property_table
     from gradedesign.material.scaling_law import ScalingLaw
-    from gradedesign.material.shipped_tables import shipped_finite_size_tables, shipped_laws
+    from gradedesign.material.shipped_tables import shipped_laws
     from gradedesign.material.tabulated_law import tabulated_law
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
     from gradedesign.output.printed_lattice import PrintedLattice
+    from gradedesign.part.file_faces import FileFaces
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
     from gradedesign.pipeline import run
@@ -42,7 +42,7 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Exporter",
-    "FiniteSizeTable",
+    "FileFaces",
     "GradeDesignError",
     "LatticeError",
     "Material",
@@ -63,10 +63,8 @@ __all__ = [
     "load_case",
     "power_law",
     "raw_triangles",
-    "read_finite_size_table",
     "read_property_table",
     "run",
-    "shipped_finite_size_tables",
     "shipped_laws",
     "tabulated_law",
 ]
@@ -74,18 +72,18 @@ __all__ = [
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
+    "part.file_faces": "FileFaces",
     "case.read_case": "load_case",
     "cell.family": "CellFamily",
     "cell.maker": "CellMaker",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
     "material.cubic_law": "cubic_law cubic_table_law",
-    "material.finite_size_table": "FiniteSizeTable read_finite_size_table",
     "material.material": "Material",
     "material.power_law": "power_law",
     "material.property_table": "PropertyTable read_property_table",
     "material.scaling_law": "ScalingLaw",
-    "material.shipped_tables": "shipped_finite_size_tables shipped_laws",
+    "material.shipped_tables": "shipped_laws",
     "material.tabulated_law": "tabulated_law",
     "mesh.surface_mesh": "SurfaceMesh",
     "output.exporter": "Exporter",

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from gradedesign.case.part_path import resolve_part_file
-from gradedesign.case.suggest import instead, shown
+from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import Choice, Refused, Size, Triple, Vector
 
@@ -25,7 +25,7 @@ class ShapeSpec(Table):
     box: Annotated[Triple, Vector("length")] | None = None
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
-    """Unit of the coordinates of the file."""
+    """Unit of the coordinates of the file; may be left out where its format carries one."""
     repair: Annotated[str, Choice(("safe", "auto"))] = "safe"
     """How far a damaged surface may be repaired."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
@@ -63,11 +63,6 @@ class ShapeSpec(Table):
             raise Refused(
                 f'found {count} of file and box; expected exactly one: file = "part.stl" or '
                 'box = ["60 mm", "20 mm", "20 mm"]'
-            )
-        if self.file is not None and self.units is None:
-            raise key_error(
-                "file",
-                f"the file carries no unit; {instead('', UNITS, what='add units, one of')}",
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")

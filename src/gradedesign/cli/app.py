@@ -260,21 +260,12 @@ def tabulate(
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
     ] = None,
-    finite_size: Annotated[
-        bool,
-        typer.Option("--finite-size", help="How stiff few cells are, one cell after the other."),
-    ] = False,
     buckling: Annotated[
         bool, typer.Option("--buckling", help="Critical stresses too: minutes per density.")
     ] = False,
     strict_plugins: Strict = False,
 ) -> None:
     """Compute property tables of cells over their densities: what laws are made from."""
-    if finite_size:
-        from gradedesign.cli.tabulate_finite_size import tabulate_finite_size
-
-        others = (resolution, workers, scheduler, buckling or None)
-        raise typer.Exit(tabulate_finite_size(cells or [], output, nu, others, strict_plugins))
     from gradedesign.cli.tabulate import tabulate as command
 
     raise typer.Exit(

@@ -144,14 +144,14 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)
-    triangles = read_stl(path, "mm")
+    triangles = read_stl(path)
     back, _ = build_surface(triangles.corners, repair="safe", bodies=setup.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
             f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
-            f"for {setup.family.name}: raise [run] mesh_cubes_per_wall"
+            f"for {setup.cell.name}: raise [run] mesh_cubes_per_wall"
         )
     return back, islands
 

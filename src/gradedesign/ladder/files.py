@@ -112,7 +112,7 @@ def write_outputs(
             if path.endswith(".png")
         }
         case_text = setup.case.path.read_text(encoding="utf-8")
-        out.write_text("report.html", render_report(as_json(result), pictures, case_text))
+        out.write_text("report.html", render_report(result, pictures, case_text))
     write_result(out, result)
     return result
 
@@ -263,7 +263,7 @@ def _exported_files(
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
     others = [file for file in setup.lattice_files if file.name != STL_NAME]
-    lattice = printed_lattice(setup.case, surface, design, setup.material.name)
+    lattice = printed_lattice(setup.case, surface, design, setup.material)
     files |= write_lattice_files(out, others, lattice)
 
 

@@ -164,7 +164,7 @@ def _generate(
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
     result = generated_result(case, registry, made, report)
-    material = None if case.material is None else resolve_material(case.material, registry).name
+    material = None if case.material is None else resolve_material(case.material, registry)
     lattice = printed_lattice(case, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
 

@@ -12,7 +12,6 @@ import pluggy
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.output.exporter import Exporter
@@ -86,29 +85,6 @@ def gradedesign_scaling_laws() -> Iterable[ScalingLaw]:
 
 
 @hookspec
-def gradedesign_finite_size_tables() -> Iterable[FiniteSizeTable]:
-    """Register how stiff few cells are against the endless lattice, one table for each family.
-
-    Examples
-    --------
-    >>> from gradedesign import hookimpl, read_finite_size_table
-    >>> TEXT = '''{"gradedesign finite size table": 1, "family": "simple-cubic",
-    ...     "parameters": {}, "poissons_ratio": 0.3, "method": "mine", "version": "1",
-    ...     "date": "2026-11-21",
-    ...     "rows": [{"density": 0.2, "resolution": 24, "block": [[1, 0.9, 0.01, 0]],
-    ...               "wall": [[1, 0.95, 0.01, 0]], "wall_shear": [[1, 0.9, 0.01, 0]]},
-    ...              {"density": 0.4, "resolution": 24, "block": [[1, 0.95, 0.01, 0]],
-    ...               "wall": [[1, 0.97, 0.01, 0]], "wall_shear": [[1, 0.9, 0.01, 0]]}]}'''
-    >>> @hookimpl
-    ... def gradedesign_finite_size_tables():
-    ...     yield read_finite_size_table(TEXT)
-    >>> [table.name for table in gradedesign_finite_size_tables()]
-    ['simple-cubic']
-    """
-    return ()
-
-
-@hookspec
 def gradedesign_materials() -> Iterable[Material]:
     """Register base materials (MPa, t/mm^3, 1/K).
 
@@ -134,10 +110,11 @@ def gradedesign_readers() -> Iterable[PartReader]:
     Examples
     --------
     >>> import numpy as np
-    >>> from gradedesign import PartReader, hookimpl, raw_triangles
-    >>> def read_corners(path, unit):
-    ...     corners = np.loadtxt(path).reshape(-1, 3, 3)
-    ...     return raw_triangles(corners, unit, source=path.name)
+    >>> from gradedesign import FileFaces, PartReader, hookimpl, raw_triangles
+    >>> def read_corners(path):
+    ...     rows = np.loadtxt(path)  # nine coordinates and the number of a face
+    ...     faces = FileFaces(label=rows[:, 9], names={3: "bolt hole"}, colors={3: "#ff0000"})
+    ...     return raw_triangles(rows[:, :9].reshape(-1, 3, 3), source=path.name, faces=faces)
     >>> @hookimpl
     ... def gradedesign_readers():
     ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
