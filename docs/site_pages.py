@@ -14,7 +14,8 @@ from typing import Any
 import typer
 
 import gradedesign
-from gradedesign.case.schema import case_schema_json
+from gradedesign.case.generate_schema import GenerateFile
+from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.app import app
 from gradedesign.plugin import hookspecs
 
@@ -50,14 +51,16 @@ def within_site(text: str) -> str:
 
 def case_keys() -> Iterator[str]:
     """Every section of a case file with its keys, from the schema that reads it."""
-    schema = case_schema_json()
+    both = [schema_json(layout) for layout in (CaseFile, GenerateFile)]
+    properties = {k: v for schema in reversed(both) for k, v in schema["properties"].items()}
+    definitions = {k: v for schema in reversed(both) for k, v in schema["definitions"].items()}
     yield "# Case keys\n\nWritten from the schema that reads case files. Every value of a quantity"
     yield 'carries its unit, as in `"12 mm"`; unknown keys are errors.\n'
-    sections = {name: name for name in schema["properties"]}
-    used = {_reference(p): key for key, p in schema["properties"].items() if _reference(p)}
-    for name, body in schema["$defs"].items():
-        key = used.get(name)
-        yield f"## {f'[{key}]' if key in sections else name}\n"
+    used = {_reference(p): key for schema in both for key, p in schema["properties"].items()}
+    for name, body in sorted(
+        definitions.items(), key=lambda item: _place(item[0], used, properties)
+    ):
+        yield f"## {f'[{used[name]}]' if name in used else name}\n"
         yield f"{_sentence(body.get('description', ''))}\n"
         yield "| Key | Value | Default | Meaning |\n|---|---|---|---|"
         for key, value in body["properties"].items():
@@ -65,6 +68,11 @@ def case_keys() -> Iterator[str]:
             shown = "" if default is None else f"`{default}`" if default != "required" else default
             yield f"| `{key}` | {_kind(value)} | {shown} | {_sentence(_described(value))} |"
         yield ""
+
+
+def _place(name: str, used: Mapping[str, str], properties: Mapping[str, Any]) -> tuple[int, str]:
+    """Sections of a case in their order, then the tables inside them by name."""
+    return (list(properties).index(used[name]) if name in used else len(properties), name)
 
 
 def _reference(value: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ import pytest
 import typer
 
 import gradedesign
-from gradedesign.case.schema import case_schema_json
+from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.app import app
 from gradedesign.plugin import hookspecs
 
@@ -33,10 +33,10 @@ def test_every_page_has_its_place():
 
 def test_every_key_of_a_case_is_explained(pages):
     text = "\n".join(pages.case_keys())
-    schema = case_schema_json()
+    schema = schema_json(CaseFile)
     for name in schema["properties"]:
         assert f"## [{name}]\n" in text
-    for body in schema["$defs"].values():
+    for body in schema["definitions"].values():
         for key in body["properties"]:
             assert f"| `{key}` |" in text
 

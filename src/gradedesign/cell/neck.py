@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import spread_points
 from gradedesign.cell.transition import CellTransition, Scale, cell_transition
 from gradedesign.errors import LatticeError
@@ -125,8 +125,8 @@ def measure_neck(
 
 
 def joining_shift(
-    first: Calibration,
-    second: Calibration,
+    first: Cell,
+    second: Cell,
     density: float,
     *,
     scale: Scale = "rank",

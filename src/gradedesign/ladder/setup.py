@@ -6,12 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
@@ -22,18 +19,17 @@ from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
 from gradedesign.ladder.displacement_limits import displacement_limits
 from gradedesign.ladder.exclusion import exclusion_warnings
-from gradedesign.ladder.face_fill import face_fill
-from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
-from gradedesign.ladder.solid_share import solid_share
-from gradedesign.ladder.wall_cells import wall_factors
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.ladder.wall_cells import wall_factors, wall_material
+from gradedesign.lattice.domain import DesignDomain, solid_fraction
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
@@ -61,17 +57,12 @@ class Setup:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     part : Part
-    distance : callable
-        Signed distance of the part.
-    mesh_attempts : tuple of str
-        What the part's mesher needed.
+    domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
     facets : dict of region to (k, 3) int array
@@ -86,7 +77,6 @@ class Setup:
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
     exclusion_radius : float, mm
-    kept : tuple of KeptRegion
     layout : CellLayout
     cubes_per_wall : float
         Grid cubes of the explicit mesh across the thinnest wall.
@@ -101,14 +91,11 @@ class Setup:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
-    distance: Field
-    mesh_attempts: tuple[str, ...]
+    domain: DesignDomain
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
@@ -117,7 +104,6 @@ class Setup:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
-    kept: tuple[KeptRegion, ...]
     layout: CellLayout
     cubes_per_wall: float
     warnings: tuple[str, ...]
@@ -130,34 +116,29 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
-    material, family, parameters = known.material, known.family, known.parameters
-    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
-    calibration = known.calibration
+    material, cell = known.material, known.cell
+    part, domain, layout = known.part, known.domain, known.layout
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
             registry,
-            family,
-            parameters,
+            cell,
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
+    bounds, warnings = density_bounds(case, cell, law, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
-    with locating(case, "lattice.finite_size"):
-        corrected = case.lattice.finite_size == "corrected"
-        table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh, attempts = part_tets(case, part)
+        mesh = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
-    shares = solid_share(mesh, distance, case.lattice.skin, kept)
+    shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
-        calibration,
+        cell,
         bounds,
         layout.least,
         latticed=float(volumes @ (1 - shares)),
@@ -181,32 +162,19 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law,
         loads,
         rotation=cell_axes(layout, space),
+        solver=known.solver,
     )
-    if case.lattice.faces == "measured":
-        with locating(case, "lattice.faces"):
-            report_step("cells cut by the part's faces")
-            fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
-        model = replace(model, fill=fill)
-    if table is not None:
-        with locating(case, "lattice.finite_size"):
-            few = local_factor(case, part, mesh, model.solid_share, kept, distance, table)
-        model = replace(model, few_cells=few)
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
-            model = with_walls(
-                model, case, part, kept, distance, family, parameters, calibration, bounds, on_event
-            )
+            model = with_walls(model, part, domain, layout, cell, bounds, on_event)
     return Setup(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         law=law,
         bounds=bounds,
         part=part,
-        distance=distance,
-        mesh_attempts=attempts,
+        domain=domain,
         space=space,
         facets=facets,
         model=model,
@@ -216,7 +184,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
-        kept=kept,
         layout=layout,
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
@@ -228,7 +195,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
                 else exclusion_warnings(model, considered, radius)
             ),
             *layout_warnings(layout, law.name),
-            *(() if table is None else spread_warnings(table)),
         ),
         lattice_files=known.lattice_files,
     )
@@ -236,13 +202,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
 
 def with_walls(
     model: HomogenisedModel,
-    case: Case,
     part: Part,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
+    domain: DesignDomain,
+    layout: CellLayout,
+    cell: Cell,
     bounds: tuple[float, float],
     on_event: Listener = ignore,
 ) -> HomogenisedModel:
@@ -256,29 +219,21 @@ def with_walls(
     CaseError
         As `wall_factors`.
     """
-
-    def everywhere(points: FloatArray) -> FloatArray:
-        return np.full(np.shape(points)[1:], -np.inf)
-
     mesh = model.space.mesh
     walls = wall_factors(
-        case,
+        layout.cell_map,
         part,
+        domain,
         mesh,
         model.solid_share < 1,
-        kept,
-        distance,
-        family,
-        parameters,
-        bounds,
-        model.material.poissons_ratio,
+        wall_material(cell, bounds, model.material.poissons_ratio),
         lambda wall: on_event(
             Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
         ),
     )
     fill = None
-    if kept:
-        fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
+    if domain.passive:
+        fill = passive_fill(layout.cell_map, mesh, cell, bounds, domain)
     return replace(model, walls=walls, fill=fill)
 
 
@@ -304,7 +259,7 @@ def held_loads(
     CaseError
         Naming the motions that the supports of a load case leave free.
     """
-    loads = case_loads(space, case, part.regions, facets)
+    loads = case_loads(space, case.load_case, part.regions, facets)
     for number, load_case in enumerate(loads):
         try:
             require_held(space, load_case.supports.fixed, load_case.name)
@@ -313,17 +268,17 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
-    """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
-    if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size), ()
-    meshed = mesh_part(
+def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size)
+    return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
-    )
-    return meshed.mesh, meshed.attempts
+        mesher=mesher,
+    ).mesh
 
 
 def used_regions(case: Case) -> tuple[str, ...]:
