@@ -57,10 +57,10 @@ def case_keys() -> Iterator[str]:
     yield "# Case keys\n\nWritten from the schema that reads case files. Every value of a quantity"
     yield 'carries its unit, as in `"12 mm"`; unknown keys are errors.\n'
     used = {_reference(p): key for schema in both for key, p in schema["properties"].items()}
-    for name, body in sorted(
-        definitions.items(), key=lambda item: _place(item[0], used, properties)
-    ):
-        yield f"## {f'[{used[name]}]' if name in used else name}\n"
+    for name in sorted(definitions, key=lambda name: _place(name, used, properties)):
+        body = definitions[name]
+        other = "" if name in both[0]["definitions"] else ", of `gradedesign generate`"
+        yield f"## {f'[{used[name]}]' if name in used else name}{other}\n"
         yield f"{_sentence(body.get('description', ''))}\n"
         yield "| Key | Value | Default | Meaning |\n|---|---|---|---|"
         for key, value in body["properties"].items():
