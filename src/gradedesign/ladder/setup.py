@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
@@ -22,12 +22,10 @@ from gradedesign.ladder.displacement_limits import displacement_limits
 from gradedesign.ladder.exclusion import exclusion_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
-from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
 from gradedesign.ladder.solid_share import solid_share
-from gradedesign.ladder.wall_cells import wall_factors
 from gradedesign.lattice.lattice import KeptRegion
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -44,7 +42,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
-from gradedesign.workspace.progress import Event, Listener, ignore, report_step, stepping
+from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
 
 if TYPE_CHECKING:
     from gradedesign.ladder.verdict import LimitRow
@@ -176,11 +174,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         loads,
         rotation=cell_axes(layout, space),
     )
-    if case.lattice.finite_size == "walls":
-        with locating(case, "lattice.finite_size"):
-            model = with_walls(
-                model, case, part, kept, distance, family, parameters, calibration, bounds, on_event
-            )
     return Setup(
         case=case,
         material=material,
@@ -216,50 +209,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         ),
         lattice_files=known.lattice_files,
     )
-
-
-def with_walls(
-    model: HomogenisedModel,
-    case: Case,
-    part: Part,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
-    bounds: tuple[float, float],
-    on_event: Listener = ignore,
-) -> HomogenisedModel:
-    """The model with walls of few cells, and with cells as full as kept regions leave them.
-
-    A sleeve in the void of a cell leaves its struts whole, in less room: the density outside is
-    counted in the endless lattice, since what the part's faces cut is the walls' to say.
-
-    Raises
-    ------
-    CaseError
-        As `wall_factors`.
-    """
-    mesh = model.space.mesh
-    walls = wall_factors(
-        case,
-        part,
-        mesh,
-        model.solid_share < 1,
-        kept,
-        distance,
-        family,
-        parameters,
-        bounds,
-        model.material.poissons_ratio,
-        lambda wall: on_event(
-            Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
-        ),
-    )
-    fill = None
-    if kept:
-        fill = passive_fill(case, mesh, family, parameters, calibration, bounds, kept)
-    return replace(model, walls=walls, fill=fill)
 
 
 def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:

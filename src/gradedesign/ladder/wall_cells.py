@@ -15,7 +15,7 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
-from gradedesign.errors import CaseError, DensityError, LatticeError, SolverError
+from gradedesign.errors import DensityError, LatticeError, ResourceError, SolverError
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
@@ -33,7 +33,9 @@ log = logging.getLogger(__name__)
 METHOD_VERSION = 1
 #: Voxels along a cell: the first that puts three of them across the thinnest wall. Ratios hold
 #: to 2 % with five across (one simple cubic cell, 22 against 44).
-RESOLUTIONS = (24, 36, 48)
+RESOLUTIONS = (24, 36, 48, 64)
+#: Voxels of a wall that are worth the wait: half a minute of two processors at four densities.
+MOST_VOXELS = 300_000
 #: Densities between the bounds at which ratios are computed.
 DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
@@ -65,7 +67,7 @@ def wall_factors(
     bounds: tuple[float, float],
     poissons_ratio: float,
     on_wall: Callable[[str], None] = log.info,
-) -> WallFactors:
+) -> tuple[WallFactors, tuple[str, ...]]:
     """Find the walls of a part and homogenise each kind of them.
 
     Along each axis of the cells the part reaches from face to face through the centroid of a
@@ -91,13 +93,11 @@ def wall_factors(
 
     Returns
     -------
-    WallFactors
-
-    Raises
-    ------
-    CaseError
-        If a wall does not hang together at a density that sizing may choose, or its cells are too
-        thin for the finest grid.
+    factors : WallFactors
+        Without the walls that are not known.
+    warnings : tuple of str
+        Walls that count as periodic lattice, and why: those that take too many voxels, or do not
+        hang together at a density that sizing may choose.
     """
     points, weights = collapsed_rule(RULE)
     edge = case.lattice.edges[0]
@@ -122,20 +122,32 @@ def wall_factors(
         family=family,
         parameters=parameters,
         density=density,
-        resolution=_resolution(family, parameters, low),
+        resolution=wall_resolution(family, parameters, low) or RESOLUTIONS[-1],
         poissons_ratio=poissons_ratio,
     )
-    classes = []
+    classes: list[WallClass] = []
+    warnings = []
+    # The last entry stands for no wall.
+    known = np.full(len(kinds) + 1, -1)
     for number, one in enumerate(counted(kinds, "wall", len(kinds))):
-        at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(one)}")
-        classes.append(_class(cells, one, at, before))
+        try:
+            classes.append(_class(cells, one, before))
+        except (DensityError, LatticeError, ResourceError, SolverError) as error:
+            at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
+            warnings.append(
+                f"walls of {_words(one)}, as near ({', '.join(f'{v:.3g}' for v in at)}) mm, count "
+                f"as periodic lattice in sizing, which explicit analyses correct: {error}"
+            )
+        else:
+            known[number] = len(classes) - 1
+    kind = known[kind]
     corners = to_cells(mesh.points)[:, mesh.tets]
     places = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
     half = np.maximum(0.5 * (faces[1] - faces[0])[:, None], 1e-9)
     height = np.where(kind[:, None] >= 0, (places - middle) / half, 0.0)
-    return WallFactors(
+    factors = WallFactors(
         density=density,
         classes=tuple(classes),
         kind=kind,
@@ -143,45 +155,42 @@ def wall_factors(
         points=points,
         weights=weights,
     )
+    return factors, tuple(warnings)
 
 
-def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float) -> int:
-    """Voxels along a cell that put three across its thinnest wall.
-
-    Raises
-    ------
-    CaseError
-        If none of the grids does.
-    """
+def wall_resolution(family: CellFamily, parameters: Mapping[str, float], low: float) -> int | None:
+    """Voxels along a cell that put three across its thinnest wall; None where no grid does."""
     for resolution in RESOLUTIONS:
         if voxels_in_wall(family, parameters, low, family.period * resolution) >= LEAST_VOXELS:
             return resolution
-    raise CaseError(
-        f"the walls of cell '{family.name}' at density {low:.3g} are too thin for "
-        f"{RESOLUTIONS[-1]} voxels along a cell, with which walls of few cells are computed; raise "
-        f"the lower [lattice] density, or leave finite_size out"
-    )
+    return None
 
 
 def _words(one: WallKind) -> str:
     return f"{one.upper - one.lower:.2f} cells across {'xyz'[one.axis]}"
 
 
-def _class(cells: _Lattice, one: WallKind, at: FloatArray, before: Callable[[], None]) -> WallClass:
-    """Ratios of one kind of wall at all densities; `before` is called where any is computed."""
-    try:
-        rows = _ratios(cells, one, before)
-        return wall_class(
-            np.array([r.solid for r in rows]),
-            np.array([r.membrane for r in rows]),
-            np.array([r.bending for r in rows]),
-            np.array([r.shear for r in rows]),
-        )
-    except (DensityError, LatticeError, SolverError) as error:
-        where = ", ".join(f"{v:.3g}" for v in at)
-        raise CaseError(
-            f"the part is a wall of {_words(one)} near ({where}) mm: {error}"
-        ) from error
+def _class(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> WallClass:
+    """Ratios of one kind of wall at all densities; `before` is called where any is computed.
+
+    Raises
+    ------
+    ResourceError
+        If the wall takes more than `MOST_VOXELS`.
+    DensityError, LatticeError, SolverError
+        If it has no ratios.
+    """
+    along = cells.family.period * cells.resolution
+    voxels = along**2 * (one.upper - one.lower) * cells.resolution
+    if voxels > MOST_VOXELS:
+        raise ResourceError(f"they take {voxels:.2g} voxels, more than {MOST_VOXELS:g}")
+    rows = _ratios(cells, one, before)
+    return wall_class(
+        np.array([r.solid for r in rows]),
+        np.array([r.membrane for r in rows]),
+        np.array([r.bending for r in rows]),
+        np.array([r.shear for r in rows]),
+    )
 
 
 def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:
