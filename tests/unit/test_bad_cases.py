@@ -409,9 +409,6 @@ def test_part_file_must_exist_be_a_file_and_be_readable(tmp_path):
         tmp_path, with_file("bracket.stl").replace("'bracket.stl'", '["bracket.stl"]')
     )
     text = with_file("bracket.stl")
-    assert "carries no unit; add units, one of" in refusal(
-        tmp_path, text.replace('units = "mm"\n', "")
-    )
     assert "both of file and box" in refusal(
         tmp_path, text.replace("[part]", '[part]\nbox = ["6 mm", "6 mm", "6 mm"]')
     )

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gradedesign.case.schema import Case
+from gradedesign.cell.cell_map import turned_axes
 from gradedesign.ladder.exclusion import share_warnings
 from gradedesign.ladder.part_room import inner_points
 from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
@@ -83,15 +83,14 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         said += resolve_law(
             case,
             registry,
-            known.family,
-            known.parameters,
+            known.cell,
             poissons_ratio=known.material.poissons_ratio,
         )[1]
-    inside = inner_points(known.part, known.distance)
+    inside = inner_points(known.domain)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])
     law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
-    periodic = why_periodic(case, law_kind, known.family, known.parameters, run.bounds[0])
+    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0])
     said += [
         *periodic_warnings(case, known.part, known.layout, periodic),
         *_left_out(known),
@@ -110,7 +109,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
 def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
     """Thickness of the part along the axes of its cells, at places ``(3, n)`` inside it."""
     every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
-    axes = Rotation.from_euler("XYZ", known.case.lattice.rotation, degrees=True).as_matrix()
+    axes = turned_axes(known.case.lattice.rotation)
     lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
     values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
     return Thickness(

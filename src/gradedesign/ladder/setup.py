@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
@@ -25,10 +24,10 @@ from gradedesign.ladder.locate import locating
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
-from gradedesign.ladder.solid_share import solid_share
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, solid_fraction
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
@@ -56,17 +55,12 @@ class Setup:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     part : Part
-    distance : callable
-        Signed distance of the part.
-    mesh_attempts : tuple of str
-        What the part's mesher needed.
+    domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
     facets : dict of region to (k, 3) int array
@@ -81,7 +75,6 @@ class Setup:
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
     exclusion_radius : float, mm
-    kept : tuple of KeptRegion
     layout : CellLayout
     cubes_per_wall : float
         Grid cubes of the explicit mesh across the thinnest wall.
@@ -96,14 +89,11 @@ class Setup:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
-    distance: Field
-    mesh_attempts: tuple[str, ...]
+    domain: DesignDomain
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
@@ -112,7 +102,6 @@ class Setup:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
-    kept: tuple[KeptRegion, ...]
     layout: CellLayout
     cubes_per_wall: float
     warnings: tuple[str, ...]
@@ -125,31 +114,29 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
-    material, family, parameters = known.material, known.family, known.parameters
-    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
-    calibration = known.calibration
+    material, cell = known.material, known.cell
+    part, domain, layout = known.part, known.domain, known.layout
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
             registry,
-            family,
-            parameters,
+            cell,
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
+    bounds, warnings = density_bounds(case, cell, law, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh, attempts = part_tets(case, part)
+        mesh = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
-    shares = solid_share(mesh, distance, case.lattice.skin, kept)
+    shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
-        calibration,
+        cell,
         bounds,
         layout.least,
         latticed=float(volumes @ (1 - shares)),
@@ -173,18 +160,16 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law,
         loads,
         rotation=cell_axes(layout, space),
+        solver=known.solver,
     )
     return Setup(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         law=law,
         bounds=bounds,
         part=part,
-        distance=distance,
-        mesh_attempts=attempts,
+        domain=domain,
         space=space,
         facets=facets,
         model=model,
@@ -194,7 +179,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
-        kept=kept,
         layout=layout,
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
@@ -233,7 +217,7 @@ def held_loads(
     CaseError
         Naming the motions that the supports of a load case leave free.
     """
-    loads = case_loads(space, case, part.regions, facets)
+    loads = case_loads(space, case.load_case, part.regions, facets)
     for number, load_case in enumerate(loads):
         try:
             require_held(space, load_case.supports.fixed, load_case.name)
@@ -242,17 +226,17 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
-    """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
-    if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size), ()
-    meshed = mesh_part(
+def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size)
+    return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
-    )
-    return meshed.mesh, meshed.attempts
+        mesher=mesher,
+    ).mesh
 
 
 def used_regions(case: Case) -> tuple[str, ...]:

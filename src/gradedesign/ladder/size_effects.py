@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gradedesign.case.schema import Case
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.errors import ResourceError
 from gradedesign.ladder.cell_layout import CellLayout
 from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.wall_cells import RESOLUTIONS, wall_factors, wall_resolution
+from gradedesign.ladder.wall_cells import RESOLUTIONS, wall_factors, wall_material, wall_resolution
 from gradedesign.part.part import Part
 from gradedesign.part.thickness import local_thickness
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
@@ -25,13 +24,7 @@ FEW_CELLS = 3.0
 PLACES = 1500
 
 
-def why_periodic(
-    case: Case,
-    law_kind: str,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    low: float,
-) -> str:
+def why_periodic(case: Case, law_kind: str, cell: Cell, low: float) -> str:
     """Reason why sizing takes the lattice for a periodic one everywhere; empty where it need not.
 
     Parameters
@@ -39,8 +32,7 @@ def why_periodic(
     case : Case
     law_kind : str
         Of the `ScalingLaw`.
-    family : CellFamily
-    parameters : mapping of str to float
+    cell : Cell
     low : float
         Least relative density that sizing may choose.
     """
@@ -56,9 +48,9 @@ def why_periodic(
         return f"thermal forces in walls of few cells are not computed (load case '{heated[0]}')"
     if law_kind != "computed":
         return "its law was not computed on the periodic cell, to which walls are compared"
-    if wall_resolution(family, parameters, low) is None:
+    if wall_resolution(cell, low) is None:
         return (
-            f"walls of cell '{family.name}' at density {low:.3g} are too thin for "
+            f"walls of cell '{cell.name}' at density {low:.3g} are too thin for "
             f"{RESOLUTIONS[-1]} voxels along a cell"
         )
     return ""
@@ -96,23 +88,19 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
     on_event : callable, optional
         Receives the warnings, and the walls that are not in the user's cache.
     """
-    case, model = setup.case, setup.model
-    family, parameters, kept = setup.family, setup.parameters, setup.kept
-    reason = why_periodic(case, setup.law.kind, family, parameters, setup.bounds[0])
-    warnings = periodic_warnings(case, setup.part, setup.layout, reason)
+    model, domain, cell_map = setup.model, setup.domain, setup.layout.cell_map
+    reason = why_periodic(setup.case, setup.law.kind, setup.cell, setup.bounds[0])
+    warnings = periodic_warnings(setup.case, setup.part, setup.layout, reason)
     if not reason:
         report_step("walls of few cells")
+        mesh = model.space.mesh
         walls, warnings = wall_factors(
-            case,
+            cell_map,
             setup.part,
-            model.space.mesh,
+            domain,
+            mesh,
             model.solid_share < 1,
-            kept,
-            setup.distance,
-            family,
-            parameters,
-            setup.bounds,
-            model.material.poissons_ratio,
+            wall_material(setup.cell, setup.bounds, model.material.poissons_ratio),
             lambda wall: on_event(
                 Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
             ),
@@ -120,9 +108,8 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
         if walls.classes:
             model = replace(model, walls=walls)
             try:
-                if kept:
-                    mesh, levels = model.space.mesh, setup.calibration
-                    fill = passive_fill(case, mesh, family, parameters, levels, setup.bounds, kept)
+                if domain.passive:
+                    fill = passive_fill(cell_map, mesh, setup.cell, setup.bounds, domain)
                     model = replace(model, fill=fill)
             except ResourceError as error:
                 warnings = (*warnings, str(error))

@@ -12,13 +12,15 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
-from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
-from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.load_case import case_loads, load_vector, region_nodes
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises
+from gradedesign.lattice.domain import phase_at
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
@@ -27,7 +29,7 @@ from gradedesign.part.regions import Region
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at, phase_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -48,6 +50,7 @@ class JudgedSolid:
     exclusion_radius : float, mm
     stress_limit : float or None, MPa
     percentile : float
+    solver : LinearSolver
     bodies : int
         Of the part; each is held by supports of its own.
     """
@@ -60,6 +63,7 @@ class JudgedSolid:
     exclusion_radius: float
     stress_limit: float | None
     percentile: float
+    solver: LinearSolver = MULTIGRID
     bodies: int = 1
 
 
@@ -126,15 +130,18 @@ def analyse_printed_solid(
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
     facets = found_regions(mesh, judged.regions, surface_tolerance)
-    cases = case_loads(space, judged.case, judged.regions, facets)
+    cases = case_loads(space, judged.case.load_case, judged.regions, facets)
     stiffness = IsotropicStiffness(
         E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
     )
-    vectors = [_load_vector(space, stiffness, material, case) for case in cases]
-    solutions = solve_elastic(space, stiffness, vectors)
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
+    ]
+    solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
     report_step("stress measures")
     points = centroids(mesh)
-    phase = phase_at(judged.design, points)
+    phase = phase_at(judged.design.domain, points)
     considered = considered_at(points, judged.clamped, judged.exclusion_radius)
     volumes = signed_volumes(mesh)
     von_mises: dict[str, FloatArray] = {}
@@ -218,18 +225,3 @@ def governing_measure(
         (case, m) for case, ms in measures.items() for m in ms if phase is None or m.phase == phase
     ]
     return max(every, key=lambda pair: pair[1].value) if every else None
-
-
-def _load_vector(
-    space: TetSpace, stiffness: IsotropicStiffness, material: Material, case: PartLoadCase
-) -> LoadVector:
-    """Forces of one load case on fully dense material."""
-    force = np.array(case.force)
-    if np.any(case.acceleration):
-        density = np.full(space.element_count, material.density)
-        force += body_force(space, density, case.acceleration)
-    if case.temperature_change:
-        force += thermal_force(
-            space, stiffness, material.thermal_expansion, case.temperature_change
-        )
-    return LoadVector(name=case.name, supports=case.supports, force=force)
