@@ -91,6 +91,6 @@ def test_every_installed_family(families, name):
     # Thin walls and small voids need a finer grid: as `gradedesign generate` chooses it for walls.
     calibration = calibrate(families[name])
     low = max(0.1, calibration.window[0])
-    wall = float(wall_mm(families[name], calibration.parameters, low, SIZE))
+    wall = float(wall_mm(calibrate(families[name], calibration.parameters), low, SIZE))
     steps = np.clip(STEPS_PER_WALL * SIZE / wall, 48, MOST_STEPS_PER_CELL)
     require_ramp(calibration, steps=int(np.ceil(steps)))

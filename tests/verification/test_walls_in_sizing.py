@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
@@ -78,8 +79,7 @@ def plate(registry, kept=(), on_wall=str, **lattice):
         np.ones(space.element_count, dtype=bool),
         kept,
         surface_distance(surface),
-        registry.cell_families["sc"],
-        {},
+        calibrate(registry.cell_families["sc"]),
         (0.29, 0.31),
         0.3,
         on_wall,
@@ -137,7 +137,7 @@ def test_faces_of_a_kind_are_those_of_its_plane_walls():
 
 def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
     ratios = wall_ratios(
-        registry.cell_families["sc"], None, RHO,
+        calibrate(registry.cell_families['sc']), RHO,
         axis=2, lower=-1 / CELL, upper=1 + 1 / CELL, resolution=24,
     )  # fmt: skip
     E = model.material.youngs_modulus
@@ -157,7 +157,7 @@ def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
 
 def test_mass_counts_what_the_faces_leave(registry, model):
     ratios = wall_ratios(
-        registry.cell_families["sc"], None, RHO,
+        calibrate(registry.cell_families['sc']), RHO,
         axis=2, lower=-1 / CELL, upper=1 + 1 / CELL, resolution=24,
     )  # fmt: skip
     rho = np.full(model.volumes.size, RHO)

@@ -179,8 +179,8 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
     known, plan = found.known, found.known.law
     low, high = found.run.bounds
     yield (
-        f"cell: {known.family.name}, {known.case.lattice.size_words}; it exists from density "
-        f"{known.calibration.window[0]:.3g} to {known.calibration.window[1]:.3g}"
+        f"cell: {known.cell.name}, {known.case.lattice.size_words}; it exists from density "
+        f"{known.cell.window[0]:.3g} to {known.cell.window[1]:.3g}"
     )
     thick = found.thickness
     if thick.thickness:

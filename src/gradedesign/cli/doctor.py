@@ -11,7 +11,7 @@ from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.ladder.summary import library_versions
-from gradedesign.output._opengl import opengl_works
+from gradedesign.output._opengl import probe_opengl
 from gradedesign.workspace.cache import cache_folder
 from gradedesign.workspace.limits import available_memory_bytes
 
@@ -34,7 +34,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "formats": [*registry.exporters, *OWN_FORMATS],
         "cores": usable_cores(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
-        "opengl": opengl_works(),
+        "opengl": probe_opengl(),
         "cache_folder": str(cache_folder()),
     }
     if as_json:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +73,8 @@ def _code_digest(module: str) -> str:
     """
     parts = module.split(".")
     root = ".".join(parts[:2]) if parts[0] == "gradedesign" else parts[0]
-    loaded = sys.modules.get(root) or sys.modules.get(module)
+    own = import_module(root) if parts[0] == "gradedesign" else None
+    loaded = own or sys.modules.get(root) or sys.modules.get(module)
     file = getattr(loaded, "__file__", None)
     if file is None:
         return content_key(module)

@@ -151,7 +151,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
             f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
-            f"for {setup.family.name}: raise [run] mesh_cubes_per_wall"
+            f"for {setup.cell.name}: raise [run] mesh_cubes_per_wall"
         )
     return back, islands
 

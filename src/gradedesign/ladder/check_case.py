@@ -9,8 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from gradedesign.case.schema import Case
 from gradedesign.ladder.exclusion import share_warnings
-from gradedesign.ladder.finite_cells import finite_size_of
-from gradedesign.ladder.locate import locating
 from gradedesign.ladder.part_room import inner_points
 from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.ladder.resolve_law import resolve_law
@@ -83,13 +81,9 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         said += resolve_law(
             case,
             registry,
-            known.family,
-            known.parameters,
+            known.cell,
             poissons_ratio=known.material.poissons_ratio,
         )[1]
-    if case.lattice.finite_size == "corrected":
-        with locating(case, "lattice.finite_size"):
-            finite_size_of(case, registry, known.family, known.parameters, known.bounds)
     inside = inner_points(known.part, known.distance)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])

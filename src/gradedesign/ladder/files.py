@@ -112,7 +112,7 @@ def write_outputs(
             if path.endswith(".png")
         }
         case_text = setup.case.path.read_text(encoding="utf-8")
-        out.write_text("report.html", render_report(as_json(result), pictures, case_text))
+        out.write_text("report.html", render_report(result, pictures, case_text))
     write_result(out, result)
     return result
 

@@ -154,9 +154,7 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         cell_map = graded_map(case, setup.part, wanted, frames)
         layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
     told = alignment(case, cell_map, tensor_of, layout.places)
-    bounds, _ = density_bounds(
-        case, setup.family, setup.calibration, setup.law, setup.parameters, layout.least
-    )
+    bounds, _ = density_bounds(case, setup.cell, setup.law, layout.least)
     return replace(
         setup,
         bounds=bounds,

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from gradedesign.arrays import Field
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
@@ -43,9 +44,7 @@ class ResolvedCase:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     part : Part
     distance : callable
         Signed distance of the part.
@@ -68,9 +67,7 @@ class ResolvedCase:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     part: Part
     distance: Field
     kept: tuple[KeptRegion, ...]
@@ -114,7 +111,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     require_supported(case, part)
     require_movable(case, part.regions)
     with locating(case, "lattice.cell"):
-        calibration = calibrate(family, parameters)
+        cell = calibrate(family, parameters)
     require_one_thickness(case, family)
     report_step("distance field and cell map")
     distance = surface_distance(part.surface)
@@ -124,19 +121,15 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     )
     layout = placed_layout(case, part, distance, kept)
     # The window of the cell itself is tested before a law is looked for.
-    density_bounds(case, family, calibration, None, parameters, layout.least)
+    density_bounds(case, cell, None, layout.least)
     with locating(case, "lattice.law"):
-        law = planned_law(
-            case, registry, family, parameters, poissons_ratio=material.poissons_ratio
-        )
-    bounds, narrowed = density_bounds(case, family, calibration, law, parameters, layout.least)
+        law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
+    bounds, narrowed = density_bounds(case, cell, law, layout.least)
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         part=part,
         distance=distance,
         kept=kept,

@@ -12,8 +12,8 @@ from gradedesign.arrays import FloatArray
 from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.solve import ElasticSystem
 from gradedesign.ladder.analysable import grid_cube
 from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
@@ -188,14 +188,14 @@ def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
     points = setup.part.surface.vertices
     return LatticeDesign(
         part=setup.distance,
-        shape=blamed_shape(setup.family),
-        level_of=setup.calibration.level_of,
+        shape=blamed_shape(setup.cell.family),
+        level_of=setup.cell.level_of,
         cell_map=setup.layout.cell_map,
         cell_size=setup.layout.typical,
         density=grid,
         lower=points.min(axis=0),
         upper=points.max(axis=0),
-        parameters=setup.parameters,
+        parameters=setup.cell.parameters,
         skin=setup.case.lattice.skin,
         kept=setup.kept,
     )

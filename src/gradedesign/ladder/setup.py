@@ -6,12 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
@@ -22,10 +19,9 @@ from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
 from gradedesign.ladder.displacement_limits import displacement_limits
 from gradedesign.ladder.exclusion import exclusion_warnings
-from gradedesign.ladder.face_fill import face_fill
-from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
@@ -62,9 +58,7 @@ class Setup:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
@@ -102,9 +96,7 @@ class Setup:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
@@ -131,24 +123,19 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
-    material, family, parameters = known.material, known.family, known.parameters
+    material, cell = known.material, known.cell
     part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
-    calibration = known.calibration
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
             registry,
-            family,
-            parameters,
+            cell,
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
+    bounds, warnings = density_bounds(case, cell, law, layout.least)
     if stress_limit(case, material) is not None:
         warnings += stress_warnings(law, case.limits.percentile)
-    with locating(case, "lattice.finite_size"):
-        corrected = case.lattice.finite_size == "corrected"
-        table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
@@ -158,7 +145,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
-        calibration,
+        cell,
         bounds,
         layout.least,
         latticed=float(volumes @ (1 - shares)),
@@ -183,26 +170,13 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         loads,
         rotation=cell_axes(layout, space),
     )
-    if case.lattice.faces == "measured":
-        with locating(case, "lattice.faces"):
-            report_step("cells cut by the part's faces")
-            fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
-        model = replace(model, fill=fill)
-    if table is not None:
-        with locating(case, "lattice.finite_size"):
-            few = local_factor(case, part, mesh, model.solid_share, kept, distance, table)
-        model = replace(model, few_cells=few)
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
-            model = with_walls(
-                model, case, part, kept, distance, family, parameters, calibration, bounds, on_event
-            )
+            model = with_walls(model, case, part, kept, distance, cell, bounds, on_event)
     return Setup(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         law=law,
         bounds=bounds,
         part=part,
@@ -229,7 +203,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
                 else exclusion_warnings(model, considered, radius)
             ),
             *layout_warnings(layout, law.name),
-            *(() if table is None else spread_warnings(table)),
         ),
         lattice_files=known.lattice_files,
     )
@@ -241,9 +214,7 @@ def with_walls(
     part: Part,
     kept: tuple[KeptRegion, ...],
     distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
+    cell: Cell,
     bounds: tuple[float, float],
     on_event: Listener = ignore,
 ) -> HomogenisedModel:
@@ -257,10 +228,6 @@ def with_walls(
     CaseError
         As `wall_factors`.
     """
-
-    def everywhere(points: FloatArray) -> FloatArray:
-        return np.full(np.shape(points)[1:], -np.inf)
-
     mesh = model.space.mesh
     walls = wall_factors(
         case,
@@ -269,8 +236,7 @@ def with_walls(
         model.solid_share < 1,
         kept,
         distance,
-        family,
-        parameters,
+        cell,
         bounds,
         model.material.poissons_ratio,
         lambda wall: on_event(
@@ -279,7 +245,7 @@ def with_walls(
     )
     fill = None
     if kept:
-        fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
+        fill = passive_fill(case, mesh, cell, bounds, kept)
     return replace(model, walls=walls, fill=fill)
 
 
@@ -305,7 +271,7 @@ def held_loads(
     CaseError
         Naming the motions that the supports of a load case leave free.
     """
-    loads = case_loads(space, case, part.regions, facets)
+    loads = case_loads(space, case.load_case, part.regions, facets)
     for number, load_case in enumerate(loads):
         try:
             require_held(space, load_case.supports.fixed, load_case.name)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.errors import CaseError
-from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.load_case import load_vector
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
@@ -29,17 +29,11 @@ def solve_solid(setup: Setup) -> tuple[Solution, ...]:
     """Displacements of the fully solid part in every load case."""
     material, space = setup.material, setup.space
     stiffness = solid_stiffness(setup)
-    vectors = []
-    for case in setup.model.cases:
-        force = np.array(case.force)
-        if np.any(case.acceleration):
-            density = np.full(space.element_count, material.density)
-            force += body_force(space, density, case.acceleration)
-        if case.temperature_change:
-            force += thermal_force(
-                space, stiffness, material.thermal_expansion, case.temperature_change
-            )
-        vectors.append(LoadVector(name=case.name, supports=case.supports, force=force))
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion)
+        for case in setup.model.cases
+    ]
     return solve_elastic(space, stiffness, vectors)
 
 

@@ -12,7 +12,8 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.generate_schema import GenerateCase, TransitionSpec
 from gradedesign.case.parameter_map_schema import ParameterMapSpec
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.increments import CellIncrements, cell_increments
 from gradedesign.cell.neck import joining_shift, measure_neck
@@ -36,7 +37,7 @@ class StatedCells:
 
     Attributes
     ----------
-    families : tuple of Calibration
+    families : tuple of Cell
         One, two that pass into each other, or the increments of a parameter.
     window : (float, float)
         Densities that all families have, with walls that can be printed.
@@ -45,7 +46,7 @@ class StatedCells:
     increments : CellIncrements or None
     """
 
-    families: tuple[Calibration, ...]
+    families: tuple[Cell, ...]
     window: tuple[float, float]
     level_of: Callable[[FloatArray | float], FloatArray]
     increments: CellIncrements | None = None
@@ -105,8 +106,7 @@ def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
         return cells
     with locating(case, "print.min_wall"):
         floors = [
-            density_for_wall(c.family, c.parameters, case.print.min_wall, case.lattice.cell_size)
-            for c in cells.families
+            density_for_wall(c, case.print.min_wall, case.lattice.cell_size) for c in cells.families
         ]
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
@@ -267,12 +267,12 @@ def parameter_share(
 
 def thinnest_wall(cells: StatedCells, density: float, size: float) -> float:
     """Thinnest wall or strut of the families at a density, mm."""
-    return min(float(wall_mm(c.family, c.parameters, density, size)) for c in cells.families)
+    return min(float(wall_mm(c, density, size)) for c in cells.families)
 
 
 def _calibrated(
     case: GenerateCase, registry: Registry, key: str, name: str, stated: Mapping[str, float]
-) -> Calibration:
+) -> Cell:
     with locating(case, f"{key}.cell"):
         family: CellFamily = lookup(registry, "cell_families", name)
     with locating(case, f"{key}.parameters"):

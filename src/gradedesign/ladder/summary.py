@@ -308,13 +308,12 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "kind": law.kind,
             "local_stress": stress_basis(law),
             **buckling_data(setup),
-            "faces": setup.case.lattice.faces,
             "finite_size": finite_size_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
-            "cell": setup.family.name,
-            "cell_source": setup.family.source,
-            "cell_window": list(setup.calibration.window),
+            "cell": setup.cell.name,
+            "cell_source": setup.cell.family.source,
+            "cell_window": list(setup.cell.window),
             "density_bounds": list(setup.bounds),
             "material": setup.material.name,
             "material_source": setup.material.source,
@@ -324,27 +323,15 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
 
 def finite_size_data(setup: Setup) -> dict[str, Any]:
     """Whether few cells across the part were corrected for, and by what."""
-    few, walls = setup.model.few_cells, setup.model.walls
-    if walls is not None:
-        lattice = setup.model.solid_share < 1
-        weight = setup.model.volumes * lattice
-        return {
-            "mode": "walls",
-            "kinds": len(walls.classes),
-            "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
-            "densities": [float(walls.density[0]), float(walls.density[-1])],
-        }
-    if few is None:
+    walls = setup.model.walls
+    if walls is None:
         return {"mode": "periodic"}
-    lattice = setup.model.solid_share < 1
-    ends = [few.at(np.full(lattice.size, rho))[lattice] for rho in setup.bounds]
-    # Linear between the densities of the table, so its extremes are at these or at the bounds.
-    inner = (few.density > setup.bounds[0]) & (few.density < setup.bounds[1])
-    found = np.stack([*ends, *few.factor[inner][:, lattice]])
+    weight = setup.model.volumes * (setup.model.solid_share < 1)
     return {
-        "mode": "corrected",
-        "factor": [float(found.min()), float(found.max())],
-        "densities": [float(few.density[0]), float(few.density[-1])],
+        "mode": "walls",
+        "kinds": len(walls.classes),
+        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
+        "densities": [float(walls.density[0]), float(walls.density[-1])],
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.errors import CaseError, DensityError, LatticeError, SolverError
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
@@ -46,8 +45,7 @@ _KIND = "wall-ratios"
 class _Lattice:
     """What all walls of a part are made of, at the densities between which sizing chooses."""
 
-    family: CellFamily
-    parameters: Mapping[str, float]
+    cell: Cell
     density: FloatArray
     resolution: int
     poissons_ratio: float
@@ -60,8 +58,7 @@ def wall_factors(
     lattice: BoolArray,
     kept: tuple[KeptRegion, ...],
     distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     bounds: tuple[float, float],
     poissons_ratio: float,
     on_wall: Callable[[str], None] = log.info,
@@ -81,8 +78,7 @@ def wall_factors(
     kept : tuple of KeptRegion
     distance : callable
         Signed distance of the part.
-    family : CellFamily
-    parameters : mapping of str to float
+    cell : Cell
     bounds : (float, float)
         Densities that sizing may choose.
     poissons_ratio : float
@@ -111,18 +107,16 @@ def wall_factors(
         )
 
     faces, found = wall_faces(case, part, mesh, lattice, kept, distance, turn, to_cells)
-    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, family)
+    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, cell.family)
     low, high = bounds
     density = np.geomspace(low, high, DENSITIES) if high > low else low * np.array([0.99, 1.01])
-    window = calibrate(family, parameters).window
-    density = np.clip(density, *window)
+    density = np.clip(density, *cell.window)
     # Rounding must not leave the bounds outside.
     density[0], density[-1] = min(density[0], low), max(density[-1], high)
     cells = _Lattice(
-        family=family,
-        parameters=parameters,
+        cell=cell,
         density=density,
-        resolution=_resolution(family, parameters, low),
+        resolution=_resolution(cell, low),
         poissons_ratio=poissons_ratio,
     )
     classes = []
@@ -145,7 +139,7 @@ def wall_factors(
     )
 
 
-def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float) -> int:
+def _resolution(cell: Cell, low: float) -> int:
     """Voxels along a cell that put three across its thinnest wall.
 
     Raises
@@ -154,10 +148,10 @@ def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float)
         If none of the grids does.
     """
     for resolution in RESOLUTIONS:
-        if voxels_in_wall(family, parameters, low, family.period * resolution) >= LEAST_VOXELS:
+        if voxels_in_wall(cell, low, cell.family.period * resolution) >= LEAST_VOXELS:
             return resolution
     raise CaseError(
-        f"the walls of cell '{family.name}' at density {low:.3g} are too thin for "
+        f"the walls of cell '{cell.name}' at density {low:.3g} are too thin for "
         f"{RESOLUTIONS[-1]} voxels along a cell, with which walls of few cells are computed; raise "
         f"the lower [lattice] density, or leave finite_size out"
     )
@@ -200,9 +194,8 @@ def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[
 
 def _samples(cells: _Lattice) -> FloatArray:
     """Values of the cell on a coarse grid, which tell it from others."""
-    complete = complete_parameters(cells.family, cells.parameters)
-    points = cells.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
-    return evaluate_shape(cells.family, complete, points)
+    points = cells.cell.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
+    return evaluate_shape(cells.cell.family, cells.cell.parameters, points)
 
 
 def _cyclic(cells: _Lattice) -> bool:
@@ -213,11 +206,10 @@ def _cyclic(cells: _Lattice) -> bool:
 
 
 def _key(cells: _Lattice, one: WallKind, axis: int, rho: float) -> str:
-    complete = complete_parameters(cells.family, cells.parameters)
     return content_key(
-        cells.family.name,
-        repr(sorted(complete.items())),
-        cells.family.period,
+        cells.cell.name,
+        repr(sorted(cells.cell.parameters.items())),
+        cells.cell.family.period,
         _samples(cells),
         np.round([rho, one.lower, one.upper, cells.poissons_ratio], 9),
         axis,
@@ -240,8 +232,7 @@ def _stored(key: str) -> WallRatios | None:
 
 def _computed(cells: _Lattice, one: WallKind, axis: int, rho: float, key: str) -> WallRatios:
     found = wall_ratios(
-        cells.family,
-        cells.parameters,
+        cells.cell,
         rho,
         axis=axis,
         lower=one.lower,

@@ -12,7 +12,6 @@ import pluggy
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -82,29 +81,6 @@ def gradedesign_scaling_laws() -> Iterable[ScalingLaw]:
     ...     )
     >>> [law.window for law in gradedesign_scaling_laws()]
     [(0.1, 0.5)]
-    """
-    return ()
-
-
-@hookspec
-def gradedesign_finite_size_tables() -> Iterable[FiniteSizeTable]:
-    """Register how stiff few cells are against the endless lattice, one table for each family.
-
-    Examples
-    --------
-    >>> from gradedesign import hookimpl, read_finite_size_table
-    >>> TEXT = '''{"gradedesign finite size table": 1, "family": "simple-cubic",
-    ...     "parameters": {}, "poissons_ratio": 0.3, "method": "mine", "version": "1",
-    ...     "date": "2026-11-21",
-    ...     "rows": [{"density": 0.2, "resolution": 24, "block": [[1, 0.9, 0.01, 0]],
-    ...               "wall": [[1, 0.95, 0.01, 0]], "wall_shear": [[1, 0.9, 0.01, 0]]},
-    ...              {"density": 0.4, "resolution": 24, "block": [[1, 0.95, 0.01, 0]],
-    ...               "wall": [[1, 0.97, 0.01, 0]], "wall_shear": [[1, 0.9, 0.01, 0]]}]}'''
-    >>> @hookimpl
-    ... def gradedesign_finite_size_tables():
-    ...     yield read_finite_size_table(TEXT)
-    >>> [table.name for table in gradedesign_finite_size_tables()]
-    ['simple-cubic']
     """
     return ()
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -47,7 +46,7 @@ class Registry:
 
     Attributes
     ----------
-    cell_families, cell_makers, scaling_laws, finite_size_tables, materials, readers : mapping
+    cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
     exporters, meshers : mapping
         Name to record.
@@ -64,7 +63,6 @@ class Registry:
     cell_families: Mapping[str, CellFamily]
     cell_makers: Mapping[str, CellMaker]
     scaling_laws: Mapping[str, ScalingLaw]
-    finite_size_tables: Mapping[str, FiniteSizeTable]
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
     exporters: Mapping[str, Exporter]

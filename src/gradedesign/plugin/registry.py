@@ -16,7 +16,6 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
-from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -41,7 +40,6 @@ Kind = Literal[
     "cell_families",
     "cell_makers",
     "scaling_laws",
-    "finite_size_tables",
     "materials",
     "readers",
     "exporters",
@@ -61,7 +59,6 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
     "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
-    "finite_size_tables": _Shelf(FiniteSizeTable, _DASHED, "finite size table"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
@@ -146,8 +143,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``finite_size_tables``,
-        ``materials``, ``readers``, ``exporters`` or ``meshers``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
+        ``exporters`` or ``meshers``.
     name : str
 
     Raises

@@ -19,7 +19,6 @@ from gradedesign.fe.space import TetSpace
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import signed_volumes
-from gradedesign.sizing.local_factor import LocalFactor
 from gradedesign.sizing.local_fill import LocalFill
 from gradedesign.sizing.wall_factors import WallFactors
 
@@ -50,8 +49,6 @@ class HomogenisedModel:
     reference_density : float
     fill : LocalFill or None
         Density that the trimmed cells really hold; None: the one asked for.
-    few_cells : LocalFactor or None
-        What few cells across the part keep of the law's stiffness; None: all of it.
     walls : WallFactors or None
         How the stiffness varies over walls of few cells; None: not at all.
     """
@@ -68,7 +65,6 @@ class HomogenisedModel:
     stiffness_exponent: float = 0.0
     reference_density: float = 1.0
     fill: LocalFill | None = None
-    few_cells: LocalFactor | None = None
     walls: WallFactors | None = None
 
     def __post_init__(self) -> None:

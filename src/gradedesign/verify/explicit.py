@@ -12,9 +12,8 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
-from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
-from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.load_case import case_loads, load_vector, region_nodes
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
@@ -126,11 +125,14 @@ def analyse_printed_solid(
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
     facets = found_regions(mesh, judged.regions, surface_tolerance)
-    cases = case_loads(space, judged.case, judged.regions, facets)
+    cases = case_loads(space, judged.case.load_case, judged.regions, facets)
     stiffness = IsotropicStiffness(
         E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
     )
-    vectors = [_load_vector(space, stiffness, material, case) for case in cases]
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
+    ]
     solutions = solve_elastic(space, stiffness, vectors)
     report_step("stress measures")
     points = centroids(mesh)
@@ -218,18 +220,3 @@ def governing_measure(
         (case, m) for case, ms in measures.items() for m in ms if phase is None or m.phase == phase
     ]
     return max(every, key=lambda pair: pair[1].value) if every else None
-
-
-def _load_vector(
-    space: TetSpace, stiffness: IsotropicStiffness, material: Material, case: PartLoadCase
-) -> LoadVector:
-    """Forces of one load case on fully dense material."""
-    force = np.array(case.force)
-    if np.any(case.acceleration):
-        density = np.full(space.element_count, material.density)
-        force += body_force(space, density, case.acceleration)
-    if case.temperature_change:
-        force += thermal_force(
-            space, stiffness, material.thermal_expansion, case.temperature_change
-        )
-    return LoadVector(name=case.name, supports=case.supports, force=force)

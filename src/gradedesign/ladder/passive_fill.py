@@ -1,17 +1,14 @@
-"""Count how much solid the trimmed cells at the faces of a part hold."""
+"""Density that the lattice holds beside passive solid regions, counted in samples of its cells."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 from scipy.ndimage import map_coordinates, uniform_filter
 from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import ResourceError
 from gradedesign.lattice.lattice import KeptRegion
@@ -33,20 +30,18 @@ _AROUND = np.array([0.98, 1.02])
 _BATCH = 1_000_000
 
 
-def face_fill(
+def passive_fill(
     case: Case,
     mesh: TetMesh,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
+    cell: Cell,
     bounds: tuple[float, float],
-    distance: Field,
     kept: tuple[KeptRegion, ...],
 ) -> LocalFill:
-    """Density held within one period about every tetrahedron, over its share inside the lattice.
+    """Density of a block of one period about every tetrahedron, outside passive regions.
 
-    The neighbourhood is a block of exactly one period of the cell, so that inside the part the
-    density held is the one asked for, wherever the block lies in the cells.
+    The lattice goes on beyond the part: what its faces cut is the walls' to say. The block is
+    exactly one period of the cell, so that away from passive regions the density held is the one
+    asked for, wherever the block lies in the cells.
 
     Raises
     ------
@@ -61,19 +56,20 @@ def face_fill(
         return np.asarray((turn.T @ (points - origin)) / edges[:, None])
 
     u = to_cells(mesh.points)
-    period = family.period
+    period = cell.family.period
     low = period * (np.floor(u.min(axis=1) / period) - 1)
     high = period * (np.ceil(u.max(axis=1) / period) + 1)
     cells = (high - low).astype(int)
     if np.prod(cells) * PER_CELL**3 > MOST_SAMPLES:
         raise ResourceError(
-            f"counting the solid of {np.prod(cells)} cells needs more than {MOST_SAMPLES:g} "
-            f'samples; leave out [lattice] faces = "measured", which matters for few cells'
+            f"counting the solid of {np.prod(cells)} cells beside passive regions needs more than "
+            f"{MOST_SAMPLES:g} samples; take larger cells or leave finite_size out"
         )
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
-    inside = _inside(axes, turn, edges, origin, case.lattice.skin, distance, kept)
+    inside = _outside_passive(axes, turn, edges, origin, kept)
     one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
-    shape = evaluate_shape(family, parameters, np.array(np.meshgrid(one, one, one, indexing="ij")))
+    samples = np.array(np.meshgrid(one, one, one, indexing="ij"))
+    shape = evaluate_shape(cell.family, cell.parameters, samples)
     # A mean over an even number of samples stands for the face between its two middle ones.
     index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL
 
@@ -85,7 +81,7 @@ def face_fill(
     asked = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
     held = np.zeros((asked.size, share.size))
     for row, rho in zip(held, asked, strict=True):
-        solid = shape <= calibration.level_of(np.asarray(rho))
+        solid = shape <= cell.level_of(np.asarray(rho))
         there = near(np.tile(solid, cells // period) & inside)
         # Against the same samples of the whole cell, which hold not quite the density.
         found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())
@@ -93,26 +89,22 @@ def face_fill(
     return LocalFill(asked=asked, held=_increasing(held))
 
 
-def _inside(
+def _outside_passive(
     axes: list[FloatArray],
     turn: FloatArray,
     edges: FloatArray,
     origin: FloatArray,
-    skin: float | None,
-    distance: Field,
     kept: tuple[KeptRegion, ...],
 ) -> BoolArray:
-    """Whether samples lie in the lattice: inside the part, its skin and kept regions left out."""
+    """Whether samples lie outside every passive region."""
     count = [a.size for a in axes]
-    inside = np.zeros(int(np.prod(count)), dtype=bool)
+    inside = np.ones(int(np.prod(count)), dtype=bool)
     for start in range(0, inside.size, _BATCH):
         some = np.arange(start, min(start + _BATCH, inside.size))
         u = np.array([a[i] for a, i in zip(axes, np.unravel_index(some, count), strict=True)])
         points = turn @ (u * edges[:, None]) + origin
-        here = distance(points) <= -(skin or 0.0)
         for region in kept:
-            here[here] = region.distance(points[:, here]) > region.margin
-        inside[some] = here
+            inside[some] &= region.distance(points) > region.margin
     return inside.reshape(count)
 
 

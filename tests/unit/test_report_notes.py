@@ -1,14 +1,16 @@
 """Sentences of the report that connect limits, values, the picture and the printed surface."""
 
 import re
+from dataclasses import replace
 from html import unescape
 
 import pytest
 
 from gradedesign.cli.run import print_verdict
 from gradedesign.ladder.result import RunResult
-from gradedesign.output.limit_notes import measures_note, scope_words, solid_section, stress_note
+from gradedesign.ladder.verdict import LimitRow
 from gradedesign.output.report import render_report
+from gradedesign.output.scope_words import scope_words
 
 
 def measure(value, maximum, share=0.004):
@@ -16,27 +18,44 @@ def measure(value, maximum, share=0.004):
             "worst_cell_centre": [1.0, 2.0, 3.0]}  # fmt: skip
 
 
-RESULT = {
-    "status": "met",
-    "reason": "holds",
-    "limits": [
-        {"name": "displacement of tip magnitude", "load_case": "pull", "value": 1.0, "limit": 2.0,
-         "unit": "mm", "use": 0.5, "passed": True, "judged_by": "explicit analysis",
-         "resolution_error": None, "measure": "largest nodal value on the region",
-         "stated": "2 x solid"},
-        {"name": "stress in lattice", "load_case": "pull", "value": 44.0, "limit": 50.0,
-         "unit": "MPa", "use": 0.88, "passed": True, "judged_by": "windows",
-         "resolution_error": None, "measure": "percentile 99.5 of the volume", "stated": ""},
-    ],
-    "solid": [
-        {"name": "displacement of tip magnitude", "load_case": "pull", "value": 0.7123,
-         "limit": 1.4246, "unit": "mm", "use": 0.5, "stated": "2 x solid"},
-    ],
-    "measures": {
-        "pull": {"lattice": measure(40.0, 147.0)},
-        "cell_map": {"name": "uniform"},
-    },
-    "acceptance": {
+RESULT = RunResult(
+    status="met",
+    lightest=False,
+    reason="holds",
+    limits=(
+        LimitRow(
+            name="displacement of tip magnitude",
+            load_case="pull",
+            value=1.0,
+            limit=2.0,
+            unit="mm",
+            judged_by="explicit analysis",
+            measure="largest nodal value on the region",
+            stated="2 x solid",
+        ),
+        LimitRow(
+            name="stress in lattice",
+            load_case="pull",
+            value=44.0,
+            limit=50.0,
+            unit="MPa",
+            judged_by="windows",
+            measure="percentile 99.5 of the volume",
+        ),
+    ),
+    solid=(
+        LimitRow(
+            name="displacement of tip magnitude",
+            load_case="pull",
+            value=0.7123,
+            limit=1.4246,
+            unit="mm",
+            judged_by="solid analysis",
+            stated="2 x solid",
+        ),
+    ),
+    measures={"pull": {"lattice": measure(40.0, 147.0)}, "cell_map": {"name": "uniform"}},
+    acceptance={
         "scope": "windows",
         "share_of_volume": 0.021,
         "limits": [],
@@ -48,7 +67,7 @@ RESULT = {
             "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "kept": 12.0}},
         },
     },
-}  # fmt: skip
+)
 
 
 def text_of(html):
@@ -61,7 +80,6 @@ def report():
 
 
 def test_one_sentence_leads_from_the_limit_to_the_maximum_and_the_picture(report):
-    found = text_of(stress_note(RESULT))
     for words in (
         "50 MPa is compared with 44 MPa, 40 MPa times 1.100",
         "99.5 % of the volume outside the exclusion radius",
@@ -69,13 +87,12 @@ def test_one_sentence_leads_from_the_limit_to_the_maximum_and_the_picture(report
         "0.40%",
         "The picture of the stress",
     ):
-        assert words in found
         assert words in report
 
 
 def test_without_windows_no_factor_is_named():
-    row = {**RESULT["limits"][1], "value": 40.0}
-    assert "times" not in text_of(stress_note({**RESULT, "limits": [row]}))
+    row = replace(RESULT.limits[1], value=40.0)
+    assert "times" not in text_of(render_report(replace(RESULT, limits=(row,)), {}, ""))
 
 
 def test_the_exclusion_radius_stands_with_its_share_and_both_stresses(report):
@@ -94,7 +111,7 @@ def test_the_solid_part_stands_beside(report):
 
 
 def test_windows_do_not_claim_the_whole_surface(report):
-    words = scope_words({**RESULT["acceptance"], "windows": [{}, {}]})
+    words = scope_words({**RESULT.acceptance, "windows": [{}, {}]})
     assert "meshed again by an independent mesher only in its 2 most stressed windows" in words
     assert "(2.1% of the printed volume)" in words
     assert "explicit analysis of a mesh of the lattice's field" in report
@@ -103,14 +120,15 @@ def test_windows_do_not_claim_the_whole_surface(report):
     assert "99.9%" in whole
 
 
-@pytest.mark.parametrize("note", [measures_note, solid_section, stress_note])
-def test_results_without_values_have_no_notes(note):
-    assert note({"limits": [], "status": "failed"}) == ""
+def test_results_without_values_have_no_notes():
+    failed = text_of(render_report(RunResult(status="failed", lightest=False, reason=""), {}, ""))
+    for words in ("How values are taken", "Fully solid part", "is compared with"):
+        assert words not in failed
     assert scope_words({}) == ""
 
 
 def test_the_last_lines_of_a_run_say_the_share(capsys):
-    result = RunResult(status="met", lightest=True, reason="holds", acceptance=RESULT["acceptance"])
+    result = RunResult(status="met", lightest=True, reason="holds", acceptance=RESULT.acceptance)
     print_verdict(result)
     printed = capsys.readouterr().out
     assert "(2.1% of the printed volume)" in printed
