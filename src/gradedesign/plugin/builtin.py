@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.cell.formula_cell import FORMULA_MAKER
+from gradedesign.cell.maker import CellMaker
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.output.exporter import Exporter
@@ -13,6 +15,12 @@ from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterable[CellMaker]:
+    """Register the maker of cells that a case states as a formula."""
+    yield FORMULA_MAKER
 
 
 @hookimpl
