@@ -8,7 +8,6 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import CaseError
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
 from gradedesign.ladder.design_domain import design_domain
@@ -98,7 +97,6 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
-    require_unheated_walls(case)
     files = lattice_files(case, registry)
     solver = linear_solver(case, registry)
     with locating(case, "part.mesher"):
@@ -144,22 +142,6 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         ),
         narrowed=tuple(narrowed),
     )
-
-
-def require_unheated_walls(case: Case) -> None:
-    """Refuse walls of few cells beside a change of temperature.
-
-    Raises
-    ------
-    CaseError
-    """
-    heated = [one.name for one in case.load_case if one.temperature_change]
-    if heated and case.lattice.finite_size == "walls":
-        raise CaseError(
-            f"{case.where('lattice.finite_size')}: found walls beside the temperature change of "
-            f"load case '{heated[0]}'; thermal forces of walls of few cells are not computed yet: "
-            f"leave finite_size out"
-        )
 
 
 def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
