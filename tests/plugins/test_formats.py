@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from gradedesign import CaseError, PluginError, load_case
 from gradedesign.case.read_generate import load_generate_case
