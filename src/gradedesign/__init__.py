@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from gradedesign.material.scaling_law import ScalingLaw
     from gradedesign.material.shipped_tables import shipped_laws
     from gradedesign.material.tabulated_law import tabulated_law
+    from gradedesign.mesh.mesher import Mesher
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
     from gradedesign.output.printed_lattice import PrintedLattice
@@ -51,6 +52,7 @@ __all__ = [
     "LinearSystem",
     "Material",
     "MeshError",
+    "Mesher",
     "PartError",
     "PartReader",
     "PluginError",
@@ -76,6 +78,7 @@ __all__ = [
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
+    "mesh.mesher": "Mesher",
     "part.file_faces": "FileFaces",
     "case.read_case": "load_case",
     "cell.family": "CellFamily",

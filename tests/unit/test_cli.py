@@ -136,7 +136,7 @@ def test_check_says_what_a_run_would_do(cli, here):
 
 
 def test_cells_lists_families_with_window_and_source(cli, monkeypatch):
-    # Calibration has tests of its own and takes seconds per family.
+    # Cell has tests of its own and takes seconds per family.
     monkeypatch.setattr(list_module, "known_window", lambda _: [0.1, 0.6])
     families = {f["name"]: f for f in json.loads(cli("cells", "--json").out)}
     assert {"gyroid-sheet", "diamond-network", "primitive-wall"} <= set(families)

@@ -11,6 +11,7 @@ from gradedesign import (
     Exporter,
     LinearSolver,
     Material,
+    Mesher,
     PartReader,
     ScalingLaw,
 )
@@ -22,6 +23,7 @@ HOOKS = {
     "gradedesign_cell_makers": CellMaker,
     "gradedesign_scaling_laws": ScalingLaw,
     "gradedesign_materials": Material,
+    "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
     "gradedesign_solvers": LinearSolver,

@@ -179,8 +179,8 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
     known, plan = found.known, found.known.law
     low, high = found.run.bounds
     yield (
-        f"cell: {known.family.name}, {known.case.lattice.size_words}; it exists from density "
-        f"{known.calibration.window[0]:.3g} to {known.calibration.window[1]:.3g}"
+        f"cell: {known.cell.name}, {known.case.lattice.size_words}; it exists from density "
+        f"{known.cell.window[0]:.3g} to {known.cell.window[1]:.3g}"
     )
     thick = found.thickness
     if thick.thickness:
@@ -200,14 +200,17 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
             f"law: {plan.name}, to be computed on {plan.voxels}^3 voxels: {least:.0f} to "
             f"{most:.0f} min the first time ({plan.why})"
         )
-    if known.case.lattice.finite_size == "walls":
-        yield "walls of few cells: looked up in the cache or computed by the run, minutes at most"
+    yield "size effects: " + (
+        f"none, since {found.periodic}"
+        if found.periodic
+        else "of the walls of few cells that the run finds, from the cache or computed in minutes"
+    )
 
 
 def _cost_lines(found: CaseCheck) -> Iterator[str]:
     run, budget = found.run, found.known.case.run
     cost = run.cost
-    exact = "" if found.known.case.part.box is not None else "about "
+    exact = "" if found.known.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
     yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:

@@ -60,7 +60,7 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
             for name, load_case, allowed in stated_limits(found)
         ],
         "free_rigid_motions": [],
-        "cell": known.family.name,
+        "cell": known.cell.name,
         "law": known.law.name,
         "lattice": _lattice(found),
         "prediction": _prediction(found),
@@ -150,8 +150,11 @@ def _lattice(found: CaseCheck) -> dict[str, Any]:
     known, plan = found.known, found.known.law
     return {
         "size_mm": list(known.case.lattice.size),
-        "cell_window": list(known.calibration.window),
+        "cell_window": list(known.cell.window),
         "density_window": list(known.bounds),
+        "size_effects": {"mode": "periodic", "reason": found.periodic}
+        if found.periodic
+        else {"mode": "walls"},
         "law": {
             "name": plan.name,
             "window": list(plan.window),

@@ -9,7 +9,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cli.homogenise_block import PERIODIC, block_data, require_boundary
 from gradedesign.cli.moduli_data import VOIGT, cell_header, digits, moduli_data, rounded
 from gradedesign.cli.plugins import registry_for
@@ -72,8 +73,7 @@ def homogenise(
         require_boundary(boundary, [option for option, given in unused.items() if given])
         with ProgressLines("homogenise", err=True):
             block = apparent_stiffness(
-                family,
-                values,
+                calibrate(family, values),
                 density,
                 boundary=cast("Boundary", boundary),
                 cells=1 if cells is None else cells,
@@ -89,22 +89,22 @@ def homogenise(
             f"leave it out or choose one of {', '.join(BOUNDARIES)}"
         )
     with ProgressLines("homogenise", err=True):
+        chosen = calibrate(family, values)
         found = cell_properties(
-            family,
-            values,
+            chosen,
             density,
             poissons_ratio=poissons_ratio,
             resolution=resolution,
             with_surface=output is not None,
         )
-        data = properties_data(family, values, found, poissons_ratio)
+        data = properties_data(chosen, found, poissons_ratio)
         laws = [law for law in registry.scaling_laws.values() if cell in law.families]
         data["laws"] = law_values(laws, density)
         if conductivity:
             report_step("conductivity")
-            data["conductivity"] = _conductivity_data(family, found, values)
+            data["conductivity"] = _conductivity_data(chosen, found)
         if buckling:
-            critical = critical_stress(family, values, density, poissons_ratio=poissons_ratio)
+            critical = critical_stress(chosen, density, poissons_ratio=poissons_ratio)
             data["buckling"] = _buckling_data(critical)
         if output is not None:
             report_step("drawing")
@@ -139,15 +139,16 @@ def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
 
 
 def properties_data(
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     found: CellProperties,
     poissons_ratio: float,
 ) -> dict[str, Any]:
     """Plain data of computed properties; moduli are relative to the base material's E."""
     c = found.stiffness
     data: dict[str, Any] = {
-        **cell_header(family, parameters, found.density, poissons_ratio, found.resolution),
+        **cell_header(
+            cell.family, cell.parameters, found.density, poissons_ratio, found.resolution
+        ),
         "C": rounded(c),
         "C_uncertainty": rounded(found.uncertainty, 2),
         "stiffness_error": digits(found.stiffness_error, 2),
@@ -155,7 +156,7 @@ def properties_data(
         "constant_errors": {
             name: digits(float(error[0]), 2)
             for name, error in relative_errors(
-                found.stiffness[None], found.uncertainty[None], family.symmetry
+                found.stiffness[None], found.uncertainty[None], cell.family.symmetry
             ).items()
         },
         **moduli_data(c),
@@ -253,11 +254,9 @@ def _strength_data(found: CellProperties) -> dict[str, Any]:
     return data
 
 
-def _conductivity_data(
-    family: CellFamily, found: CellProperties, parameters: Mapping[str, float]
-) -> dict[str, Any]:
+def _conductivity_data(cell: Cell, found: CellProperties) -> dict[str, Any]:
     """Plain data of the conductivity, relative to the base material's."""
-    value, error = extrapolated_conductivity(family, parameters, found.density, found.resolution)
+    value, error = extrapolated_conductivity(cell, found.density, found.resolution)
     return {
         "value": [[digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
         "error": digits(error, 2),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.homogenise.block import VOID_STIFFNESS, filled_void, solve_block
 from gradedesign.homogenise.macro_tet import macro_tet
@@ -90,8 +89,7 @@ class ApparentStiffness:
 
 
 def apparent_stiffness(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     *,
     boundary: Boundary,
@@ -103,8 +101,7 @@ def apparent_stiffness(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     rho : float
     boundary : {"displacement", "traction", "mixed", "macro-tet"}
     cells : int
@@ -131,14 +128,14 @@ def apparent_stiffness(
     S. Hazanov, C. Huet, J. Mech. Phys. Solids 42 (1994) 1995; D. H. Pahr, P. K. Zysset, Biomech.
     Model. Mechanobiol. 7 (2008) 463; A. P. Raymont, thesis, University of Exeter 2011, chapter 7.
     """
-    n = resolution or _resolution(family, parameters, rho)
-    require_resolved(family, parameters, rho, n)
+    n = resolution or _resolution(cell, rho)
+    require_resolved(cell, rho, n)
     if cells * n > MOST_VOXELS:
         raise ResourceError(
             f"{cells} cells of {n} voxels are {cells * n} voxels along the block, at most "
             f"{MOST_VOXELS} are taken; use fewer cells or a coarser resolution"
         )
-    fill = cell_fill(family, parameters, rho, n)
+    fill = cell_fill(cell, rho, n)
     void = VOID_STIFFNESS if boundary == "traction" else 0.0
     fill = filled_void(fill, void)
     periodic = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=_RTOL).stiffness
@@ -155,7 +152,7 @@ def apparent_stiffness(
         solid = rho
     if not np.linalg.eigvalsh(stiffness)[0] > 0:
         raise SolverError(
-            f"the apparent stiffness of cell '{family.name}' is not positive definite under "
+            f"the apparent stiffness of cell '{cell.name}' is not positive definite under "
             f"boundary '{boundary}'; take more cells or more voxels"
         )
     return ApparentStiffness(
@@ -170,9 +167,9 @@ def apparent_stiffness(
     )
 
 
-def _resolution(family: CellFamily, parameters: Mapping[str, float] | None, rho: float) -> int:
+def _resolution(cell: Cell, rho: float) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
     for n in RESOLUTIONS:
-        if voxels_in_wall(family, parameters, rho, n) >= LEAST_VOXELS:
+        if voxels_in_wall(cell, rho, n) >= LEAST_VOXELS:
             return n
     return RESOLUTIONS[-1]

@@ -166,7 +166,7 @@ def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
 def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
     """The limit that is out of reach, and what would help."""
     upper = setup.bounds[1]
-    window = min(setup.calibration.window[1], setup.law.window[1])
+    window = min(setup.cell.window[1], setup.law.window[1])
     helps = ["another cell", "smaller cells"]
     if setup.case.lattice.skin is None:
         helps.insert(1, "a skin")

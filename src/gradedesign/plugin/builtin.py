@@ -10,6 +10,7 @@ from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.stl import export_stl
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
@@ -33,6 +34,12 @@ def gradedesign_readers() -> Iterable[PartReader]:
     yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
     yield PartReader(name="off", suffixes=(".off",), read=read_off)
     yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
+
+
+@hookimpl
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register pytetwild."""
+    yield PYTETWILD
 
 
 @hookimpl

@@ -15,6 +15,7 @@ from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 
@@ -166,5 +167,21 @@ def gradedesign_solvers() -> Iterable[LinearSolver]:
     ...     yield LinearSolver(name="my-inverse", prepare=prepare, most_unknowns=3000)
     >>> [solver.name for solver in gradedesign_solvers()]
     ['my-inverse']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register what fills a closed surface with tetrahedra.
+
+    Examples
+    --------
+    >>> from gradedesign import Mesher, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_meshers():
+    ...     yield Mesher(name="my-mesher", worker="my_mesher.worker", version="1.0")
+    >>> [mesher.worker for mesher in gradedesign_meshers()]
+    ['my_mesher.worker']
     """
     return ()

@@ -19,6 +19,7 @@ from gradedesign.errors import CaseError, Interrupted, PluginError
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
@@ -44,6 +45,7 @@ Kind = Literal[
     "readers",
     "exporters",
     "solvers",
+    "meshers",
 ]
 
 
@@ -63,6 +65,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
+    "meshers": _Shelf(Mesher, _DASHED, "mesher"),
 }
 
 
@@ -144,7 +147,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters`` or ``solvers``.
+        ``exporters``, ``solvers`` or ``meshers``.
     name : str
 
     Raises

@@ -39,7 +39,7 @@ def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     """Mass of the lattice phase alone, t."""
-    weights = model.volumes * (1 - model.solid_share)
+    weights = model.lattice_volumes
     return float(model.material.density * (weights @ solid_held(model, rho)))
 
 

@@ -82,6 +82,11 @@ class HomogenisedModel:
         if self.walls is not None and self.rotation.ndim == 4:
             raise ValueError("walls lie along the axes of the cells: expected one rotation for all")
 
+    @property
+    def lattice_volumes(self) -> FloatArray:
+        """Volume of each tetrahedron that is lattice, not solid, ``(M,)``, mm^3."""
+        return np.asarray(self.volumes * (1 - self.solid_share))
+
 
 def homogenised_model(
     space: TetSpace,

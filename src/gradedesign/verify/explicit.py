@@ -20,6 +20,7 @@ from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises
+from gradedesign.lattice.domain import phase_at
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
@@ -28,7 +29,7 @@ from gradedesign.part.regions import Region
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at, phase_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -140,7 +141,7 @@ def analyse_printed_solid(
     solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
     report_step("stress measures")
     points = centroids(mesh)
-    phase = phase_at(judged.design, points)
+    phase = phase_at(judged.design.domain, points)
     considered = considered_at(points, judged.clamped, judged.exclusion_radius)
     volumes = signed_volumes(mesh)
     von_mises: dict[str, FloatArray] = {}
