@@ -1,6 +1,7 @@
 """A linear solver of a plugin, from installing it to the case that names it."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,15 +76,18 @@ def case(tmp_path):
     return write
 
 
-def test_a_case_is_solved_by_a_plugins_solver(install, case, tmp_path):
-    install("fake-solver", PLUGIN.format(body=""))
+def test_a_case_is_solved_by_the_solver_of_the_readme(install, case, tmp_path):
+    text = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+    (module,) = (block for block in blocks if "def gradedesign_solvers" in block)
+    install("fake-solver", module)
     tips = {}
-    for solver in ("fake-inverse", "direct"):
+    for solver in ("acme-pyamg", "direct"):
         result = run(load_case(case(solver)), build_registry(), folder=tmp_path / solver)
         assert result.status == "partial"
         (tips[solver],) = [row.value for row in result.limits]
-    assert tips["fake-inverse"] == pytest.approx(tips["direct"], rel=1e-9)
-    assert tips["fake-inverse"] != tips["direct"]
+    assert tips["acme-pyamg"] == pytest.approx(tips["direct"], rel=1e-7)
+    assert tips["acme-pyamg"] != tips["direct"]
 
 
 @pytest.mark.parametrize(
