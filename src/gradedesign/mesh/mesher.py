@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
-from gradedesign.workspace.worker import Option
+from numpy.typing import ArrayLike, NDArray
+
+from gradedesign.workspace.worker import Option, serve
+
+#: ``mesh(vertices, faces, options)`` to points and tetrahedra.
+MeshFunction: TypeAlias = Callable[
+    [NDArray[Any], NDArray[Any], Mapping[str, Option]], tuple[ArrayLike, ArrayLike]
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,3 +55,28 @@ PYTETWILD = Mesher(
         ("all threads, surface not simplified", {"threads": 0, "simplify": False}),
     ),
 )
+
+
+def serve_mesher(mesh: MeshFunction, *, load: Callable[[], object] = dict) -> None:
+    """Be the process of a mesher: read a surface, mesh it, hand on what it returns.
+
+    Parameters
+    ----------
+    mesh : callable
+        Takes ``vertices`` (n, 3) in mm, about the middle of their box, ``faces`` (m, 3),
+        outward, and ``options``: ``edge_length`` in mm, ``relative_epsilon``, the distance of the
+        mesh from the surface over the diagonal of its box, ``stop_energy``, at which fTetWild ends,
+        and those of the way. Returns points (k, 3) in mm and tetrahedra (t, 4), positively
+        oriented.
+    load : callable
+        Imports the libraries that ``mesh`` needs, so that running out of memory before the work
+        begins can be told from running out of it at work.
+    """
+
+    def compute(
+        arrays: Mapping[str, NDArray[Any]], options: Mapping[str, Option]
+    ) -> dict[str, ArrayLike]:
+        points, tets = mesh(arrays["vertices"], arrays["faces"], options)
+        return {"points": points, "tets": tets}
+
+    serve(compute, load=load)

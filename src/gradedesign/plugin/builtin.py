@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.cell.formula_cell import FORMULA_MAKER
+from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.direct import DIRECT
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.multigrid_solver import MULTIGRID
@@ -18,6 +20,12 @@ from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterable[CellMaker]:
+    """Register the maker of cells that a case states as a formula."""
+    yield FORMULA_MAKER
 
 
 @hookimpl
