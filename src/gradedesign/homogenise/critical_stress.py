@@ -11,10 +11,10 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.cell.cell import Cell
 from gradedesign.errors import SolverError
+from gradedesign.fe.eigen_solver import ExtremeValue
 from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, Signs
 from gradedesign.homogenise.buckling import NEGLIGIBLE, macro_prestress, weakest_modes
 from gradedesign.homogenise.cell_properties import RTOL, stretched_symmetry
-from gradedesign.homogenise.extreme_values import ExtremeValue
 from gradedesign.homogenise.periodic import PAIRS, PeriodicSolution, solve_periodic
 from gradedesign.homogenise.sampling import (
     CUBE,

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 
-from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
-
-_Product = Callable[[FloatArray], FloatArray]
+from gradedesign.fe.eigen_solver import EigenProblem, ExtremeValue
 
 #: Residual of a value relative to it. The value's own error is its square over the relative
 #: distance to the next value, 2e-4 where that is 5 %.
@@ -19,47 +14,14 @@ _RTOL = 3e-3
 _EXHAUSTED = 1e-12
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ExtremeValue:
-    """One end of the spectrum.
-
-    Attributes
-    ----------
-    value : float
-        Zero where it is negligible beside the other end.
-    vector : (n,) array
-        Zero with the value.
-    bound : float
-        What is certain of a negligible value: it is no larger in size. Else the value's size.
-    """
-
-    value: float
-    vector: FloatArray
-    bound: float
-
-
-def extreme_values(
-    form: _Product,
-    solve: _Product,
-    start: FloatArray,
-    *,
-    both: bool,
-    negligible: float,
-    most_steps: int = 240,
+def lanczos(
+    problem: EigenProblem, *, most_steps: int = 240
 ) -> tuple[ExtremeValue, ExtremeValue | None]:
-    """Largest and, on request, smallest ``mu`` of ``form x = mu K x``.
+    """Largest and, on request, smallest ``mu`` of ``form x = mu K x``; one solve a step.
 
     Parameters
     ----------
-    form : callable
-        Product with a symmetric matrix, ``(n,)`` to ``(n,)``.
-    solve : callable
-        Product with the inverse of ``K``.
-    start : (n,) array
-    both : bool
-        Find the smallest too.
-    negligible : float
-        An end smaller than this share of the other is not iterated further.
+    problem : EigenProblem
     most_steps : int
         Solves.
 
@@ -73,6 +35,8 @@ def extreme_values(
     SolverError
         If the steps do not suffice.
     """
+    form, solve, start = problem.form, problem.solve, problem.start
+    both, negligible = problem.both, problem.negligible
     force = form(start)
     x = solve(force)
     size = max(float(x @ force), 0.0) ** 0.5
