@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         ResourceError,
         SolverError,
     )
+    from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
     from gradedesign.material.cubic_law import cubic_law, cubic_table_law
     from gradedesign.material.material import Material
     from gradedesign.material.power_law import power_law
@@ -46,6 +47,9 @@ __all__ = [
     "FileFaces",
     "GradeDesignError",
     "LatticeError",
+    "LinearAnswer",
+    "LinearSolver",
+    "LinearSystem",
     "Material",
     "MeshError",
     "Mesher",
@@ -80,6 +84,7 @@ _HOMES = {
     "cell.maker": "CellMaker",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
+    "fe.linear_solver": "LinearAnswer LinearSolver LinearSystem",
     "material.cubic_law": "cubic_law cubic_table_law",
     "material.material": "Material",
     "material.power_law": "power_law",

@@ -9,6 +9,7 @@ from gradedesign import (
     CellFamily,
     CellMaker,
     Exporter,
+    LinearSolver,
     Material,
     Mesher,
     PartReader,
@@ -25,6 +26,7 @@ HOOKS = {
     "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_solvers": LinearSolver,
 }
 
 

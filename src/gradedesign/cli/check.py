@@ -200,8 +200,11 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
             f"law: {plan.name}, to be computed on {plan.voxels}^3 voxels: {least:.0f} to "
             f"{most:.0f} min the first time ({plan.why})"
         )
-    if known.case.lattice.finite_size == "walls":
-        yield "walls of few cells: looked up in the cache or computed by the run, minutes at most"
+    yield "size effects: " + (
+        f"none, since {found.periodic}"
+        if found.periodic
+        else "of the walls of few cells that the run finds, from the cache or computed in minutes"
+    )
 
 
 def _cost_lines(found: CaseCheck) -> Iterator[str]:

@@ -29,7 +29,8 @@ class Mesher:
     name : str
         Lower case with dashes; what ``[part] mesher`` names.
     worker : str
-        Dotted name of a module, run as ``python -m``, that calls `gradedesign.serve_mesher`.
+        Dotted name of a module, run as ``python -m``, that calls
+        `gradedesign.workspace.worker.serve`.
     version : str
         Of what it meshes with: a mesh of another version is not taken from the cache.
     ways : tuple of (str, mapping)

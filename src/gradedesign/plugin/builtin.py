@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.cell.formula_cell import FORMULA_MAKER
+from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
@@ -14,6 +20,12 @@ from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterable[CellMaker]:
+    """Register the maker of cells that a case states as a formula."""
+    yield FORMULA_MAKER
 
 
 @hookimpl
@@ -46,3 +58,9 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)
     yield Exporter(name="glb", suffix=".glb", write=export_glb)
+
+
+@hookimpl
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register the linear solvers."""
+    return MULTIGRID, DIRECT, SCIKIT_FEM

@@ -16,6 +16,7 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -43,6 +44,7 @@ Kind = Literal[
     "materials",
     "readers",
     "exporters",
+    "solvers",
     "meshers",
 ]
 
@@ -62,6 +64,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+    "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
     "meshers": _Shelf(Mesher, _DASHED, "mesher"),
 }
 
@@ -144,7 +147,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters`` or ``meshers``.
+        ``exporters``, ``solvers`` or ``meshers``.
     name : str
 
     Raises
