@@ -277,7 +277,7 @@ def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, 
         ("return RawTriangles(corners=np.full((1, 3, 3), np.nan))", "9 values that are not finite"),
         (
             "return RawTriangles(corners=np.full((1, 3, 3), 1e9), unit='mm')",
-            "facets reach absurdly far",
+            "reach absurdly far",
         ),
         (
             "return RawTriangles(corners=np.zeros((0, 3, 3)), unit='mm')",
