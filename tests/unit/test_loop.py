@@ -336,8 +336,7 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         Correction(displacement=(1.0, 1.0)),
         {(NAME, "side"): 1.25, ("stress in lattice", ""): 1.6},
         None,
-        start=None,
-        most_iterations=1,
+        sizing_round.SizingPlan(most_iterations=1),
     )
     assert [one.limit for one in problem.displacement_limits] == pytest.approx([2.0, 1.6])
     assert problem.stress_limit.limit == pytest.approx(62.5)
