@@ -28,6 +28,7 @@ from gradedesign.ladder.round import SizingPlan, design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.ladder.run_cost import RunCost
 from gradedesign.ladder.setup import Setup, prepare
+from gradedesign.ladder.size_effects import with_size_effects
 from gradedesign.ladder.solid import solve_solid, with_solid
 from gradedesign.ladder.stages import (
     default_folder,
@@ -136,7 +137,7 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     if case.run.stop_after == "solid":
         result = partial_result(setup, registry, rows, "solid")
         return write_outputs(out, setup, result, announce, solid=solutions)
-    setup = oriented(setup, solutions)
+    setup = with_size_effects(oriented(setup, solutions), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
         return stop_early(setup, registry, out, announce)
     cost.predict(setup, rows, announce)

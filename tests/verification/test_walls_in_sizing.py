@@ -8,7 +8,6 @@ import pytest
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.cell_map import turned_axes, uniform_map
-from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
@@ -50,7 +49,7 @@ def registry():
     return build_registry()
 
 
-def plate(registry, passive=(), on_wall=str, **lattice):
+def plate(registry, passive=(), on_wall=str, unknown=False, **lattice):
     """Model of a cantilever of simple cubic cells, with its walls."""
     mesh = box_part_mesh(SIZE, 11.0)
     space = tet_space(mesh, 2)
@@ -73,7 +72,7 @@ def plate(registry, passive=(), on_wall=str, **lattice):
     )
     surface = box_surface(SIZE)
     stated = {"edges": CELL, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
-    walls = wall_factors(
+    walls, warnings = wall_factors(
         uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"])),
         SimpleNamespace(surface=surface),
         DesignDomain(
@@ -84,6 +83,7 @@ def plate(registry, passive=(), on_wall=str, **lattice):
         wall_material(calibrate(registry.cell_families["sc"]), (0.29, 0.31), 0.3),
         on_wall,
     )
+    assert bool(warnings) == unknown, warnings
     return replace(model, walls=walls)
 
 
@@ -222,7 +222,13 @@ def test_a_kept_face_is_no_wall(registry):
 
 
 @pytest.mark.slow
-def test_a_wall_that_falls_apart_names_its_place(registry):
+def test_a_wall_that_falls_apart_counts_as_periodic(registry):
     # Beginning between the struts, 24 mm hold one layer of struts and the ends of others.
-    with pytest.raises(CaseError, match=r"wall of 0\.30 cells across z near"):
-        plate(registry, edges=(80.0,) * 3, origin=(0.0, 0.0, -30.0))
+    model = plate(registry, unknown=True, edges=80.0, origin=(0.0, 0.0, -30.0))
+    assert not model.walls.classes
+    assert (model.walls.kind == -1).all()
+
+
+def test_a_wall_of_too_many_voxels_counts_as_periodic(registry, monkeypatch):
+    monkeypatch.setattr(wall_cells, "MOST_VOXELS", 1e4)
+    assert not plate(registry, unknown=True).walls.classes

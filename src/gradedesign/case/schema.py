@@ -50,7 +50,7 @@ __all__ = [
     "RunSpec",
     "ShapeSpec",
     "SolidMultiple",
-    "case_schema_json",
+    "schema_json",
 ]
 
 
@@ -127,13 +127,24 @@ class Case(CaseIdentity):
     lattice: LatticeSpec
 
 
-def case_schema_json() -> dict[str, Any]:
-    """JSON schema of a case file, for completion in editors.
+def schema_json(layout: type[Table]) -> dict[str, Any]:
+    """JSON schema of a case file, for completion and checks in editors.
+
+    Parameters
+    ----------
+    layout : type
+        `CaseFile`, or `GenerateFile` for the case of ``gradedesign generate``.
 
     Returns
     -------
     dict
-        Draft 2020-12; describes the text that is written, not the converted values.
+        Draft 7, which editors of TOML read; describes the text that is written, not the converted
+        values. What holds across keys or needs a file is left to ``gradedesign check``.
     """
-    schema = CaseFile.model_json_schema(by_alias=True)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    schema = layout.model_json_schema(by_alias=True, ref_template="#/definitions/{model}")
+    definitions = schema.pop("$defs")
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        **schema,
+        "definitions": definitions,
+    }

@@ -309,6 +309,21 @@ def materials(strict_plugins: Strict = False, as_json: Json = False) -> None:
 
 
 @app.command()
+def schema(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="File to write [standard output].")
+    ] = None,
+    stated_density: Annotated[
+        bool, typer.Option("--generate", help="Of the case of `gradedesign generate`.")
+    ] = False,
+) -> None:
+    """Print the JSON schema of case files, for completion and checks in editors."""
+    from gradedesign.cli.schema import schema as command
+
+    command(output, stated_density=stated_density)
+
+
+@app.command()
 def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
     """Show versions, plugins, memory and whether pictures can be drawn."""
     from gradedesign.cli.doctor import doctor as command

@@ -14,6 +14,7 @@ from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, pred
 from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.resolved_case import ResolvedCase, resolve_case
 from gradedesign.ladder.setup import exclusion_radius, stress_limit
+from gradedesign.ladder.size_effects import periodic_warnings, why_periodic
 from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.thickness import local_thickness
@@ -24,8 +25,6 @@ from gradedesign.verify.phases import considered_at
 _THICKNESS_PLACES = 1500
 #: Shares of the part's volume at which its thickness is told.
 THICKNESS_SHARES = (5, 25, 50, 75, 95)
-#: A law describes an endless lattice; over fewer cells than this a warning says so.
-FEW_CELLS = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,6 +55,8 @@ class CaseCheck:
     holes : tuple of CylinderGroup
     thickness : Thickness
     run : PredictedRun
+    periodic : str
+        Why size effects are left out; empty where the run computes those it finds.
     warnings : tuple of str
     """
 
@@ -63,6 +64,7 @@ class CaseCheck:
     holes: tuple[CylinderGroup, ...]
     thickness: Thickness
     run: PredictedRun
+    periodic: str
     warnings: tuple[str, ...]
 
 
@@ -87,12 +89,19 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     inside = inner_points(known.domain)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])
-    said += [*_few_cells(known, thickness), *_left_out(known), *budget_warnings(known, run)]
+    law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
+    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0])
+    said += [
+        *periodic_warnings(case, known.part, known.layout, periodic),
+        *_left_out(known),
+        *budget_warnings(known, run),
+    ]
     return CaseCheck(
         known=known,
         holes=cylinder_groups(known.part.faces),
         thickness=thickness,
         run=run,
+        periodic=periodic,
         warnings=tuple(dict.fromkeys(said)),
     )
 
@@ -119,17 +128,3 @@ def _left_out(known: ResolvedCase) -> tuple[str, ...]:
     names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
     clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
     return share_warnings(1.0 - float(considered_at(places, clamped, radius).mean()), radius)
-
-
-def _few_cells(known: ResolvedCase, thickness: Thickness) -> tuple[str, ...]:
-    """Say where the part is thinner than the lattice that a law describes."""
-    if not thickness.cells or known.case.lattice.finite_size != "periodic":
-        return ()
-    median = thickness.cells[thickness.shares.index(50)]
-    if median >= FEW_CELLS:
-        return ()
-    return (
-        f"half of the part is no thicker than {median * known.layout.least:.3g} mm, {median:.2g} "
-        f"times its cells, but laws describe an endless lattice: free faces make so few cells "
-        f'softer; smaller cells or [lattice] finite_size = "walls" help',
-    )

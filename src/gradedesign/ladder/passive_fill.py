@@ -55,7 +55,7 @@ def passive_fill(
     if np.prod(cells) * PER_CELL**3 > MOST_SAMPLES:
         raise ResourceError(
             f"counting the solid of {np.prod(cells)} cells beside passive regions needs more than "
-            f"{MOST_SAMPLES:g} samples; take larger cells or leave finite_size out"
+            f"{MOST_SAMPLES:g} samples: sizing takes their density for that of whole cells"
         )
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
     if to_cells.inverse is None:

@@ -231,6 +231,7 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         stress_limit=setup.stress_limit,
         percentile=setup.case.limits.percentile,
         bodies=setup.domain.bodies,
+        solver=setup.model.solver,
     )
 
 

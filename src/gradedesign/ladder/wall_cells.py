@@ -13,7 +13,7 @@ from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.shape import evaluate_shape, grid_nodes
-from gradedesign.errors import CaseError, DensityError, LatticeError, SolverError
+from gradedesign.errors import DensityError, LatticeError, ResourceError, SolverError
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
@@ -31,7 +31,9 @@ log = logging.getLogger(__name__)
 METHOD_VERSION = 1
 #: Voxels along a cell: the first that puts three of them across the thinnest wall. Ratios hold
 #: to 2 % with five across (one simple cubic cell, 22 against 44).
-RESOLUTIONS = (24, 36, 48)
+RESOLUTIONS = (24, 36, 48, 64)
+#: Voxels of a wall that are worth the wait: half a minute of two processors at four densities.
+MOST_VOXELS = 300_000
 #: Densities between the bounds at which ratios are computed.
 DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
@@ -51,13 +53,7 @@ class WallMaterial:
 
 
 def wall_material(cell: Cell, bounds: tuple[float, float], poissons_ratio: float) -> WallMaterial:
-    """A cell at densities between the bounds, on the grid that its thinnest wall needs.
-
-    Raises
-    ------
-    CaseError
-        If the cell is too thin for the finest grid.
-    """
+    """A cell at densities between the bounds, on the grid that its thinnest wall needs."""
     low, high = bounds
     density = np.geomspace(low, high, DENSITIES) if high > low else low * np.array([0.99, 1.01])
     density = np.clip(density, *cell.window)
@@ -66,7 +62,7 @@ def wall_material(cell: Cell, bounds: tuple[float, float], poissons_ratio: float
     return WallMaterial(
         cell=cell,
         density=density,
-        resolution=_resolution(cell, low),
+        resolution=wall_resolution(cell, low) or RESOLUTIONS[-1],
         poissons_ratio=poissons_ratio,
     )
 
@@ -79,7 +75,7 @@ def wall_factors(
     lattice: BoolArray,
     cells: WallMaterial,
     on_wall: Callable[[str], None] = log.info,
-) -> WallFactors:
+) -> tuple[WallFactors, tuple[str, ...]]:
     """Find the walls of a part and homogenise each kind of them.
 
     Along each axis of the cells the part reaches from face to face through the centroid of a
@@ -100,27 +96,38 @@ def wall_factors(
 
     Returns
     -------
-    WallFactors
-
-    Raises
-    ------
-    CaseError
-        If a wall does not hang together at a density that sizing may choose.
+    factors : WallFactors
+        Without the walls that are not known.
+    warnings : tuple of str
+        Walls that count as periodic lattice, and why: those that take too many voxels, or do not
+        hang together at a density that sizing may choose.
     """
     points, weights = collapsed_rule(RULE)
     faces, found = wall_faces(cell_map, part, domain, mesh, lattice)
     kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, cells.cell.family)
-    classes = []
+    classes: list[WallClass] = []
+    warnings = []
+    # The last entry stands for no wall.
+    known = np.full(len(kinds) + 1, -1)
     for number, one in enumerate(counted(kinds, "wall", len(kinds))):
-        at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(one)}")
-        classes.append(_class(cells, one, at, before))
+        try:
+            classes.append(_class(cells, one, before))
+        except (DensityError, LatticeError, ResourceError, SolverError) as error:
+            at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
+            warnings.append(
+                f"walls of {_words(one)}, as near ({', '.join(f'{v:.3g}' for v in at)}) mm, count "
+                f"as periodic lattice in sizing, which explicit analyses correct: {error}"
+            )
+        else:
+            known[number] = len(classes) - 1
+    kind = known[kind]
     corners = cell_map(mesh.points)[:, mesh.tets]
     places = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
     half = np.maximum(0.5 * (faces[1] - faces[0])[:, None], 1e-9)
     height = np.where(kind[:, None] >= 0, (places - middle) / half, 0.0)
-    return WallFactors(
+    factors = WallFactors(
         density=cells.density,
         classes=tuple(classes),
         kind=kind,
@@ -128,47 +135,42 @@ def wall_factors(
         points=points,
         weights=weights,
     )
+    return factors, tuple(warnings)
 
 
-def _resolution(cell: Cell, low: float) -> int:
-    """Voxels along a cell that put three across its thinnest wall.
-
-    Raises
-    ------
-    CaseError
-        If none of the grids does.
-    """
+def wall_resolution(cell: Cell, low: float) -> int | None:
+    """Voxels along a cell that put three across its thinnest wall; None where no grid does."""
     for resolution in RESOLUTIONS:
         if voxels_in_wall(cell, low, cell.family.period * resolution) >= LEAST_VOXELS:
             return resolution
-    raise CaseError(
-        f"the walls of cell '{cell.name}' at density {low:.3g} are too thin for "
-        f"{RESOLUTIONS[-1]} voxels along a cell, with which walls of few cells are computed; raise "
-        f"the lower [lattice] density, or leave finite_size out"
-    )
+    return None
 
 
 def _words(one: WallKind) -> str:
     return f"{one.upper - one.lower:.2f} cells across {'xyz'[one.axis]}"
 
 
-def _class(
-    cells: WallMaterial, one: WallKind, at: FloatArray, before: Callable[[], None]
-) -> WallClass:
-    """Ratios of one kind of wall at all densities; `before` is called where any is computed."""
-    try:
-        rows = _ratios(cells, one, before)
-        return wall_class(
-            np.array([r.solid for r in rows]),
-            np.array([r.membrane for r in rows]),
-            np.array([r.bending for r in rows]),
-            np.array([r.shear for r in rows]),
-        )
-    except (DensityError, LatticeError, SolverError) as error:
-        where = ", ".join(f"{v:.3g}" for v in at)
-        raise CaseError(
-            f"the part is a wall of {_words(one)} near ({where}) mm: {error}"
-        ) from error
+def _class(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> WallClass:
+    """Ratios of one kind of wall at all densities; `before` is called where any is computed.
+
+    Raises
+    ------
+    ResourceError
+        If the wall takes more than `MOST_VOXELS`.
+    DensityError, LatticeError, SolverError
+        If it has no ratios.
+    """
+    along = cells.cell.family.period * cells.resolution
+    voxels = along**2 * (one.upper - one.lower) * cells.resolution
+    if voxels > MOST_VOXELS:
+        raise ResourceError(f"they take {voxels:.2g} voxels, more than {MOST_VOXELS:g}")
+    rows = _ratios(cells, one, before)
+    return wall_class(
+        np.array([r.solid for r in rows]),
+        np.array([r.membrane for r in rows]),
+        np.array([r.bending for r in rows]),
+        np.array([r.shear for r in rows]),
+    )
 
 
 def _ratios(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:

@@ -20,6 +20,8 @@ from gradedesign.part.part import Part
 
 #: A tetrahedron takes the wall of median thickness within this many cells.
 _NEIGHBOURHOOD = 0.5
+#: Tetrahedra there, about as many at most.
+_MOST_NEIGHBOURS = 500
 #: Walls whose faces lie within this many cells of each other's are one kind.
 _ALIKE = 0.05
 #: Walls are gathered in steps of this many cells before they are compared.
@@ -95,10 +97,13 @@ def _settled(
         walls = np.flatnonzero(free[k])
         if not walls.size:
             continue
+        # Of a mesh much finer than the cells, evenly left out.
+        ball = walls.size * 4.2 * (_NEIGHBOURHOOD * edge) ** 3 / volumes[known[walls]].sum()
+        walls = walls[:: max(int(ball / _MOST_NEIGHBOURS), 1)]
         tree = cKDTree(points[:, known[walls]].T)
-        near = tree.query_ball_point(points[:, asked].T, _NEIGHBOURHOOD * edge)
         thick = ends[1, k] - ends[0, k]
-        for tet, some in zip(asked, near, strict=True):
+        for tet in asked:
+            some = tree.query_ball_point(points[:, tet], _NEIGHBOURHOOD * edge)
             if not some:
                 continue
             here = walls[np.sort(some)]

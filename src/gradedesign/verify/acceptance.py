@@ -163,6 +163,7 @@ def accept_windows(
             percentile=judged.percentile,
             time_limit_s=time_limit_s / len(windows),
             memory_limit_bytes=run.memory,
+            solver=judged.solver,
         )
         results.append(result)
         if on_window is not None:

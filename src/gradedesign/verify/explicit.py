@@ -12,7 +12,9 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import case_loads, load_vector, region_nodes
+from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
@@ -48,6 +50,7 @@ class JudgedSolid:
     exclusion_radius : float, mm
     stress_limit : float or None, MPa
     percentile : float
+    solver : LinearSolver
     bodies : int
         Of the part; each is held by supports of its own.
     """
@@ -60,6 +63,7 @@ class JudgedSolid:
     exclusion_radius: float
     stress_limit: float | None
     percentile: float
+    solver: LinearSolver = MULTIGRID
     bodies: int = 1
 
 
@@ -134,7 +138,7 @@ def analyse_printed_solid(
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
     ]
-    solutions = solve_elastic(space, stiffness, vectors)
+    solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
     report_step("stress measures")
     points = centroids(mesh)
     phase = phase_at(judged.design.domain, points)
