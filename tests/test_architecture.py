@@ -146,6 +146,30 @@ def test_every_public_name_has_its_home():
     assert all(hasattr(gradedesign, name) for name in gradedesign.__all__)
 
 
+#: Most arguments of a function; kernels and command lines have what they need.
+MOST_ARGUMENTS = 8
+#: Builders of a law from one row of a published table, a keyword each column; and the mesher.
+WIDE = {"power_law", "cubic_law", "cubic_table_law", "_law", "tetrahedralize"}
+
+
+def is_kernel(node):
+    return any("njit" in ast.unparse(decorator) for decorator in node.decorator_list)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_functions_take_few_arguments(path):
+    if place(path) == "cli" or path.stem.endswith("_kernels"):
+        return
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.FunctionDef) or is_kernel(node) or node.name in WIDE:
+            continue
+        stated = node.args
+        count = len(stated.posonlyargs) + len(stated.args) + len(stated.kwonlyargs)
+        assert count <= MOST_ARGUMENTS, (
+            f"{short(path)}:{node.lineno}: {node.name} takes {count} arguments; hand on a record"
+        )
+
+
 #: The primitives of a glTF file are no cells.
 FAMILY_WORDS = re.compile(
     r"gyroid|schwar[tz]z?|diamond|(?<!gltf_)primitive(?!s)|neovius|\biwp\b|octet", re.IGNORECASE

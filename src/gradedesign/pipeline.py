@@ -24,7 +24,7 @@ from gradedesign.ladder.loop import Progress, Stages, run_loop
 from gradedesign.ladder.oriented import oriented
 from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.round import design_filter, size_round
+from gradedesign.ladder.round import SizingPlan, design_filter, size_round
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.ladder.run_cost import RunCost
 from gradedesign.ladder.setup import Setup, prepare
@@ -153,10 +153,8 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
             start,
             {},
             design_filter(setup),
-            start=None,
-            target=FULL_USE,
-            most_iterations=60,
-            on_step=announce.sizing_step,
+            SizingPlan(target=FULL_USE, most_iterations=60),
+            announce.sizing_step,
         )
     setup = with_cells(setup, sized.rho)
     result = partial_result(setup, registry, (), setup.case.run.stop_after, sized=sized)

@@ -26,7 +26,7 @@ from skfem.models.elasticity import lame_parameters
 
 from gradedesign.case.read_case import load_case
 from gradedesign.fe.direct import solve_direct
-from gradedesign.ladder.round import design_filter, size_round
+from gradedesign.ladder.round import SizingPlan, design_filter, size_round
 from gradedesign.ladder.setup import prepare
 from gradedesign.lattice.density_grid import density_grid_from_elements
 from gradedesign.plugin.registry import build_registry
@@ -86,7 +86,7 @@ def own():
     setup = prepare(case, build_registry())
     one = Correction(displacement=(1.0,) * len(setup.displacement_limits))
     sized = size_round(
-        setup, one, {}, design_filter(setup), start=None, target=0.998, most_iterations=60
+        setup, one, {}, design_filter(setup), SizingPlan(target=0.998, most_iterations=60)
     )
     grid = density_grid_from_elements(setup.space.mesh, sized.rho, spacing=12.5, margin=0.0)
     return grid.values

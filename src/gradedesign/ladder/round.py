@@ -137,16 +137,33 @@ def design_filter(setup: Setup) -> csr_matrix:
     return cone_filter(centroids(mesh), weights, radius)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingPlan:
+    """How one sizing is run.
+
+    Attributes
+    ----------
+    most_iterations : int
+    start : (n,) array, optional
+        Design variables to begin with.
+    target : float
+        Use of the limits that it aims at.
+    keep : float
+        Share of its start that every variable keeps at least.
+    """
+
+    most_iterations: int
+    start: FloatArray | None = None
+    target: float = TARGET
+    keep: float = 0.0
+
+
 def size_round(
     setup: Setup,
     correction: Correction,
     factors: Factors,
     matrix: csr_matrix,
-    *,
-    start: FloatArray | None,
-    target: float = TARGET,
-    most_iterations: int,
-    keep: float = 0.0,
+    plan: SizingPlan,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
     """Size the corrected homogenised part, densities filtered by ``matrix``.
@@ -167,11 +184,16 @@ def size_round(
         stress_limit=stress,
         bounds=setup.bounds,
         filter=matrix,
-        target=target,
+        target=plan.target,
         buckling_limit=buckling_limit(setup),
     )
     return stored_sizing(
-        setup, problem, start=start, max_iterations=most_iterations, keep=keep, on_step=on_step
+        setup,
+        problem,
+        start=plan.start,
+        max_iterations=plan.most_iterations,
+        keep=plan.keep,
+        on_step=on_step,
     )
 
 

@@ -24,6 +24,7 @@ from gradedesign.ladder.round import (
     TARGET,
     TUNING_ITERATIONS,
     Prediction,
+    SizingPlan,
     build_design,
     density_grid,
     explicit_cube,
@@ -182,15 +183,17 @@ def play_round(
         correction,
         factors,
         matrix,
-        start=start,
-        most_iterations=(
-            FIRST_ITERATIONS[len(previous)]
-            if len(previous) < len(FIRST_ITERATIONS)
-            else TUNING_ITERATIONS
+        SizingPlan(
+            start=start,
+            most_iterations=(
+                FIRST_ITERATIONS[len(previous)]
+                if len(previous) < len(FIRST_ITERATIONS)
+                else TUNING_ITERATIONS
+            ),
+            target=aim_of(previous),
+            keep=kept_share([done.gap for done in previous]),
         ),
-        target=aim_of(previous),
-        keep=kept_share([done.gap for done in previous]),
-        on_step=on_step,
+        on_step,
     )
     timing["sizing"] = time.perf_counter() - began
     setup = with_cells(setup, sized.rho)

@@ -153,17 +153,14 @@ def accept_windows(
             "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
             'or set [run] acceptance = "whole"'
         )
-    displacement = {s.name: s.displacement for s in explicit.solutions}
     results = []
     for window in counted(windows, "window", len(windows)):
         result = analyse_window(
             surface,
             window,
-            explicit.space,
-            displacement[window.load_case],
+            explicit,
             judged.material,
             percentile=judged.percentile,
-            cube=explicit.mesh_size,
             time_limit_s=time_limit_s / len(windows),
             memory_limit_bytes=run.memory,
             solver=judged.solver,

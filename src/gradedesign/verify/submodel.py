@@ -26,6 +26,7 @@ from gradedesign.mesh.quality import piece_labels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.mesh.tetwild import tetrahedralize
+from gradedesign.verify.explicit import ExplicitResult
 from gradedesign.verify.windows import (
     Window,
     clip_surface,
@@ -104,12 +105,10 @@ class GaussField:
 def analyse_window(
     surface: SurfaceMesh,
     window: Window,
-    driving: TetSpace,
-    displacement: FloatArray,
+    explicit: ExplicitResult,
     material: Material,
     *,
     percentile: float,
-    cube: float,
     time_limit_s: float,
     memory_limit_bytes: float,
     solver: LinearSolver = MULTIGRID,
@@ -121,14 +120,10 @@ def analyse_window(
     surface : SurfaceMesh
         The exported surface, read back.
     window : Window
-    driving : TetSpace
-        Space of the explicit analysis.
-    displacement : (3, N) array, mm
-        Its displacement in the window's load case.
+    explicit : ExplicitResult
+        Drives the window; its grid sets edge length and envelope.
     material : Material
     percentile : float
-    cube : float, mm
-        Cube of the explicit mesh: sets edge length and envelope.
     time_limit_s : float
     memory_limit_bytes : float
     solver : LinearSolver
@@ -137,6 +132,8 @@ def analyse_window(
     -------
     SubmodelResult
     """
+    driving, cube = explicit.space, explicit.mesh_size
+    displacement = next(s.displacement for s in explicit.solutions if s.name == window.load_case)
     lower, upper = window_box(window)
     report_step("clipping")
     clipped = clip_surface(surface, lower, upper)
