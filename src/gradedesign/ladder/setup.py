@@ -64,8 +64,6 @@ class Setup:
     part : Part
     distance : callable
         Signed distance of the part.
-    mesh_attempts : tuple of str
-        What the part's mesher needed.
     space : TetSpace
         Quadratic tetrahedra of the part.
     facets : dict of region to (k, 3) int array
@@ -100,7 +98,6 @@ class Setup:
     bounds: tuple[float, float]
     part: Part
     distance: Field
-    mesh_attempts: tuple[str, ...]
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
@@ -138,7 +135,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh, attempts = part_tets(case, part)
+        mesh = part_tets(case, part)
     report_step("supports, loads and solid shares of the part")
     shares = solid_share(mesh, distance, case.lattice.skin, kept)
     volumes = signed_volumes(mesh)
@@ -180,7 +177,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         bounds=bounds,
         part=part,
         distance=distance,
-        mesh_attempts=attempts,
         space=space,
         facets=facets,
         model=model,
@@ -279,17 +275,16 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
+def part_tets(case: Case, part: Part) -> TetMesh:
     """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
     if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size), ()
-    meshed = mesh_part(
+        return box_part_mesh(case.part.box, case.part.mesh_size)
+    return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
-    )
-    return meshed.mesh, meshed.attempts
+    ).mesh
 
 
 def used_regions(case: Case) -> tuple[str, ...]:

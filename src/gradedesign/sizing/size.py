@@ -55,7 +55,7 @@ INSISTENCE = 3
 STILL = 0.05
 
 
-__all__ = ["SizingProblem", "SizingResult", "SizingStep", "active_elements", "size"]
+__all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]
 
 
 def size(
@@ -303,8 +303,3 @@ def _is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
     forward, back = new - now, now - before
     size_back = float(np.linalg.norm(back))
     return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back
-
-
-def active_elements(model: HomogenisedModel) -> BoolArray:
-    """Elements that hold any lattice, ``(M,)``."""
-    return model.solid_share < 1
