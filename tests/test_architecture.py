@@ -34,6 +34,10 @@ HEAVY = {
     "pyvista": ("output",),
     "matplotlib": ("output",),
     "skimage": (),
+    "igl": (),
+    "filelock": ("workspace",),
+    "platformdirs": ("workspace",),
+    "jinja2": ("output",),
     "meshio": ("output",),
     "trimesh": ("part/trimesh_formats.py", "output/trimesh_formats.py"),
     "manifold3d": ("mesh", "part"),
@@ -41,7 +45,7 @@ HEAVY = {
 }
 
 #: Libraries that importing the command line must not load: they cost seconds.
-LAZY = ("pytetwild", "vtk", "vtkmodules", "pyvista", "matplotlib", "trimesh")
+LAZY = ("pytetwild", "vtk", "vtkmodules", "pyvista", "matplotlib", "trimesh", "igl", "jinja2")
 
 #: What plugins may import of the core.
 PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.testing")
@@ -142,8 +146,9 @@ def test_every_public_name_has_its_home():
     assert all(hasattr(gradedesign, name) for name in gradedesign.__all__)
 
 
+#: The primitives of a glTF file are no cells.
 FAMILY_WORDS = re.compile(
-    r"gyroid|schwar[tz]z?|diamond|primitive|neovius|\biwp\b|octet", re.IGNORECASE
+    r"gyroid|schwar[tz]z?|diamond|(?<!gltf_)primitive(?!s)|neovius|\biwp\b|octet", re.IGNORECASE
 )
 
 

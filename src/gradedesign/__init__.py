@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         ResourceError,
         SolverError,
     )
+    from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
     from gradedesign.material.cubic_law import cubic_law, cubic_table_law
     from gradedesign.material.material import Material
     from gradedesign.material.power_law import power_law
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from gradedesign.material.scaling_law import ScalingLaw
     from gradedesign.material.shipped_tables import shipped_laws
     from gradedesign.material.tabulated_law import tabulated_law
+    from gradedesign.mesh.mesher import Mesher, serve_mesher
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
     from gradedesign.output.printed_lattice import PrintedLattice
@@ -45,8 +47,12 @@ __all__ = [
     "FileFaces",
     "GradeDesignError",
     "LatticeError",
+    "LinearAnswer",
+    "LinearSolver",
+    "LinearSystem",
     "Material",
     "MeshError",
+    "Mesher",
     "PartError",
     "PartReader",
     "PluginError",
@@ -65,6 +71,7 @@ __all__ = [
     "raw_triangles",
     "read_property_table",
     "run",
+    "serve_mesher",
     "shipped_laws",
     "tabulated_law",
 ]
@@ -72,12 +79,12 @@ __all__ = [
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
-    "part.file_faces": "FileFaces",
     "case.read_case": "load_case",
     "cell.family": "CellFamily",
     "cell.maker": "CellMaker",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
+    "fe.linear_solver": "LinearAnswer LinearSolver LinearSystem",
     "material.cubic_law": "cubic_law cubic_table_law",
     "material.material": "Material",
     "material.power_law": "power_law",
@@ -85,9 +92,11 @@ _HOMES = {
     "material.scaling_law": "ScalingLaw",
     "material.shipped_tables": "shipped_laws",
     "material.tabulated_law": "tabulated_law",
+    "mesh.mesher": "Mesher serve_mesher",
     "mesh.surface_mesh": "SurfaceMesh",
     "output.exporter": "Exporter",
     "output.printed_lattice": "PrintedLattice",
+    "part.file_faces": "FileFaces",
     "part.raw_triangles": "RawTriangles raw_triangles",
     "part.reader": "PartReader",
     "pipeline": "run",

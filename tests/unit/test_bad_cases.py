@@ -414,13 +414,8 @@ def test_part_file_must_exist_be_a_file_and_be_readable(tmp_path):
     )
 
 
-def test_finite_size_is_not_counted_twice_nor_elsewhere(tmp_path):
-    plain = CASE.replace('skin = {thickness = "1 mm"}\n', "")
-    assert load_case(write(tmp_path, plain)).lattice.finite_size == "periodic"
-    stated = plain.replace('size = "8 mm"', 'size = "8 mm"\nfinite_size = "walls"')
-    assert load_case(write(tmp_path, stated)).lattice.finite_size == "walls"
-    skinned = stated.replace("[print]", 'skin = {thickness = "1 mm"}\n[print]')
-    assert "free faces only" in refusal(tmp_path, skinned)
-    edges = stated.replace('size = "8 mm"', 'size = ["8 mm", "8 mm", "9 mm"]')
-    assert "straight grid of one size" in refusal(tmp_path, edges)
-    assert "walls" in refusal(tmp_path, stated.replace("walls", "wals"))
+def test_size_effects_are_on_unless_switched_off(tmp_path):
+    assert load_case(write(tmp_path, CASE)).lattice.size_effects
+    off = swapped('size = "8 mm"', 'size = "8 mm"\nsize_effects = false')
+    assert not load_case(write(tmp_path, off)).lattice.size_effects
+    assert "size_effects" in refusal(tmp_path, off.replace("false", '"walls"'))

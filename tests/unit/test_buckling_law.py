@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
@@ -211,7 +212,7 @@ def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatc
     """By default; where densities are asked for by name, or two are not left, it is an error."""
     settled = {0.1, 0.3}
 
-    def compute(family, parameters, rho, *, poissons_ratio, resolution, edges):
+    def compute(cell, rho, *, poissons_ratio, resolution, edges):
         if rho not in settled:
             raise SolverError("too much to extrapolate")
         one = np.full((6, 2), rho**2)
@@ -221,15 +222,15 @@ def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatc
         )  # fmt: skip
 
     monkeypatch.setattr(module, "critical_stress", compute)
-    family = build_registry().cell_families["octet"]
-    found = module.compute_buckling(family)
+    cell = calibrate(build_registry().cell_families["octet"])
+    found = module.compute_buckling(cell)
     assert found.density.tolist() == [0.1, 0.3]
     assert "density 0.2 is left out" in caplog.text
     with pytest.raises(SolverError, match="extrapolate"):
-        module.compute_buckling(family, densities=(0.1, 0.2, 0.3))
+        module.compute_buckling(cell, densities=(0.1, 0.2, 0.3))
     settled.remove(0.3)
     with pytest.raises(DensityError, match="fewer than two"):
-        module.compute_buckling(family)
+        module.compute_buckling(cell)
 
 
 def test_the_docs_show_the_critical_stresses_that_are_shipped():

@@ -66,8 +66,8 @@ def test_with_a_folder_it_draws_and_prints_tables(cli, tmp_path) -> None:
 def test_buckling_is_computed_on_voxels_of_its_own(cli, monkeypatch) -> None:
     asked = []
 
-    def critical(family, parameters, rho, *, poissons_ratio):
-        asked.append((family.name, parameters, rho, poissons_ratio))
+    def critical(cell, rho, *, poissons_ratio):
+        asked.append((cell.name, dict(cell.parameters), rho, poissons_ratio))
         return CriticalStress(
             density=rho,
             resolution=32,

@@ -69,7 +69,7 @@ def test_a_strut_cell_is_filled_to_the_density_exactly(rho, voxels) -> None:
 def test_a_thin_strut_takes_twice_the_voxels_of_a_thin_wall(monkeypatch) -> None:
     asked = []
 
-    def stop(family, parameters, rho, resolution, edges):
+    def stop(cell, rho, resolution, edges):
         asked.append(resolution)
         raise DensityError("enough")
 
@@ -198,8 +198,8 @@ def test_damaged_tables_are_refused(small_table, change, message) -> None:
 def test_tables_are_computed_once(small_table, monkeypatch, tmp_path, caplog) -> None:
     calls = []
 
-    def compute(family, parameters, **options):
-        calls.append((family.name, parameters, options))
+    def compute(cell, **options):
+        calls.append((cell.name, cell.parameters, options))
         return small_table
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -231,7 +231,7 @@ def test_tables_are_computed_once(small_table, monkeypatch, tmp_path, caplog) ->
 def test_a_law_on_demand_is_that_of_the_cached_table(small_table, monkeypatch, tmp_path) -> None:
     asked = []
 
-    def compute(family, parameters, **options):
+    def compute(cell, **options):
         asked.append(options["resolution"])
         return small_table
 

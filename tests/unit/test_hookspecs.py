@@ -9,7 +9,9 @@ from gradedesign import (
     CellFamily,
     CellMaker,
     Exporter,
+    LinearSolver,
     Material,
+    Mesher,
     PartReader,
     ScalingLaw,
 )
@@ -21,8 +23,10 @@ HOOKS = {
     "gradedesign_cell_makers": CellMaker,
     "gradedesign_scaling_laws": ScalingLaw,
     "gradedesign_materials": Material,
+    "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_solvers": LinearSolver,
 }
 
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily
+from gradedesign.cell.cell_map import uniform_map
 from gradedesign.errors import ResourceError
 from gradedesign.ladder import passive_fill as module
 from gradedesign.ladder.passive_fill import passive_fill
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.local_fill import LocalFill
@@ -53,16 +54,17 @@ CELL = SimpleNamespace(
 )
 
 
-def counted(kept, bounds=(0.33, 0.336)):
+def counted(passive, bounds=(0.33, 0.336)):
     """Fill of a box of 20 x 10 x 10 mm, cells of 10 mm, and the place of every tet.
 
     A third is a whole number of the 12 samples along a cell.
     """
     mesh = box_part_mesh((20.0, 10.0, 10.0), 4.0)
-    case = SimpleNamespace(
-        lattice=SimpleNamespace(edges=(10.0,) * 3, rotation=(0.0,) * 3, origin=(0.0,) * 3)
-    )
-    return passive_fill(case, mesh, CELL, bounds, kept), centroids(mesh)
+    domain = DesignDomain(
+        distance=lambda points: -np.ones(points.shape[1:]), lower=(0.0, 0.0, 0.0),
+        upper=(20.0, 10.0, 10.0), passive=passive,
+    )  # fmt: skip
+    return passive_fill(uniform_map(10.0), mesh, CELL, bounds, domain), centroids(mesh)
 
 
 def test_a_region_in_the_void_leaves_the_plates_in_less_room():
@@ -71,7 +73,7 @@ def test_a_region_in_the_void_leaves_the_plates_in_less_room():
     A plate of 3.3 mm lies about 5 mm in every cell of 10 mm, also below and above the part. The
     block about height z reaches from z - 5 to z + 5 mm.
     """
-    fill, (_, _, z) = counted((KeptRegion(distance=lambda points: points[2], margin=2.5),))
+    fill, (_, _, z) = counted((PassiveRegion(distance=lambda points: points[2], margin=2.5),))
     found = fill.at(np.full(z.size, 1 / 3))
     low, high = np.maximum(z - 5, 2.5), z + 5
     plates = sum(
@@ -86,7 +88,7 @@ def test_a_region_in_the_void_leaves_the_plates_in_less_room():
 
 
 def test_plates_that_end_at_a_region_hold_what_is_asked_for():
-    region = KeptRegion(distance=lambda points: points[0], margin=10.0)
+    region = PassiveRegion(distance=lambda points: points[0], margin=10.0)
     fill, (x, _, _) = counted((region,))
     # Plates run along x: beyond the solid as much of them is held as without it. A block with no
     # lattice at all holds what is asked for too; no tetrahedron there uses it.

@@ -152,8 +152,8 @@ def test_a_straight_grid_has_one_rotation(tmp_path, registry):
 def test_unequal_edges_get_a_law_of_their_own(tmp_path, registry, monkeypatch):
     asked = []
 
-    def compute(family, parameters, poissons_ratio, resolution, edges, *_):
-        asked.append((family.name, poissons_ratio, resolution, edges))
+    def compute(cell, poissons_ratio, resolution, edges, *_):
+        asked.append((cell.name, poissons_ratio, resolution, edges))
         return law("walls-computed-stretched")
 
     monkeypatch.setattr(law_module, "computed_law", compute)

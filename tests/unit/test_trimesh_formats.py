@@ -225,7 +225,7 @@ end_header
 """
 REFUSED = {
     "obj quad": ("obj", "v 0 0 0\nf 1 1 1 1\n", "obj:2: a face of 4 corners; export it triang"),
-    "obj relative": ("obj", "v 0 0 0\nf -1 -1 -1\n", "obj:2: a face of corners -1 -1 -1, expected 1"),
+    "obj relative": ("obj", "v 0 0 0\nf -1 -1 -1\n", "obj:2: a face of corners -1 -1 -1"),
     "obj beyond": ("obj", "v 0 0 0\nf 1 1 2\n", "uses vertex 2, the file holds 1"),
     "obj words": ("obj", "v 0 x 0\nf 1 1 1\n", "damaged, or not an OBJ file"),
     "obj flat": ("obj", "v 0 0\nf 1 1 1\n", "obj:1: a vertex of 2 numbers"),

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from gradedesign.cell.calibration import calibrate
-from gradedesign.errors import CaseError
+from gradedesign.cell.cell_map import turned_axes, uniform_map
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.ladder import wall_cells
-from gradedesign.ladder.wall_cells import wall_factors
+from gradedesign.ladder.wall_cells import wall_factors, wall_material
 from gradedesign.ladder.wall_kinds import wall_kinds
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
@@ -49,7 +49,7 @@ def registry():
     return build_registry()
 
 
-def plate(registry, kept=(), on_wall=str, **lattice):
+def plate(registry, passive=(), on_wall=str, unknown=False, **lattice):
     """Model of a cantilever of simple cubic cells, with its walls."""
     mesh = box_part_mesh(SIZE, 11.0)
     space = tet_space(mesh, 2)
@@ -71,19 +71,19 @@ def plate(registry, kept=(), on_wall=str, **lattice):
         [case],
     )
     surface = box_surface(SIZE)
-    stated = {"edges": (CELL,) * 3, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
-    walls = wall_factors(
-        SimpleNamespace(lattice=SimpleNamespace(**stated)),
+    stated = {"edges": CELL, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
+    walls, warnings = wall_factors(
+        uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"])),
         SimpleNamespace(surface=surface),
+        DesignDomain(
+            distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, passive=passive
+        ),
         mesh,
         np.ones(space.element_count, dtype=bool),
-        kept,
-        surface_distance(surface),
-        calibrate(registry.cell_families["sc"]),
-        (0.29, 0.31),
-        0.3,
+        wall_material(calibrate(registry.cell_families["sc"]), (0.29, 0.31), 0.3),
         on_wall,
     )
+    assert bool(warnings) == unknown, warnings
     return replace(model, walls=walls)
 
 
@@ -217,12 +217,18 @@ def test_a_kept_face_is_no_wall(registry):
     def layer(points):
         return points[2]
 
-    kept = (KeptRegion(distance=layer, margin=1.0),)
-    assert not plate(registry, kept).walls.classes
+    passive = (PassiveRegion(distance=layer, margin=1.0),)
+    assert not plate(registry, passive).walls.classes
 
 
 @pytest.mark.slow
-def test_a_wall_that_falls_apart_names_its_place(registry):
+def test_a_wall_that_falls_apart_counts_as_periodic(registry):
     # Beginning between the struts, 24 mm hold one layer of struts and the ends of others.
-    with pytest.raises(CaseError, match=r"wall of 0\.30 cells across z near"):
-        plate(registry, edges=(80.0,) * 3, origin=(0.0, 0.0, -30.0))
+    model = plate(registry, unknown=True, edges=80.0, origin=(0.0, 0.0, -30.0))
+    assert not model.walls.classes
+    assert (model.walls.kind == -1).all()
+
+
+def test_a_wall_of_too_many_voxels_counts_as_periodic(registry, monkeypatch):
+    monkeypatch.setattr(wall_cells, "MOST_VOXELS", 1e4)
+    assert not plate(registry, unknown=True).walls.classes

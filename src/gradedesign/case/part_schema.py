@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, mod
 from gradedesign.case.part_path import resolve_part_file
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import Choice, Refused, Size, Triple, Vector
+from gradedesign.case.value_types import Choice, Refused, Size, Text, Triple, Vector
 
 UNITS = ("mm", "cm", "m", "inch")
 #: Edges of a box shorter than this are no part, mm.
@@ -74,6 +74,13 @@ class PartSpec(ShapeSpec):
 
     mesh_size: Size = Field(examples=["12 mm"])
     """Edge length of the tetrahedra of the solid, mm."""
+    mesher: Annotated[str, Text("the name of a mesher", 80)] | None = None
+    """What meshes the solid; by default bricks cut in six for a box, pytetwild for a file."""
+
+    @property
+    def bricks(self) -> Triple | None:
+        """Edges of a box that is meshed in bricks; None where a mesher is asked."""
+        return self.box if self.mesher is None else None
 
 
 class GeneratePartSpec(ShapeSpec):

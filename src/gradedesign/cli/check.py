@@ -200,14 +200,17 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
             f"law: {plan.name}, to be computed on {plan.voxels}^3 voxels: {least:.0f} to "
             f"{most:.0f} min the first time ({plan.why})"
         )
-    if known.case.lattice.finite_size == "walls":
-        yield "walls of few cells: looked up in the cache or computed by the run, minutes at most"
+    yield "size effects: " + (
+        f"none, since {found.periodic}"
+        if found.periodic
+        else "of the walls of few cells that the run finds, from the cache or computed in minutes"
+    )
 
 
 def _cost_lines(found: CaseCheck) -> Iterator[str]:
     run, budget = found.run, found.known.case.run
     cost = run.cost
-    exact = "" if found.known.case.part.box is not None else "about "
+    exact = "" if found.known.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
     yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:

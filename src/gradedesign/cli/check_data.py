@@ -152,6 +152,9 @@ def _lattice(found: CaseCheck) -> dict[str, Any]:
         "size_mm": list(known.case.lattice.size),
         "cell_window": list(known.cell.window),
         "density_window": list(known.bounds),
+        "size_effects": {"mode": "periodic", "reason": found.periodic}
+        if found.periodic
+        else {"mode": "walls"},
         "law": {
             "name": plan.name,
             "window": list(plan.window),

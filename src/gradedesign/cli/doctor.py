@@ -32,6 +32,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "failed_plugins": [str(f) for f in registry.failures],
         "reads": sorted(s for reader in registry.readers.values() for s in reader.suffixes),
         "formats": [*registry.exporters, *OWN_FORMATS],
+        "solvers": [*registry.solvers],
         "cores": usable_cores(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
         "opengl": probe_opengl(),
@@ -43,6 +44,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
     print_table("Versions", ("library", "version"), list(data["versions"].items()))
     typer.echo("plugins: " + (", ".join(data["plugins"]) or "none"))
     typer.echo(f"parts: {', '.join(data['reads'])}; formats: {', '.join(data['formats'])}")
+    typer.echo(f"solvers: {', '.join(data['solvers'])}")
     typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
     typer.echo(
         "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")

@@ -65,7 +65,7 @@ def thin_warning(setup: Setup, rho: FloatArray) -> tuple[str, ...]:
     limit = buckling_limit(setup)
     if limit is None:
         return ()
-    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    weights = setup.model.lattice_volumes
     least = limit.law.window[0]
     share = float(weights[rho < least * (1 - 1e-9)].sum() / weights.sum())
     if share == 0:

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gradedesign.case.schema import Case
+from gradedesign.cell.cell_map import turned_axes
 from gradedesign.ladder.exclusion import share_warnings
 from gradedesign.ladder.part_room import inner_points
 from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.resolved_case import ResolvedCase, resolve_case
 from gradedesign.ladder.setup import exclusion_radius, stress_limit
+from gradedesign.ladder.size_effects import periodic_warnings, why_periodic
 from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.thickness import local_thickness
@@ -24,8 +25,6 @@ from gradedesign.verify.phases import considered_at
 _THICKNESS_PLACES = 1500
 #: Shares of the part's volume at which its thickness is told.
 THICKNESS_SHARES = (5, 25, 50, 75, 95)
-#: A law describes an endless lattice; over fewer cells than this a warning says so.
-FEW_CELLS = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,6 +55,8 @@ class CaseCheck:
     holes : tuple of CylinderGroup
     thickness : Thickness
     run : PredictedRun
+    periodic : str
+        Why size effects are left out; empty where the run computes those it finds.
     warnings : tuple of str
     """
 
@@ -63,6 +64,7 @@ class CaseCheck:
     holes: tuple[CylinderGroup, ...]
     thickness: Thickness
     run: PredictedRun
+    periodic: str
     warnings: tuple[str, ...]
 
 
@@ -84,15 +86,22 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
             known.cell,
             poissons_ratio=known.material.poissons_ratio,
         )[1]
-    inside = inner_points(known.part, known.distance)
+    inside = inner_points(known.domain)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])
-    said += [*_few_cells(known, thickness), *_left_out(known), *budget_warnings(known, run)]
+    law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
+    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0])
+    said += [
+        *periodic_warnings(case, known.part, known.layout, periodic),
+        *_left_out(known),
+        *budget_warnings(known, run),
+    ]
     return CaseCheck(
         known=known,
         holes=cylinder_groups(known.part.faces),
         thickness=thickness,
         run=run,
+        periodic=periodic,
         warnings=tuple(dict.fromkeys(said)),
     )
 
@@ -100,7 +109,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
 def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
     """Thickness of the part along the axes of its cells, at places ``(3, n)`` inside it."""
     every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
-    axes = Rotation.from_euler("XYZ", known.case.lattice.rotation, degrees=True).as_matrix()
+    axes = turned_axes(known.case.lattice.rotation)
     lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
     values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
     return Thickness(
@@ -119,17 +128,3 @@ def _left_out(known: ResolvedCase) -> tuple[str, ...]:
     names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
     clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
     return share_warnings(1.0 - float(considered_at(places, clamped, radius).mean()), radius)
-
-
-def _few_cells(known: ResolvedCase, thickness: Thickness) -> tuple[str, ...]:
-    """Say where the part is thinner than the lattice that a law describes."""
-    if not thickness.cells or known.case.lattice.finite_size != "periodic":
-        return ()
-    median = thickness.cells[thickness.shares.index(50)]
-    if median >= FEW_CELLS:
-        return ()
-    return (
-        f"half of the part is no thicker than {median * known.layout.least:.3g} mm, {median:.2g} "
-        f"times its cells, but laws describe an endless lattice: free faces make so few cells "
-        f'softer; smaller cells or [lattice] finite_size = "walls" help',
-    )

@@ -15,7 +15,7 @@ MOST_LEFT_OUT = 0.25
 
 def share_left_out(model: HomogenisedModel, considered: BoolArray) -> float:
     """Share of the lattice's region within the radius, by the part's tetrahedra."""
-    room = model.volumes * (1 - model.solid_share)
+    room = model.lattice_volumes
     total = float(room.sum())
     return float(room[~considered].sum() / total) if total > 0 else 0.0
 

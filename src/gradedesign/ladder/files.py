@@ -239,9 +239,7 @@ def _unjudged_lattice(
     design = build_design(setup, density_grid(setup, rho))
     step = setup.layout.least / 24
     raw = trimmed_surface(design, setup.part.surface, step)
-    surface, islands = remove_islands(
-        raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
-    )
+    surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)
     _exported_files(out, setup, surface, design, files)

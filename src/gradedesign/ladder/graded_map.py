@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from scipy.spatial.transform import Rotation
-
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
-from gradedesign.cell.cell_map import CellMap, constant_jacobian
+from gradedesign.cell.cell_map import CellMap, constant_jacobian, turned_axes
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.phase_fields import default_spacing, graded_size_map
 from gradedesign.cell.size_law import size_field_by_ratio, size_field_for_wall
@@ -86,7 +84,7 @@ def graded_map(
     """
     spec, corners = case.lattice, part.surface.vertices
     lower, upper = corners.min(axis=0), corners.max(axis=0)
-    axes = Rotation.from_euler("XYZ", spec.rotation, degrees=True).as_matrix()
+    axes = turned_axes(spec.rotation)
 
     def frame(points: FloatArray) -> FloatArray:
         return constant_jacobian(axes.T, points)

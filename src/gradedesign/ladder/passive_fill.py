@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import map_coordinates, uniform_filter
-from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.case.schema import Case
+from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.shape import evaluate_shape
-from gradedesign.errors import ResourceError
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.lattice.domain import DesignDomain, passive_at
 from gradedesign.mesh.tet_mesh import TetMesh, centroids
 from gradedesign.sizing.local_fill import LocalFill
 
@@ -31,11 +30,11 @@ _BATCH = 1_000_000
 
 
 def passive_fill(
-    case: Case,
+    to_cells: CellMap,
     mesh: TetMesh,
     cell: Cell,
     bounds: tuple[float, float],
-    kept: tuple[KeptRegion, ...],
+    domain: DesignDomain,
 ) -> LocalFill:
     """Density of a block of one period about every tetrahedron, outside passive regions.
 
@@ -48,13 +47,6 @@ def passive_fill(
     ResourceError
         If the part has too many cells.
     """
-    edges = np.asarray(case.lattice.edges)
-    turn = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    origin = np.asarray(case.lattice.origin)[:, None]
-
-    def to_cells(points: FloatArray) -> FloatArray:
-        return np.asarray((turn.T @ (points - origin)) / edges[:, None])
-
     u = to_cells(mesh.points)
     period = cell.family.period
     low = period * (np.floor(u.min(axis=1) / period) - 1)
@@ -63,10 +55,12 @@ def passive_fill(
     if np.prod(cells) * PER_CELL**3 > MOST_SAMPLES:
         raise ResourceError(
             f"counting the solid of {np.prod(cells)} cells beside passive regions needs more than "
-            f"{MOST_SAMPLES:g} samples; take larger cells or leave finite_size out"
+            f"{MOST_SAMPLES:g} samples: sizing takes their density for that of whole cells"
         )
     axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
-    inside = _outside_passive(axes, turn, edges, origin, kept)
+    if to_cells.inverse is None:
+        raise LatticeError(f"the {to_cells.name} cell map has no straight cells to count in")
+    inside = _outside_passive(axes, to_cells.inverse, domain)
     one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
     samples = np.array(np.meshgrid(one, one, one, indexing="ij"))
     shape = evaluate_shape(cell.family, cell.parameters, samples)
@@ -89,22 +83,14 @@ def passive_fill(
     return LocalFill(asked=asked, held=_increasing(held))
 
 
-def _outside_passive(
-    axes: list[FloatArray],
-    turn: FloatArray,
-    edges: FloatArray,
-    origin: FloatArray,
-    kept: tuple[KeptRegion, ...],
-) -> BoolArray:
+def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:
     """Whether samples lie outside every passive region."""
     count = [a.size for a in axes]
     inside = np.ones(int(np.prod(count)), dtype=bool)
     for start in range(0, inside.size, _BATCH):
         some = np.arange(start, min(start + _BATCH, inside.size))
         u = np.array([a[i] for a, i in zip(axes, np.unravel_index(some, count), strict=True)])
-        points = turn @ (u * edges[:, None]) + origin
-        for region in kept:
-            inside[some] &= region.distance(points) > region.margin
+        inside[some] = ~passive_at(domain, to_points(u))
     return inside.reshape(count)
 
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gradedesign.arrays import Field
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import CaseError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
+from gradedesign.ladder.design_domain import design_domain
 from gradedesign.ladder.displacement_limits import require_movable
 from gradedesign.ladder.free_motions import require_supported
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
+from gradedesign.ladder.linear_solver import linear_solver
 from gradedesign.ladder.load_balance import LoadBalance, balance_warnings, load_balances
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.part_readers import part_readers
@@ -27,10 +28,10 @@ from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.planned_law import PlannedLaw, planned_law
 from gradedesign.ladder.predicted_part_mesh import require_mesh_fits
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
-from gradedesign.part.signed_distance import region_distance, surface_distance
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.progress import report_step
 
@@ -45,15 +46,16 @@ class ResolvedCase:
     material : Material
     cell : Cell
     part : Part
-    distance : callable
-        Signed distance of the part.
-    kept : tuple of KeptRegion
+    domain : DesignDomain
     layout : CellLayout
     law : PlannedLaw
         Not computed.
+    solver : LinearSolver
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
     balances : tuple of LoadBalance
+    mesher : Mesher
+        Of the part.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     warnings : tuple of str
@@ -66,12 +68,13 @@ class ResolvedCase:
     material: Material
     cell: Cell
     part: Part
-    distance: Field
-    kept: tuple[KeptRegion, ...]
+    domain: DesignDomain
     layout: CellLayout
     law: PlannedLaw
+    solver: LinearSolver
     bounds: tuple[float, float]
     balances: tuple[LoadBalance, ...]
+    mesher: Mesher
     lattice_files: tuple[LatticeFile, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
@@ -94,8 +97,10 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
-    require_unheated_walls(case)
     files = lattice_files(case, registry)
+    solver = linear_solver(case, registry)
+    with locating(case, "part.mesher"):
+        mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
     with locating(case, "part.file"):
@@ -108,12 +113,8 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
     report_step("distance field and cell map")
-    distance = surface_distance(part.surface)
-    kept = tuple(
-        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-        for k in case.keep
-    )
-    layout = placed_layout(case, part, distance, kept)
+    domain = design_domain(case, part)
+    layout = placed_layout(case, part, domain)
     # The window of the cell itself is tested before a law is looked for.
     density_bounds(case, cell, None, layout.least)
     with locating(case, "lattice.law"):
@@ -125,12 +126,13 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         material=material,
         cell=cell,
         part=part,
-        distance=distance,
-        kept=kept,
+        domain=domain,
         layout=layout,
         law=law,
+        solver=solver,
         bounds=bounds,
         balances=balances,
+        mesher=mesher,
         lattice_files=files,
         warnings=(
             *case.warnings,
@@ -142,25 +144,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     )
 
 
-def require_unheated_walls(case: Case) -> None:
-    """Refuse walls of few cells beside a change of temperature.
-
-    Raises
-    ------
-    CaseError
-    """
-    heated = [one.name for one in case.load_case if one.temperature_change]
-    if heated and case.lattice.finite_size == "walls":
-        raise CaseError(
-            f"{case.where('lattice.finite_size')}: found walls beside the temperature change of "
-            f"load case '{heated[0]}'; thermal forces of walls of few cells are not computed yet: "
-            f"leave finite_size out"
-        )
-
-
-def placed_layout(
-    case: Case, part: Part, distance: Field, kept: tuple[KeptRegion, ...]
-) -> CellLayout:
+def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
     """The map of a case with the cells that it makes.
 
     Raises
@@ -169,8 +153,8 @@ def placed_layout(
         If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
         or cannot be used there.
     """
-    cell_map = placed_map(case, part, distance)
-    places = lattice_points(part, distance, case.lattice.skin, kept)
-    require_lattice_left(case, places, part, distance, kept)
+    cell_map = placed_map(case, part, domain.distance)
+    places = lattice_points(domain)
+    require_lattice_left(case, places, domain)
     with locating(case, "lattice.cell_map"):
         return cell_layout(cell_map, places, case.lattice.edges)

@@ -185,19 +185,14 @@ def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
 
 def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
-    points = setup.part.surface.vertices
     return LatticeDesign(
-        part=setup.distance,
+        domain=setup.domain,
         shape=blamed_shape(setup.cell.family),
         level_of=setup.cell.level_of,
         cell_map=setup.layout.cell_map,
         cell_size=setup.layout.typical,
         density=grid,
-        lower=points.min(axis=0),
-        upper=points.max(axis=0),
         parameters=setup.cell.parameters,
-        skin=setup.case.lattice.skin,
-        kept=setup.kept,
     )
 
 
@@ -213,7 +208,8 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         exclusion_radius=setup.exclusion_radius,
         stress_limit=setup.stress_limit,
         percentile=setup.case.limits.percentile,
-        bodies=setup.part.report.bodies,
+        bodies=setup.domain.bodies,
+        solver=setup.model.solver,
     )
 
 
@@ -285,7 +281,7 @@ def lattice_share(
     solutions: tuple[Solution, ...],
 ) -> tuple[float, float]:
     """Lattice phase's share of the most used displacement, and its energy-weighted density."""
-    weights = model.volumes * (1 - model.solid_share)
+    weights = model.lattice_volumes
     if not limits:
         return 0.0, float(weights @ rho / weights.sum())
     uses = displacement_values(limits, solutions) / [limit.limit for limit in limits]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
@@ -21,15 +21,13 @@ from gradedesign.ladder.displacement_limits import displacement_limits
 from gradedesign.ladder.exclusion import exclusion_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
-from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
 from gradedesign.ladder.resolved_case import resolve_case
-from gradedesign.ladder.solid_share import solid_share
-from gradedesign.ladder.wall_cells import wall_factors
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, solid_fraction
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
@@ -43,7 +41,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
-from gradedesign.workspace.progress import Event, Listener, ignore, report_step, stepping
+from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
 
 if TYPE_CHECKING:
     from gradedesign.ladder.verdict import LimitRow
@@ -62,8 +60,7 @@ class Setup:
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     part : Part
-    distance : callable
-        Signed distance of the part.
+    domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
     facets : dict of region to (k, 3) int array
@@ -78,7 +75,6 @@ class Setup:
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
     exclusion_radius : float, mm
-    kept : tuple of KeptRegion
     layout : CellLayout
     cubes_per_wall : float
         Grid cubes of the explicit mesh across the thinnest wall.
@@ -97,7 +93,7 @@ class Setup:
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
-    distance: Field
+    domain: DesignDomain
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
@@ -106,7 +102,6 @@ class Setup:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
-    kept: tuple[KeptRegion, ...]
     layout: CellLayout
     cubes_per_wall: float
     warnings: tuple[str, ...]
@@ -120,7 +115,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
     material, cell = known.material, known.cell
-    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
+    part, domain, layout = known.part, known.domain, known.layout
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
@@ -135,9 +130,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if buckling_factor(case) is not None:
         warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh = part_tets(case, part)
+        mesh = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
-    shares = solid_share(mesh, distance, case.lattice.skin, kept)
+    shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
@@ -165,10 +160,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law,
         loads,
         rotation=cell_axes(layout, space),
+        solver=known.solver,
     )
-    if case.lattice.finite_size == "walls":
-        with locating(case, "lattice.finite_size"):
-            model = with_walls(model, case, part, kept, distance, cell, bounds, on_event)
     return Setup(
         case=case,
         material=material,
@@ -176,7 +169,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law=law,
         bounds=bounds,
         part=part,
-        distance=distance,
+        domain=domain,
         space=space,
         facets=facets,
         model=model,
@@ -186,7 +179,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
-        kept=kept,
         layout=layout,
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
@@ -201,47 +193,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         ),
         lattice_files=known.lattice_files,
     )
-
-
-def with_walls(
-    model: HomogenisedModel,
-    case: Case,
-    part: Part,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    cell: Cell,
-    bounds: tuple[float, float],
-    on_event: Listener = ignore,
-) -> HomogenisedModel:
-    """The model with walls of few cells, and with cells as full as kept regions leave them.
-
-    A sleeve in the void of a cell leaves its struts whole, in less room: the density outside is
-    counted in the endless lattice, since what the part's faces cut is the walls' to say.
-
-    Raises
-    ------
-    CaseError
-        As `wall_factors`.
-    """
-    mesh = model.space.mesh
-    walls = wall_factors(
-        case,
-        part,
-        mesh,
-        model.solid_share < 1,
-        kept,
-        distance,
-        cell,
-        bounds,
-        model.material.poissons_ratio,
-        lambda wall: on_event(
-            Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
-        ),
-    )
-    fill = None
-    if kept:
-        fill = passive_fill(case, mesh, cell, bounds, kept)
-    return replace(model, walls=walls, fill=fill)
 
 
 def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:
@@ -275,15 +226,16 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> TetMesh:
-    """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
-    if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size)
+def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size)
     return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
+        mesher=mesher,
     ).mesh
 
 

@@ -34,7 +34,7 @@ def solve_solid(setup: Setup) -> tuple[Solution, ...]:
         load_vector(space, case, stiffness, density, material.thermal_expansion)
         for case in setup.model.cases
     ]
-    return solve_elastic(space, stiffness, vectors)
+    return solve_elastic(space, stiffness, vectors, solver=setup.model.solver)
 
 
 def solid_stiffness(setup: Setup) -> IsotropicStiffness:

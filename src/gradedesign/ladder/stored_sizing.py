@@ -85,6 +85,8 @@ def sizing_key(
         model.space.mesh.tets,
         model.solid_share,
         np.asarray(model.rotation),
+        np.zeros(0) if model.walls is None else model.walls.kind,
+        np.zeros(0) if model.fill is None else model.fill.held,
         repr(correction),
         repr(limits),
         repr(None if stress is None else (stress.limit, stress.percentile, stress.factor)),

@@ -24,6 +24,7 @@ from gradedesign.ladder.round import predict
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.second_size import unresolved_warnings
 from gradedesign.ladder.setup import Setup, part_volume
+from gradedesign.ladder.size_effects import why_periodic
 from gradedesign.ladder.verdict import (
     LARGEST_NODAL,
     LimitRow,
@@ -79,7 +80,7 @@ def partial_result(
         )
     if sized is not None:
         model = setup.model
-        weights = model.volumes * (1 - model.solid_share)
+        weights = model.lattice_volumes
         mass = total_mass(model, sized.rho) * 1e6
         numbers = {
             "mass_g": mass,
@@ -280,7 +281,7 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
 
 def _latticed_mass(setup: Setup) -> float:
     """Mass of the lattice's region if it were solid, g."""
-    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    weights = setup.model.lattice_volumes
     return float(weights.sum()) * setup.material.density * 1e6
 
 
@@ -306,7 +307,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "kind": law.kind,
             "local_stress": stress_basis(law),
             **buckling_data(setup),
-            "finite_size": finite_size_data(setup),
+            "size_effects": size_effects_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
             "cell": setup.cell.name,
@@ -319,11 +320,13 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
     }
 
 
-def finite_size_data(setup: Setup) -> dict[str, Any]:
-    """Whether few cells across the part were corrected for, and by what."""
+def size_effects_data(setup: Setup) -> dict[str, Any]:
+    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
     walls = setup.model.walls
     if walls is None:
-        return {"mode": "periodic"}
+        low = setup.bounds[0]
+        reason = why_periodic(setup.case, setup.law.kind, setup.cell, low)
+        return {"mode": "periodic", **({"reason": reason} if reason else {})}
     weight = setup.model.volumes * (setup.model.solid_share < 1)
     return {
         "mode": "walls",

@@ -8,18 +8,17 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
-from gradedesign.case.schema import Case
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.shape import evaluate_shape, grid_nodes
-from gradedesign.errors import CaseError, DensityError, LatticeError, SolverError
+from gradedesign.errors import DensityError, LatticeError, ResourceError, SolverError
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.ladder.wall_kinds import WallKind, wall_faces, wall_kinds
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.sizing.wall_factors import WallClass, WallFactors, wall_class
@@ -32,7 +31,9 @@ log = logging.getLogger(__name__)
 METHOD_VERSION = 1
 #: Voxels along a cell: the first that puts three of them across the thinnest wall. Ratios hold
 #: to 2 % with five across (one simple cubic cell, 22 against 44).
-RESOLUTIONS = (24, 36, 48)
+RESOLUTIONS = (24, 36, 48, 64)
+#: Voxels of a wall that are worth the wait: half a minute of two processors at four densities.
+MOST_VOXELS = 300_000
 #: Densities between the bounds at which ratios are computed.
 DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
@@ -42,7 +43,7 @@ _KIND = "wall-ratios"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Lattice:
+class WallMaterial:
     """What all walls of a part are made of, at the densities between which sizing chooses."""
 
     cell: Cell
@@ -51,18 +52,30 @@ class _Lattice:
     poissons_ratio: float
 
 
+def wall_material(cell: Cell, bounds: tuple[float, float], poissons_ratio: float) -> WallMaterial:
+    """A cell at densities between the bounds, on the grid that its thinnest wall needs."""
+    low, high = bounds
+    density = np.geomspace(low, high, DENSITIES) if high > low else low * np.array([0.99, 1.01])
+    density = np.clip(density, *cell.window)
+    # Rounding must not leave the bounds outside.
+    density[0], density[-1] = min(density[0], low), max(density[-1], high)
+    return WallMaterial(
+        cell=cell,
+        density=density,
+        resolution=wall_resolution(cell, low) or RESOLUTIONS[-1],
+        poissons_ratio=poissons_ratio,
+    )
+
+
 def wall_factors(
-    case: Case,
+    cell_map: CellMap,
     part: Part,
+    domain: DesignDomain,
     mesh: TetMesh,
     lattice: BoolArray,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    cell: Cell,
-    bounds: tuple[float, float],
-    poissons_ratio: float,
+    cells: WallMaterial,
     on_wall: Callable[[str], None] = log.info,
-) -> WallFactors:
+) -> tuple[WallFactors, tuple[str, ...]]:
     """Find the walls of a part and homogenise each kind of them.
 
     Along each axis of the cells the part reaches from face to face through the centroid of a
@@ -70,115 +83,97 @@ def wall_factors(
 
     Parameters
     ----------
-    case : Case
+    cell_map : CellMap
+        Straight cells of equal edges.
     part : Part
+    domain : DesignDomain
     mesh : TetMesh
     lattice : (M,) bool array
         Tetrahedra that hold lattice.
-    kept : tuple of KeptRegion
-    distance : callable
-        Signed distance of the part.
-    cell : Cell
-    bounds : (float, float)
-        Densities that sizing may choose.
-    poissons_ratio : float
+    cells : WallMaterial
     on_wall : callable
         Told of each kind of wall before it is computed; not of those in the user's cache.
 
     Returns
     -------
-    WallFactors
-
-    Raises
-    ------
-    CaseError
-        If a wall does not hang together at a density that sizing may choose, or its cells are too
-        thin for the finest grid.
+    factors : WallFactors
+        Without the walls that are not known.
+    warnings : tuple of str
+        Walls that count as periodic lattice, and why: those that take too many voxels, or do not
+        hang together at a density that sizing may choose.
     """
     points, weights = collapsed_rule(RULE)
-    edge = case.lattice.edges[0]
-    turn = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    origin = np.asarray(case.lattice.origin)
-
-    def to_cells(x: FloatArray) -> FloatArray:
-        return np.asarray(
-            np.einsum("ij,i...->j...", turn, x) / edge
-            - (turn.T @ origin / edge)[(slice(None), *(None,) * (x.ndim - 1))]
-        )
-
-    faces, found = wall_faces(case, part, mesh, lattice, kept, distance, turn, to_cells)
-    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, cell.family)
-    low, high = bounds
-    density = np.geomspace(low, high, DENSITIES) if high > low else low * np.array([0.99, 1.01])
-    density = np.clip(density, *cell.window)
-    # Rounding must not leave the bounds outside.
-    density[0], density[-1] = min(density[0], low), max(density[-1], high)
-    cells = _Lattice(
-        cell=cell,
-        density=density,
-        resolution=_resolution(cell, low),
-        poissons_ratio=poissons_ratio,
-    )
-    classes = []
+    faces, found = wall_faces(cell_map, part, domain, mesh, lattice)
+    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, cells.cell.family)
+    classes: list[WallClass] = []
+    warnings = []
+    # The last entry stands for no wall.
+    known = np.full(len(kinds) + 1, -1)
     for number, one in enumerate(counted(kinds, "wall", len(kinds))):
-        at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(one)}")
-        classes.append(_class(cells, one, at, before))
-    corners = to_cells(mesh.points)[:, mesh.tets]
+        try:
+            classes.append(_class(cells, one, before))
+        except (DensityError, LatticeError, ResourceError, SolverError) as error:
+            at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
+            warnings.append(
+                f"walls of {_words(one)}, as near ({', '.join(f'{v:.3g}' for v in at)}) mm, count "
+                f"as periodic lattice in sizing, which explicit analyses correct: {error}"
+            )
+        else:
+            known[number] = len(classes) - 1
+    kind = known[kind]
+    corners = cell_map(mesh.points)[:, mesh.tets]
     places = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
     half = np.maximum(0.5 * (faces[1] - faces[0])[:, None], 1e-9)
     height = np.where(kind[:, None] >= 0, (places - middle) / half, 0.0)
-    return WallFactors(
-        density=density,
+    factors = WallFactors(
+        density=cells.density,
         classes=tuple(classes),
         kind=kind,
         height=np.clip(height, -1.0, 1.0),
         points=points,
         weights=weights,
     )
+    return factors, tuple(warnings)
 
 
-def _resolution(cell: Cell, low: float) -> int:
-    """Voxels along a cell that put three across its thinnest wall.
-
-    Raises
-    ------
-    CaseError
-        If none of the grids does.
-    """
+def wall_resolution(cell: Cell, low: float) -> int | None:
+    """Voxels along a cell that put three across its thinnest wall; None where no grid does."""
     for resolution in RESOLUTIONS:
         if voxels_in_wall(cell, low, cell.family.period * resolution) >= LEAST_VOXELS:
             return resolution
-    raise CaseError(
-        f"the walls of cell '{cell.name}' at density {low:.3g} are too thin for "
-        f"{RESOLUTIONS[-1]} voxels along a cell, with which walls of few cells are computed; raise "
-        f"the lower [lattice] density, or leave finite_size out"
-    )
+    return None
 
 
 def _words(one: WallKind) -> str:
     return f"{one.upper - one.lower:.2f} cells across {'xyz'[one.axis]}"
 
 
-def _class(cells: _Lattice, one: WallKind, at: FloatArray, before: Callable[[], None]) -> WallClass:
-    """Ratios of one kind of wall at all densities; `before` is called where any is computed."""
-    try:
-        rows = _ratios(cells, one, before)
-        return wall_class(
-            np.array([r.solid for r in rows]),
-            np.array([r.membrane for r in rows]),
-            np.array([r.bending for r in rows]),
-            np.array([r.shear for r in rows]),
-        )
-    except (DensityError, LatticeError, SolverError) as error:
-        where = ", ".join(f"{v:.3g}" for v in at)
-        raise CaseError(
-            f"the part is a wall of {_words(one)} near ({where}) mm: {error}"
-        ) from error
+def _class(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> WallClass:
+    """Ratios of one kind of wall at all densities; `before` is called where any is computed.
+
+    Raises
+    ------
+    ResourceError
+        If the wall takes more than `MOST_VOXELS`.
+    DensityError, LatticeError, SolverError
+        If it has no ratios.
+    """
+    along = cells.cell.family.period * cells.resolution
+    voxels = along**2 * (one.upper - one.lower) * cells.resolution
+    if voxels > MOST_VOXELS:
+        raise ResourceError(f"they take {voxels:.2g} voxels, more than {MOST_VOXELS:g}")
+    rows = _ratios(cells, one, before)
+    return wall_class(
+        np.array([r.solid for r in rows]),
+        np.array([r.membrane for r in rows]),
+        np.array([r.bending for r in rows]),
+        np.array([r.shear for r in rows]),
+    )
 
 
-def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:
+def _ratios(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:
     """Ratios by density from the user's cache, or computed and stored there."""
     axis = 0 if _cyclic(cells) else one.axis
     keys = [_key(cells, one, axis, float(rho)) for rho in cells.density]
@@ -192,20 +187,20 @@ def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[
     ]
 
 
-def _samples(cells: _Lattice) -> FloatArray:
+def _samples(cells: WallMaterial) -> FloatArray:
     """Values of the cell on a coarse grid, which tell it from others."""
     points = cells.cell.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
     return evaluate_shape(cells.cell.family, cells.cell.parameters, points)
 
 
-def _cyclic(cells: _Lattice) -> bool:
+def _cyclic(cells: WallMaterial) -> bool:
     """The cell is the same with x, y, z exchanged in a cycle, so that it needs one axis only."""
     values = _samples(cells)
     turned = values.transpose(1, 2, 0)
     return bool(np.allclose(values, turned, rtol=0, atol=1e-9 * np.ptp(values)))
 
 
-def _key(cells: _Lattice, one: WallKind, axis: int, rho: float) -> str:
+def _key(cells: WallMaterial, one: WallKind, axis: int, rho: float) -> str:
     return content_key(
         cells.cell.name,
         repr(sorted(cells.cell.parameters.items())),
@@ -230,7 +225,7 @@ def _stored(key: str) -> WallRatios | None:
     )
 
 
-def _computed(cells: _Lattice, one: WallKind, axis: int, rho: float, key: str) -> WallRatios:
+def _computed(cells: WallMaterial, one: WallKind, axis: int, rho: float, key: str) -> WallRatios:
     found = wall_ratios(
         cells.cell,
         rho,

@@ -117,23 +117,23 @@ def _keep_triangles(plain: dict[str, Any], source: str) -> int:
     dropped = 0
     for mesh in plain.get("meshes", []):
         kept = []
-        for primitive in mesh["primitives"]:
-            mode = primitive.get("mode", _TRIANGLES)
-            if mode == _FAN or primitive.get("extensions"):
+        for triangles in mesh["primitives"]:
+            mode = triangles.get("mode", _TRIANGLES)
+            if mode == _FAN or triangles.get("extensions"):
                 _refuse(source, "holds triangle fans or compressed triangles; export it plain")
             if mode not in (_TRIANGLES, _STRIP):
                 dropped += 1
                 continue
-            attributes = primitive["attributes"]
+            attributes = triangles["attributes"]
             lean = {
                 "mode": mode,
                 "attributes": {
                     k: attributes[k] for k in ("POSITION", "COLOR_0") if k in attributes
                 },
             }
-            if "indices" in primitive:
-                lean["indices"] = primitive["indices"]
-            material = primitive.get("material")
+            if "indices" in triangles:
+                lean["indices"] = triangles["indices"]
+            material = triangles.get("material")
             if material is not None and plain["materials"][material]:
                 lean["material"] = material
                 lean["attributes"].pop("COLOR_0", None)
@@ -161,8 +161,8 @@ def _number_nodes(plain: dict[str, Any], source: str) -> dict[str, str]:
         name = node.get("name") or mesh.get("name")
         if isinstance(name, str) and name.strip():
             names[str(number)] = name.strip()
-        for primitive in mesh["primitives"]:
-            at = primitive.get("indices", primitive["attributes"]["POSITION"])
+        for triangles in mesh["primitives"]:
+            at = triangles.get("indices", triangles["attributes"]["POSITION"])
             total += plain["accessors"][at]["count"] // 3
         kept = ("children", "matrix", "translation", "rotation", "scale", "mesh")
         nodes[number] = {key: node[key] for key in kept if key in node} | {"name": str(number)}

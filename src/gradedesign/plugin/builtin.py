@@ -6,8 +6,13 @@ from collections.abc import Iterable
 
 from gradedesign.cell.formula_cell import FORMULA_MAKER
 from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.stl import export_stl
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
@@ -40,6 +45,12 @@ def gradedesign_readers() -> Iterable[PartReader]:
 
 
 @hookimpl
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register pytetwild."""
+    yield PYTETWILD
+
+
+@hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
     """Register the exporters of STL, OBJ, PLY, OFF and GLB."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
@@ -47,3 +58,9 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)
     yield Exporter(name="glb", suffix=".glb", write=export_glb)
+
+
+@hookimpl
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register the linear solvers."""
+    return MULTIGRID, DIRECT, SCIKIT_FEM

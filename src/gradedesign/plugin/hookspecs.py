@@ -12,8 +12,10 @@ import pluggy
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 
@@ -140,5 +142,46 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     ...     yield Exporter(name="corners", suffix=".corners", write=write_corners)
     >>> [exporter.name for exporter in gradedesign_exporters()]
     ['corners']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register linear solvers, which ``[run] solver`` names.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import LinearAnswer, LinearSolver, hookimpl
+    >>> def prepare(system):
+    ...     free = np.flatnonzero(system.free)
+    ...     inverse = np.linalg.inv(system.matrix.toarray()[np.ix_(free, free)])
+    ...     def solve(right, start, rtol):
+    ...         x = np.zeros_like(right)
+    ...         x[:, free] = right[:, free] @ inverse
+    ...         return LinearAnswer(x=x)
+    ...     return solve
+    >>> @hookimpl
+    ... def gradedesign_solvers():
+    ...     yield LinearSolver(name="my-inverse", prepare=prepare, most_unknowns=3000)
+    >>> [solver.name for solver in gradedesign_solvers()]
+    ['my-inverse']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register what fills a closed surface with tetrahedra.
+
+    Examples
+    --------
+    >>> from gradedesign import Mesher, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_meshers():
+    ...     yield Mesher(name="my-mesher", worker="my_mesher.worker", version="1.0")
+    >>> [mesher.worker for mesher in gradedesign_meshers()]
+    ['my_mesher.worker']
     """
     return ()

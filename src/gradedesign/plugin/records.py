@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 
@@ -47,7 +49,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    exporters : mapping
+    exporters, solvers, meshers : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -65,6 +67,8 @@ class Registry:
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
     exporters: Mapping[str, Exporter]
+    solvers: Mapping[str, LinearSolver]
+    meshers: Mapping[str, Mesher]
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
     failures: tuple[PluginFailure, ...]

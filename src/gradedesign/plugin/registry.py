@@ -16,8 +16,10 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
@@ -42,6 +44,8 @@ Kind = Literal[
     "materials",
     "readers",
     "exporters",
+    "solvers",
+    "meshers",
 ]
 
 
@@ -60,6 +64,8 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+    "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
+    "meshers": _Shelf(Mesher, _DASHED, "mesher"),
 }
 
 
@@ -140,8 +146,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers`` or
-        ``exporters``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
+        ``exporters``, ``solvers`` or ``meshers``.
     name : str
 
     Raises

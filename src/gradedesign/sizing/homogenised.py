@@ -39,7 +39,7 @@ def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     """Mass of the lattice phase alone, t."""
-    weights = model.volumes * (1 - model.solid_share)
+    weights = model.lattice_volumes
     return float(model.material.density * (weights @ solid_held(model, rho)))
 
 
@@ -51,7 +51,7 @@ def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:
 def homogenised_system(model: HomogenisedModel, rho: FloatArray) -> ElasticSystem:
     """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike."""
     stiffness = as_stiffness(model, effective_stiffness(model, rho))
-    return prepare_elastic(model.space, stiffness, pattern=model.pattern)
+    return prepare_elastic(model.space, stiffness, solver=model.solver, pattern=model.pattern)
 
 
 def solve_homogenised(

@@ -51,7 +51,7 @@ def stress_measure(
     The largest of the load cases, as explicit analyses are judged.
     """
     held = held_density(model, rho)
-    weights = model.volumes * (1 - model.solid_share) * held * limit.considered
+    weights = model.lattice_volumes * held * limit.considered
     if weights.sum() <= 0:
         return 0.0
     return limit.factor * max(

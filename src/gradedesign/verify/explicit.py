@@ -12,12 +12,15 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import case_loads, load_vector, region_nodes
+from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises
+from gradedesign.lattice.domain import phase_at
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
@@ -26,7 +29,7 @@ from gradedesign.part.regions import Region
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at, phase_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -47,6 +50,7 @@ class JudgedSolid:
     exclusion_radius : float, mm
     stress_limit : float or None, MPa
     percentile : float
+    solver : LinearSolver
     bodies : int
         Of the part; each is held by supports of its own.
     """
@@ -59,6 +63,7 @@ class JudgedSolid:
     exclusion_radius: float
     stress_limit: float | None
     percentile: float
+    solver: LinearSolver = MULTIGRID
     bodies: int = 1
 
 
@@ -133,10 +138,10 @@ def analyse_printed_solid(
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
     ]
-    solutions = solve_elastic(space, stiffness, vectors)
+    solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
     report_step("stress measures")
     points = centroids(mesh)
-    phase = phase_at(judged.design, points)
+    phase = phase_at(judged.design.domain, points)
     considered = considered_at(points, judged.clamped, judged.exclusion_radius)
     volumes = signed_volumes(mesh)
     von_mises: dict[str, FloatArray] = {}
