@@ -58,7 +58,7 @@ def written(folder, formula, kind, density="0.3", more=""):
 
 @pytest.mark.parametrize("kind", ["sheet", "network"])
 def test_the_formula_of_an_installed_cell_is_that_cell(tmp_path, kind):
-    """Gyroid: the same field, window, levels, and at 16 voxels the same stiffness and strength."""
+    """Gyroid: the same field, window, levels, and at 24 voxels the same stiffness and strength."""
     case = load_generate_case(written(tmp_path, GYROID, kind))
     mine = with_own_cell(case, REGISTRY).cell_families["mine"]
     theirs = REGISTRY.cell_families[f"gyroid-{kind}"]
@@ -70,7 +70,7 @@ def test_the_formula_of_an_installed_cell_is_that_cell(tmp_path, kind):
     rho = np.linspace(*one.window, 9)
     np.testing.assert_allclose(one.level_of(rho), other.level_of(rho), atol=1e-12)
     found, expected = (
-        cell_properties(calibrate(family), 0.6, resolution=16, with_surface=False)
+        cell_properties(calibrate(family), 0.6, resolution=24, with_surface=False)
         for family in (formula_cell("g", formula=GYROID, kind=kind, symmetry="cubic"), theirs)
     )
     np.testing.assert_allclose(found.stiffness, expected.stiffness, rtol=1e-9, atol=1e-12)

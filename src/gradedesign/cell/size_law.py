@@ -7,8 +7,6 @@ or both changing, small cells where it is dense ("by ratio").
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
@@ -18,48 +16,6 @@ from gradedesign.errors import CaseError, DensityError
 
 #: Rounding that is not held against a density or a ratio at the end of its range.
 _SLACK = 1e-6
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HollowSphereLaw:
-    """Density against wall over size as published, ``rho = beta - beta (1 - alpha r)^gamma``.
-
-    Exact for the shell of a sphere with alpha 2, beta pi/6, gamma 3; fitted for other cells. Our
-    own cells use their calibration instead, see :func:`wall_ratio`.
-
-    References
-    ----------
-    Ramirez Salazar 2022, eq. 2.9.
-    """
-
-    alpha: float
-    beta: float
-    gamma: float
-
-    def density(self, ratio: FloatArray | float) -> FloatArray:
-        """Relative density ``(...)`` at wall over size ``(...)``.
-
-        Raises
-        ------
-        DensityError
-            If a ratio is outside 0 to ``1 / alpha``, at which the cell is closed.
-        """
-        r = np.asarray(ratio, dtype=np.float64)
-        _require_within(r, (0.0, 1 / self.alpha), "wall over cell size")
-        return np.asarray(self.beta - self.beta * np.maximum(1 - self.alpha * r, 0.0) ** self.gamma)
-
-    def ratio(self, rho: FloatArray | float) -> FloatArray:
-        """Wall over size ``(...)`` at a relative density ``(...)``.
-
-        Raises
-        ------
-        DensityError
-            If a density is outside 0 to beta.
-        """
-        values = np.asarray(rho, dtype=np.float64)
-        _require_within(values, (0.0, self.beta), "relative density")
-        share = np.maximum(1 - values / self.beta, 0.0)
-        return np.asarray((1 - share ** (1 / self.gamma)) / self.alpha)
 
 
 def wall_ratio(cell: Cell, rho: FloatArray | float) -> FloatArray:

@@ -120,6 +120,12 @@ def check(
             "-o", "--output", help="Picture of loads and supports [runs/<case>-check/loads.png]."
         ),
     ] = None,
+    estimate: Annotated[
+        bool,
+        typer.Option(
+            "--estimate", help="A first answer too: constant densities and one sizing; it meshes."
+        ),
+    ] = False,
     picture: Annotated[
         bool, typer.Option("--picture/--no-picture", help="Draw loads and supports.")
     ] = True,
@@ -133,6 +139,7 @@ def check(
     command(
         case,
         output,
+        estimate=estimate,
         picture=picture,
         allow_outside=allow_outside,
         strict_plugins=strict_plugins,

@@ -1,24 +1,32 @@
-"""``gradedesign check``: what a run would do, in seconds: no law, no mesh, no analysis."""
+"""``gradedesign check``: what a run would do, in seconds; mesh and analysis on request only."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.read_case import load_case
+from gradedesign.case.schema import Case
 from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
+from gradedesign.cli.show_answer import answer_data, print_answer
 from gradedesign.errors import CaseError
 from gradedesign.ladder.check_case import CaseCheck, check_case
 from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.stages import default_folder
 from gradedesign.output.pictures import picture_loads
+from gradedesign.plugin.registry import Registry
+from gradedesign.workspace.progress import report_step
+
+if TYPE_CHECKING:
+    from gradedesign.ladder.first_answer import FirstAnswer
 
 PICTURE = "loads.png"
 #: Groups of cylinders that are printed; ``--json`` has all.
@@ -33,6 +41,7 @@ def check(
     path: Path,
     output: Path | None = None,
     *,
+    estimate: bool,
     picture: bool,
     allow_outside: bool,
     strict_plugins: bool,
@@ -44,18 +53,36 @@ def check(
     with ProgressLines("check", err=True):
         found = check_case(case, registry)
         warnings = list(found.warnings)
+        answer = estimated(case, registry) if estimate else None
         drawn = None
         if picture:
             drawn = picture_path(found) if output is None else output
             drawn = drawn / PICTURE if drawn.is_dir() else drawn
             warnings += draw_loads(found, drawn)
     if as_json:
-        print_json(check_data(found, drawn, warnings))
+        data = check_data(found, drawn, warnings)
+        print_json(data if answer is None else {**data, "first_answer": answer_data(answer)})
         return
     print_check(found)
+    if answer is not None:
+        print_answer(answer)
     if drawn is not None:
         print_text(f"picture: {drawn}", hang=2)
     print_warnings(warnings)
+
+
+def estimated(case: Case, registry: Registry) -> FirstAnswer:
+    """Mesh and analyse the solid part as a run does, and size it once."""
+    # Only here: a check without it needs no finite elements.
+    from gradedesign.ladder.first_answer import first_answer
+    from gradedesign.ladder.setup import prepare
+    from gradedesign.ladder.solid import solve_solid, with_solid
+
+    setup = prepare(case, registry)
+    report_step("solid part")
+    setup = with_solid(setup, solve_solid(setup))
+    report_step("sizing")
+    return first_answer(setup)
 
 
 def picture_path(found: CaseCheck) -> Path:

@@ -8,8 +8,6 @@ from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
-import numpy as np
-
 from gradedesign.ladder.accepted import Accepted
 from gradedesign.ladder.buckling import (
     BUCKLING,
@@ -347,8 +345,3 @@ def library_versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             versions[name] = "not installed"
     return versions
-
-
-def density_range(rho: np.ndarray) -> tuple[float, float]:
-    """Smallest and largest density."""
-    return float(rho.min()), float(rho.max())
