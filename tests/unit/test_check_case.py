@@ -255,7 +255,10 @@ PERIODIC = {
     "edges": (('size = "6 mm"\nd', 'size = ["6 mm", "6 mm", "5 mm"]\nd'), "cubic cells"),
     "heat": (("fix = [", 'temperature_change = "50 K"\nfix = ['), "load case 'pull'"),
     # 1 - (1 - w)^3 of the cell with w = 3/64: 0.13.
-    "thin walls": (("[0.2, 0.5]", "[0.12, 0.5]"), "at density 0.12 are too thin for 64 voxels"),
+    "thin walls": (
+        ("[0.2, 0.5]", '[0.12, 0.5]\n[run]\nexplicit_mesh_size = "1 mm"'),
+        "at density 0.12 are too thin for 64 voxels",
+    ),
     "off": (("density = [", "size_effects = false\ndensity = ["), "switches size effects off"),
 }
 
@@ -266,9 +269,9 @@ def test_where_size_effects_are_left_out_a_sentence_says_so(change, reason, regi
     found = checked(tmp_path, changed(change, expansion), registry)
     assert reason in found.periodic
     told = [w for w in found.warnings if "takes it for a periodic lattice" in w]
-    # Two cells of 6 mm across; who switches them off knows.
+    # Two cells of 6 mm across, 2.4 of the shortest edge; who switches them off knows.
     assert len(told) == (reason != "switches size effects off")
-    assert all("2 times its cells" in w and found.periodic in w for w in told)
+    assert all(" times its cells" in w and found.periodic in w for w in told)
     data = json.dumps(check_data(found, None, found.warnings))
     assert found.periodic.split("'")[0] in data
 
