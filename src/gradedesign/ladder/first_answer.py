@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.errors import DensityError
-from gradedesign.ladder.round import design_filter, size_round
+from gradedesign.ladder.round import SizingPlan, design_filter, size_round
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import LimitRow
 from gradedesign.material.constant_density import density_for_displacement, density_for_stress
@@ -92,9 +92,8 @@ def first_answer(setup: Setup) -> FirstAnswer:
     if not all(row.passed for row in setup.solid):
         return FirstAnswer(constant=constant)
     start = Correction(displacement=(1.0,) * len(setup.displacement_limits))
-    sized = size_round(
-        setup, start, {}, design_filter(setup), start=None, most_iterations=SIZING_ITERATIONS
-    )
+    plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
+    sized = size_round(setup, start, {}, design_filter(setup), plan)
     weights = setup.model.volumes * (1.0 - setup.model.solid_share)
     return FirstAnswer(
         constant=constant,
