@@ -4,6 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from gradedesign.case.limits_schema import (
+    Allowed,
+    LimitEntry,
+    SolidMultiple,
+    as_multiple,
+    in_number,
+    stated_words,
+)
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import (
@@ -17,6 +25,11 @@ from gradedesign.errors import (
     ResourceError,
     SolverError,
 )
+from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.cubic_law import cubic_law, cubic_table_law
 from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
 from gradedesign.material.material import Material
@@ -33,10 +46,12 @@ from gradedesign.part.reader import PartReader
 from gradedesign.plugin.hookspecs import hookimpl
 
 if TYPE_CHECKING:
-    from gradedesign.case.read_case import load_case
     from gradedesign.pipeline import run
+    from gradedesign.plugin.read_case import load_case
 
 __all__ = [
+    "Allowed",
+    "Analysis",
     "CaseError",
     "CellFamily",
     "CellMaker",
@@ -44,22 +59,35 @@ __all__ = [
     "Exporter",
     "FiniteSizeTable",
     "GradeDesignError",
+    "HomogenisedState",
     "LatticeError",
+    "Limit",
+    "LimitEntry",
+    "LimitKey",
+    "LimitKind",
+    "LimitRow",
     "Material",
     "MeshError",
     "PartError",
     "PartReader",
+    "PlacedCase",
     "PluginError",
+    "Predicted",
     "PrintedLattice",
     "PropertyTable",
     "RawTriangles",
     "ResourceError",
+    "Response",
     "ScalingLaw",
+    "SolidMultiple",
     "SolverError",
+    "StatedLimit",
     "SurfaceMesh",
+    "as_multiple",
     "cubic_law",
     "cubic_table_law",
     "hookimpl",
+    "in_number",
     "load_case",
     "power_law",
     "raw_triangles",
@@ -68,6 +96,7 @@ __all__ = [
     "run",
     "shipped_finite_size_tables",
     "shipped_laws",
+    "stated_words",
     "tabulated_law",
 ]
 
@@ -75,7 +104,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Import what runs a case when it is first asked for: plugins need none of it."""
     if name == "load_case":
-        from gradedesign.case.read_case import load_case
+        from gradedesign.plugin.read_case import load_case
 
         return load_case
     if name == "run":

@@ -10,9 +10,10 @@ from gradedesign.ladder import summary
 from gradedesign.ladder.ended import TIGHT_END, Ended
 from gradedesign.ladder.files import write_result
 from gradedesign.ladder.finished import finished_result
-from gradedesign.ladder.result import Iteration, RunResult, as_json, from_json
+from gradedesign.ladder.result import Iteration, LimitIteration, RunResult, as_json, from_json
 from gradedesign.ladder.saturation import displacement_gain, needy_at_bound, sentence
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
 from gradedesign.workspace.run_folder import open_run_folder
 
 BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rounds; 300 s more")
@@ -20,6 +21,7 @@ BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rou
 
 def row(value):
     return LimitRow(
+        key=LimitKey(kind="displacement", region="tip", load_case="pull"),
         name="displacement of tip magnitude",
         load_case="pull",
         value=value,
@@ -152,19 +154,23 @@ STORED = RunResult(
             lattice_mass_g=1.0,
             mass_g=2.0,
             mean_density=0.3,
-            predicted_displacement=(0.9,),
-            explicit_displacement=(0.94,),
-            predicted_stress=None,
-            explicit_stress=None,
-            displacement_gap=(0.04,),
-            stress_gap=None,
+            limits=(
+                LimitIteration(
+                    key=LimitKey(kind="displacement", region="tip", load_case="pull"),
+                    name="displacement of tip magnitude",
+                    unit="mm",
+                    predicted=0.9,
+                    explicit=0.94,
+                    gap=0.04,
+                    factor=1.0,
+                ),
+            ),
             use=0.94,
             passed=True,
             dofs=10,
             mesh_size_mm=1.0,
             seconds=3.0,
             stiffness_factor=1.0,
-            stress_factor=1.0,
             sizing_iterations=10,
             sizing_converged=False,
             timing_s={"sizing": 1.0},

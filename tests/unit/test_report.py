@@ -50,8 +50,14 @@ RESULT = {
             "mass_g": 12.345,
             "mean_density": 0.175,
             "use": 0.99,
-            "displacement_gap": (0.012,),
-            "stress_gap": None,
+            "limits": [
+                {
+                    "name": "displacement of tip",
+                    "key": {"load_case": "side"},
+                    "explicit": 2.1,
+                    "gap": 0.012,
+                }
+            ],
             "stiffness_factor": 1.05,
             "dofs": 1234567,
             "seconds": 33.0,
@@ -176,14 +182,16 @@ def test_the_run_says_what_it_took_and_what_ended_it(html):
 
 
 def test_every_displacement_limit_has_a_column_of_its_own(html):
-    assert '<th class="n">gap of tip (side)</th>' in html
-    more = dict(RESULT["limits"][1], load_case="pull")
-    two = RESULT | {
-        "limits": [*RESULT["limits"], more],
-        "iterations": [RESULT["iterations"][0] | {"displacement_gap": (0.012, -0.034)}],
-    }
-    html = render_report(two, {}, "")
-    assert "gap of tip (pull)" in html
+    assert '<th class="n">gap of displacement of tip (side)</th>' in html
+    (one,) = RESULT["iterations"][0]["limits"]
+    more = one | {"key": {"load_case": "pull"}, "gap": -0.034}
+    only_predicted = one | {"name": "buckling of cells", "explicit": None, "gap": None}
+    limits = [one, more, only_predicted]
+    html = render_report(
+        RESULT | {"iterations": [RESULT["iterations"][0] | {"limits": limits}]}, {}, ""
+    )
+    assert "gap of displacement of tip (pull)" in html
+    assert "gap of buckling" not in html
     assert '<td class="n">+1.2%</td><td class="n">-3.4%</td>' in html
 
 

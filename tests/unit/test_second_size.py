@@ -8,12 +8,19 @@ import pytest
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.ladder import second_size
 from gradedesign.ladder.second_size import analyse_second_size, unresolved_warnings, with_resolution
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
 
 
 def row(name, case, value, judged_by="explicit"):
     return LimitRow(
-        name=name, load_case=case, value=value, limit=1.0, unit="mm", judged_by=judged_by
+        key=LimitKey(kind="any", region=name, load_case=case),
+        name=name,
+        load_case=case,
+        value=value,
+        limit=1.0,
+        unit="mm",
+        judged_by=judged_by,
     )
 
 

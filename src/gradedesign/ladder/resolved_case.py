@@ -10,7 +10,6 @@ from gradedesign.cell.calibration import Calibration, calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
-from gradedesign.ladder.displacement_limits import require_movable
 from gradedesign.ladder.free_motions import require_supported
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
@@ -27,6 +26,8 @@ from gradedesign.ladder.planned_law import PlannedLaw, planned_law
 from gradedesign.ladder.predicted_part_mesh import require_mesh_fits
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.limits.kinds import require_possible, stated_limits
+from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
 from gradedesign.part.part import Part, read_part
 from gradedesign.part.signed_distance import region_distance, surface_distance
@@ -57,6 +58,7 @@ class ResolvedCase:
     balances : tuple of LoadBalance
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
+    limits : tuple of StatedLimit
     warnings : tuple of str
         Of reading, sizes and loads.
     narrowed : tuple of str
@@ -76,6 +78,7 @@ class ResolvedCase:
     bounds: tuple[float, float]
     balances: tuple[LoadBalance, ...]
     lattice_files: tuple[LatticeFile, ...]
+    limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
 
@@ -106,7 +109,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)
-    require_movable(case, part.regions)
+    require_possible(registry.limits, case, part.regions)
     with locating(case, "lattice.cell"):
         calibration = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -139,6 +142,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         bounds=bounds,
         balances=balances,
         lattice_files=files,
+        limits=stated_limits(registry.limits, case, material),
         warnings=(
             *case.warnings,
             *part.report.warnings,

@@ -74,9 +74,9 @@ def stress_note(result: Mapping[str, Any]) -> str:
         HTML; empty where no stress was judged.
     """
     found = [
-        (row, (result.get("measures") or {}).get(row["load_case"], {}).get(phase))
+        (row, (result.get("measures") or {}).get(row["load_case"], {}).get(row["phase"]))
         for row in result.get("limits") or ()
-        if (phase := str(row["name"]).removeprefix("stress in ")) != row["name"]
+        if row.get("phase")
     ]
     zone = (result.get("acceptance") or {}).get("exclusion")
     share = f"{zone['percentile']:g} %" if zone else "all but a small share"

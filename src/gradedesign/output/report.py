@@ -181,20 +181,19 @@ def _masses(result: Mapping[str, Any]) -> str:
 
 
 def _iterations(result: Mapping[str, Any]) -> str:
-    gaps = _gap_names(result)
+    iterations = result.get("iterations") or ()
     rows = [
         (
             str(it["round"]),
             f"{it['mass_g']:.4g}",
             f"{it['mean_density']:.3f}",
             f"{it['use']:.1%}",
-            *(f"{gap:+.1%}" for gap in it["displacement_gap"]),
-            percent(it["stress_gap"]),
+            *(percent(one["gap"]) for one in _measured(it)),
             f"{it['stiffness_factor']:.3f}",
             f"{it['dofs'] / 1e6:.2f}",
             f"{it['seconds']:.0f}",
         )
-        for it in result.get("iterations", [])
+        for it in iterations
     ]
     if not rows:
         return ""
@@ -207,8 +206,7 @@ def _iterations(result: Mapping[str, Any]) -> str:
         "mass g",
         "lattice density",
         "largest use",
-        *gaps,
-        "stress gap",
+        *(f"gap of {_label(one)}" for it in iterations[:1] for one in _measured(it)),
         "stiffness factor",
         "M unknowns",
         "s",
@@ -216,16 +214,15 @@ def _iterations(result: Mapping[str, Any]) -> str:
     return "<h2>Rounds</h2>" + table(header, rows, numbers=set(range(len(header)))) + note
 
 
-def _gap_names(result: Mapping[str, Any]) -> list[str]:
-    """Headers of the gaps of displacements: the limits with their load cases, where these fit."""
-    iterations = result.get("iterations") or ()
-    count = len(iterations[0]["displacement_gap"]) if iterations else 0
-    named = [
-        f"gap of {str(row['name']).removeprefix('displacement of ')} ({row['load_case']})"
-        for row in result["limits"]
-        if str(row["name"]).startswith("displacement of ")
-    ]
-    return named if len(named) == count else [f"displacement gap {n + 1}" for n in range(count)]
+def _measured(iteration: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Limits of a round that its explicit analysis measures."""
+    return [one for one in iteration["limits"] if one["explicit"] is not None]
+
+
+def _label(limit: Mapping[str, Any]) -> str:
+    """Name and load case of a limit, where it has one."""
+    load_case = limit["key"]["load_case"]
+    return f"{limit['name']} ({load_case})" if load_case else str(limit["name"])
 
 
 def _acceptance(result: Mapping[str, Any]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.limits.kinds import builtin_kinds
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.output.exporter import Exporter
@@ -29,3 +31,9 @@ def gradedesign_readers() -> Iterable[PartReader]:
 def gradedesign_exporters() -> Iterable[Exporter]:
     """Register the STL exporter."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
+
+
+@hookimpl
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register the kinds of limits of the core."""
+    return builtin_kinds()

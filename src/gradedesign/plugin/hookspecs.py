@@ -12,6 +12,7 @@ import pluggy
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -163,5 +164,30 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     ...     yield Exporter(name="corners", suffix=".corners", write=write_corners)
     >>> [exporter.name for exporter in gradedesign_exporters()]
     ['corners']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register kinds of limits, which add a list of tables to ``[limits]`` under their name.
+
+    Examples
+    --------
+    >>> from gradedesign import LimitEntry, LimitKind, StatedLimit, hookimpl
+    >>> class StrokeEntry(LimitEntry):
+    ...     region: str
+    >>> def stated(case, material):
+    ...     return [
+    ...         StatedLimit(name=f"stroke of {one.region}", load_case="every", allowed="1 mm")
+    ...         for one in case.limits.stroke
+    ...     ]
+    >>> @hookimpl
+    ... def gradedesign_limits():
+    ...     yield LimitKind(
+    ...         name="stroke", entry=StrokeEntry, stated=stated, make=lambda placed: ((), ())
+    ...     )
+    >>> [kind.name for kind in gradedesign_limits()]
+    ['stroke']
     """
     return ()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -48,7 +49,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, finite_size_tables, materials, readers : mapping
         Name to record.
-    exporters : mapping
+    exporters, limits : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -67,6 +68,7 @@ class Registry:
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
     exporters: Mapping[str, Exporter]
+    limits: Mapping[str, LimitKind]
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
     failures: tuple[PluginFailure, ...]

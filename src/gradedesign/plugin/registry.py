@@ -16,6 +16,7 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -23,6 +24,7 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
 from gradedesign.plugin.format_checks import check_formats
+from gradedesign.plugin.limit_checks import check_limit_keys
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 
@@ -34,6 +36,8 @@ log = logging.getLogger(__name__)
 DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 
 _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+#: A key of the case file.
+_UNDERSCORED = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
 
 Kind = Literal[
@@ -44,6 +48,7 @@ Kind = Literal[
     "materials",
     "readers",
     "exporters",
+    "limits",
 ]
 
 
@@ -63,6 +68,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+    "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
 }
 
 
@@ -112,6 +118,7 @@ def build_registry(
         ) from error
     found, more = _collect(manager, sources)
     check_formats(found["readers"], found["exporters"])
+    check_limit_keys(found["limits"])
     failures = tuple(sorted([*failures, *more], key=str))
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
@@ -144,7 +151,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``finite_size_tables``,
-        ``materials``, ``readers`` or ``exporters``.
+        ``materials``, ``readers``, ``exporters`` or ``limits``.
     name : str
 
     Raises

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +75,8 @@ class ExplicitResult:
     von_mises : dict of load case to (M, 4) array, MPa
         At the Gauss points.
     measures : dict of load case to tuple of StressMeasure
+    work : dict of load case to float, N mm
+        Of loads and inertia on the displacements they cause.
     facets : dict of region to (k, 3) int array
     phase : (M,) int array
     exclusion : ExclusionZone
@@ -88,12 +90,25 @@ class ExplicitResult:
     solutions: tuple[Solution, ...]
     von_mises: dict[str, FloatArray]
     measures: dict[str, tuple[StressMeasure, ...]]
+    work: dict[str, float]
     facets: dict[str, IntArray]
     phase: IntArray
     exclusion: ExclusionZone
     volume: float
     mesh_size: float
     seconds: float
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements of the nodes of a region, ``(3, k)``, mm."""
+        nodes = region_nodes(self.space, self.facets[region])
+        return self._displacement(load_case)[:, nodes]
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of any node, mm."""
+        return float(np.linalg.norm(self._displacement(load_case), axis=0).max())
+
+    def _displacement(self, load_case: str) -> FloatArray:
+        return next(s for s in self.solutions if s.name == load_case).displacement
 
 
 def analyse_printed_solid(
@@ -130,7 +145,11 @@ def analyse_printed_solid(
     stiffness = IsotropicStiffness(
         E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
     )
-    vectors = [_load_vector(space, stiffness, material, case) for case in cases]
+    forces = [mechanical_force(space, material, case) for case in cases]
+    vectors = [
+        _load_vector(space, stiffness, material, case, force)
+        for case, force in zip(cases, forces, strict=True)
+    ]
     solutions = solve_elastic(space, stiffness, vectors)
     report_step("stress measures")
     points = centroids(mesh)
@@ -162,6 +181,7 @@ def analyse_printed_solid(
         solutions=solutions,
         von_mises=von_mises,
         measures=measures,
+        work=work_of(forces, solutions),
         facets=facets,
         phase=phase,
         exclusion=exclusion_zone(
@@ -200,16 +220,6 @@ def found_regions(
     return found
 
 
-def displacement_on(
-    result: ExplicitResult, region: str, load_case: str, component: int | None
-) -> float:
-    """Largest nodal displacement of a region, magnitude or absolute component, mm."""
-    solution = next(s for s in result.solutions if s.name == load_case)
-    u = solution.displacement[:, region_nodes(result.space, result.facets[region])]
-    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
-    return float(values.max())
-
-
 def governing_measure(
     measures: Mapping[str, tuple[StressMeasure, ...]], phase: str | None = None
 ) -> tuple[str, StressMeasure] | None:
@@ -220,16 +230,32 @@ def governing_measure(
     return max(every, key=lambda pair: pair[1].value) if every else None
 
 
+def mechanical_force(space: TetSpace, material: Material, case: PartLoadCase) -> FloatArray:
+    """Nodal forces of loads and inertia on fully dense material, ``(3, N)``, N."""
+    if not np.any(case.acceleration):
+        return case.force
+    density = np.full(space.element_count, material.density)
+    return case.force + body_force(space, density, case.acceleration)
+
+
+def work_of(forces: Sequence[FloatArray], solutions: Sequence[Solution]) -> dict[str, float]:
+    """Work of nodal forces on the displacements of their load cases, N mm."""
+    return {
+        solution.name: float(np.sum(force * solution.displacement))
+        for force, solution in zip(forces, solutions, strict=True)
+    }
+
+
 def _load_vector(
-    space: TetSpace, stiffness: IsotropicStiffness, material: Material, case: PartLoadCase
+    space: TetSpace,
+    stiffness: IsotropicStiffness,
+    material: Material,
+    case: PartLoadCase,
+    force: FloatArray,
 ) -> LoadVector:
-    """Forces of one load case on fully dense material."""
-    force = np.array(case.force)
-    if np.any(case.acceleration):
-        density = np.full(space.element_count, material.density)
-        force += body_force(space, density, case.acceleration)
+    """Forces of one load case on fully dense material, thermal ones included."""
     if case.temperature_change:
-        force += thermal_force(
+        force = force + thermal_force(
             space, stiffness, material.thermal_expansion, case.temperature_change
         )
     return LoadVector(name=case.name, supports=case.supports, force=force)
