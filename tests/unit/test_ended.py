@@ -11,7 +11,7 @@ from gradedesign.ladder.ended import TIGHT_END, Ended
 from gradedesign.ladder.files import write_result
 from gradedesign.ladder.finished import finished_result
 from gradedesign.ladder.result import Iteration, LimitIteration, RunResult, as_json, from_json
-from gradedesign.ladder.saturation import displacement_gain, needy_at_bound, sentence
+from gradedesign.ladder.saturation import density_gain, needy_at_bound, sentence
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.workspace.run_folder import open_run_folder
@@ -37,7 +37,7 @@ def verdict(monkeypatch):
     monkeypatch.setattr(summary, "_common", lambda *_: {"warnings": ()})
     for name in ("_solid_mass", "_latticed_mass"):
         monkeypatch.setattr(summary, name, lambda _: 100.0)
-    for name in ("thin_warning", "_acceptance_warnings"):
+    for name in ("design_notes", "_acceptance_warnings"):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
@@ -97,14 +97,14 @@ def test_what_densities_at_their_bounds_could_gain():
     """
     slope = np.array([-0.5, -1.0, 0.2])
     rho = np.array([0.4, 0.5, 0.3])
-    assert displacement_gain(slope, rho, (0.2, 0.6)) == pytest.approx(0.22)
-    assert displacement_gain(-np.ones(2), np.full(2, 0.6), (0.2, 0.6)) == 0.0
+    assert density_gain(slope, rho, (0.2, 0.6)) == pytest.approx(0.22)
+    assert density_gain(-np.ones(2), np.full(2, 0.6), (0.2, 0.6)) == 0.0
 
 
 def test_the_first_order_overrates_what_a_bar_can_gain():
     """A bar of n like pieces in series, u = sum rho^-2: relative slope -2 / (n rho)."""
     rho = np.full(4, 0.3)
-    gain = displacement_gain(np.full(4, -2.0 / (4 * 0.3)), rho, (0.1, 0.4))
+    gain = density_gain(np.full(4, -2.0 / (4 * 0.3)), rho, (0.1, 0.4))
     assert gain > 1.0 - (0.3 / 0.4) ** 2
 
 

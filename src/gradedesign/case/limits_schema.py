@@ -243,7 +243,8 @@ def with_limit_entries(
     """
     if not entries:
         return layout
-    fields: dict[str, Any] = {name: (tuple[entry, ...], ()) for name, entry in entries.items()}
+    lists: dict[str, Any] = dict(entries)
+    fields: dict[str, Any] = {name: (tuple[entry, ...], ()) for name, entry in lists.items()}
     spec = create_model("LimitsSpec", __base__=LimitsSpec, **fields)
     field = layout.model_fields["limits"]
     limits: Any = (spec, ...) if field.is_required() else (spec | None, None)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.ladder.accepted import Accepted
 from gradedesign.ladder.ended import TIGHT_END, Ended
 from gradedesign.ladder.exclusion import exclusion_data
@@ -133,8 +134,7 @@ def verdict_result(
         warnings += unresolved_warnings(accepted.rows)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.mesh.refused
-    volumes = setup.model.volumes * (1 - setup.model.solid_share)
-    warnings += [said for limit in setup.limits for said in limit.notes(volumes, design.rho)]
+    warnings += design_notes(setup, design.rho)
     it = design.iteration
     return RunResult(
         status=status,
@@ -155,6 +155,12 @@ def verdict_result(
         warnings=tuple(warnings),
         **common,
     )
+
+
+def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
+    """What limits say about the densities of a design."""
+    volumes = setup.model.volumes * (1 - setup.model.solid_share)
+    return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
 
 
 def best_round(rounds: Sequence[Round]) -> Round:

@@ -27,11 +27,18 @@ def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]
     return {name: kind.entry for name, kind in kinds.items() if kind.entry is not None}
 
 
+def kinds_of(kinds: Mapping[str, LimitKind], case: Case) -> Iterator[LimitKind]:
+    """Kinds that a case may state: those of the core's keys, and those whose list it holds."""
+    for name, kind in kinds.items():
+        if kind.entry is None or getattr(case.limits, name, ()):
+            yield kind
+
+
 def stated_limits(
     kinds: Mapping[str, LimitKind], case: Case, material: Material
 ) -> tuple[StatedLimit, ...]:
     """Every limit as a case states it, those by gradient first."""
-    stated = [one for kind in kinds.values() for one in kind.stated(case, material)]
+    stated = [one for kind in kinds_of(kinds, case) for one in kind.stated(case, material)]
     return tuple(sorted(stated, key=lambda one: not one.by_gradient))
 
 
@@ -44,7 +51,7 @@ def require_possible(
     ------
     CaseError
     """
-    for kind in kinds.values():
+    for kind in kinds_of(kinds, case):
         kind.require(case, regions)
 
 
@@ -60,7 +67,7 @@ def made_limits(
     """
     limits: list[Limit] = []
     warnings: list[str] = []
-    for kind in kinds.values():
+    for kind in kinds_of(kinds, placed.case):
         made, said = kind.make(placed)
         limits += made
         warnings += said
