@@ -111,7 +111,7 @@ def test_the_first_order_overrates_what_a_bar_can_gain():
 def lattice(skin=None, window=0.8):
     return SimpleNamespace(
         bounds=(0.2, 0.6),
-        calibration=SimpleNamespace(window=(0.1, 0.9)),
+        cell=SimpleNamespace(window=(0.1, 0.9)),
         law=SimpleNamespace(window=(0.1, window)),
         case=SimpleNamespace(lattice=SimpleNamespace(skin=skin)),
         model=SimpleNamespace(solid_share=np.array([0.0, 0.0, 1.0])),

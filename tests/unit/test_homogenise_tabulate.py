@@ -9,6 +9,7 @@ from importlib import resources
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cli import tabulate as module
 from gradedesign.errors import DensityError
 from gradedesign.homogenise.table import compute_table
@@ -25,7 +26,7 @@ def quick(monkeypatch):
         if family.name == "primitive-network":
             raise DensityError("too thin")
         return compute_table(
-            family,
+            calibrate(family),
             densities=(0.4, 0.6),
             poissons_ratio=poissons_ratio,
             resolution=resolution,

@@ -9,8 +9,9 @@ from gradedesign import (
     CellFamily,
     CellMaker,
     Exporter,
-    FiniteSizeTable,
+    LinearSolver,
     Material,
+    Mesher,
     PartReader,
     ScalingLaw,
 )
@@ -21,10 +22,11 @@ HOOKS = {
     "gradedesign_cell_families": CellFamily,
     "gradedesign_cell_makers": CellMaker,
     "gradedesign_scaling_laws": ScalingLaw,
-    "gradedesign_finite_size_tables": FiniteSizeTable,
     "gradedesign_materials": Material,
+    "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_solvers": LinearSolver,
 }
 
 

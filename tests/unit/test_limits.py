@@ -6,7 +6,7 @@ import pytest
 
 import gradedesign
 from gradedesign.case.limits_schema import as_multiple, stated_words
-from gradedesign.case.schema import SolidMultiple, case_schema_json
+from gradedesign.case.schema import CaseFile, SolidMultiple, schema_json
 from gradedesign.errors import CaseError
 from gradedesign.output.report import render_report
 
@@ -99,7 +99,7 @@ def test_other_magnitudes_are_refused_with_what_would_be_right(load, text, words
 def test_the_hash_of_a_case_tells_limits_apart_and_the_schema_knows_both_forms(load):
     stated = [load(("2 x solid", text)).case_hash for text in ("2 x solid", "2x solid", "2 mm")]
     assert stated[0] == stated[1] != stated[2]
-    magnitude = case_schema_json()["$defs"]["DisplacementLimit"]["properties"]["magnitude"]
+    magnitude = schema_json(CaseFile)["definitions"]["DisplacementLimit"]["properties"]["magnitude"]
     assert magnitude["type"] == "string"
     assert "1.5 x solid" in magnitude["examples"]
 
@@ -126,7 +126,7 @@ def test_every_load_case_has_its_own_multiple(load, tmp_path):
     assert [(r["load_case"], r["use"], r["unit"]) for r in rows] == [
         ("down", pytest.approx(0.5), "mm"), ("along", pytest.approx(0.5), "mm"),
     ]  # fmt: skip
-    html = render_report(data, {}, "")
+    html = render_report(result, {}, "")
     assert f"{down.limit:.4g} mm (2 x solid)" in html
     assert "largest nodal value on the region" in html
 

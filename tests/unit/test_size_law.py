@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.size_law import (
     HollowSphereLaw,
@@ -69,7 +70,7 @@ def test_ratio_is_the_inverse_of_density(law):
 def test_ratio_of_a_true_distance_is_twice_its_level():
     half = np.array([0.05, 0.1, 0.2])
     rho = 12 * half**2 - 16 * half**3
-    np.testing.assert_allclose(wall_ratio(STRUTS, None, rho), 2 * half, rtol=5e-3)
+    np.testing.assert_allclose(wall_ratio(calibrate(STRUTS), rho), 2 * half, rtol=5e-3)
 
 
 def test_dense_places_get_small_cells():
@@ -85,10 +86,10 @@ def test_size_fields_follow_the_density():
         return 0.1 + 0.004 * points[0]
 
     points = np.array([[0.0, 25.0, 50.0], [1.0, 2.0, 3.0], [0.0, 0.0, 0.0]])
-    r = wall_ratio(STRUTS, None, density(points))
-    walls = size_field_for_wall(density, STRUTS, None, 2.0)(points)
+    r = wall_ratio(calibrate(STRUTS), density(points))
+    walls = size_field_for_wall(density, calibrate(STRUTS), 2.0)(points)
     np.testing.assert_allclose(walls * r, 2.0, rtol=1e-12)
-    sizes = size_field_by_ratio(density, STRUTS, None, (10.0, 30.0), (0.1, 0.3))(points)
+    sizes = size_field_by_ratio(density, calibrate(STRUTS), (10.0, 30.0), (0.1, 0.3))(points)
     assert (sizes[0], sizes[-1]) == pytest.approx((30.0, 10.0))
 
 

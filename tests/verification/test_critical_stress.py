@@ -10,6 +10,7 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, SolverError
 from gradedesign.homogenise import critical_stress as critical_module
@@ -167,7 +168,7 @@ def test_critical_stresses_of_boxes() -> None:
     # Square plates along the load, k pi^2 / (12 (1 - nu^2)) (t / b)^2 with k 4 where all edges are
     # hinged and 10.07 where all are clamped (Timoshenko and Gere, Theory of elastic stability,
     # 9.2 and 9.4); two of the three families of plates carry.
-    row = critical_stress(FAMILY, None, 0.3, resolution=28)
+    row = critical_stress(calibrate(FAMILY), 0.3, resolution=28)
     wall = 1 - 0.7 ** (1 / 3)
     plate = np.pi**2 / 12 / (1 - 0.3**2) * wall**2
     assert 4 < row.critical[0, 0] / (2 * wall * plate) < 10.07
@@ -181,7 +182,7 @@ def test_critical_stresses_of_boxes() -> None:
 
 def test_a_wall_of_two_voxels_is_refused() -> None:
     with pytest.raises(DensityError, match="voxels across"):
-        critical_stress(FAMILY, None, 0.2, resolution=16)
+        critical_stress(calibrate(FAMILY), 0.2, resolution=16)
 
 
 @pytest.mark.parametrize(("amplification", "settles"), [(40.0, True), (20.0, False)])

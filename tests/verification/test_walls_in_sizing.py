@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell_map import turned_axes, uniform_map
 from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
@@ -13,9 +15,9 @@ from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.ladder import wall_cells
-from gradedesign.ladder.wall_cells import wall_factors
+from gradedesign.ladder.wall_cells import wall_factors, wall_material
 from gradedesign.ladder.wall_kinds import wall_kinds
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
 from gradedesign.mesh.tet_mesh import boundary_facets
@@ -44,7 +46,7 @@ def registry():
     return build_registry()
 
 
-def plate(registry, kept=(), on_wall=str, **lattice):
+def plate(registry, passive=(), on_wall=str, **lattice):
     """Model of a cantilever of simple cubic cells, with its walls."""
     mesh = box_part_mesh(SIZE, 11.0)
     space = tet_space(mesh, 2)
@@ -66,18 +68,16 @@ def plate(registry, kept=(), on_wall=str, **lattice):
         [case],
     )
     surface = box_surface(SIZE)
-    stated = {"edges": (CELL,) * 3, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
+    stated = {"edges": CELL, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
     walls = wall_factors(
-        SimpleNamespace(lattice=SimpleNamespace(**stated)),
+        uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"])),
         SimpleNamespace(surface=surface),
+        DesignDomain(
+            distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, passive=passive
+        ),
         mesh,
         np.ones(space.element_count, dtype=bool),
-        kept,
-        surface_distance(surface),
-        registry.cell_families["sc"],
-        {},
-        (0.29, 0.31),
-        0.3,
+        wall_material(calibrate(registry.cell_families["sc"]), (0.29, 0.31), 0.3),
         on_wall,
     )
     return replace(model, walls=walls)
@@ -133,7 +133,7 @@ def test_faces_of_a_kind_are_those_of_its_plane_walls():
 
 def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
     ratios = wall_ratios(
-        registry.cell_families["sc"], None, RHO,
+        calibrate(registry.cell_families['sc']), RHO,
         axis=2, lower=-1 / CELL, upper=1 + 1 / CELL, resolution=24,
     )  # fmt: skip
     E = model.material.youngs_modulus
@@ -153,7 +153,7 @@ def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
 
 def test_mass_counts_what_the_faces_leave(registry, model):
     ratios = wall_ratios(
-        registry.cell_families["sc"], None, RHO,
+        calibrate(registry.cell_families['sc']), RHO,
         axis=2, lower=-1 / CELL, upper=1 + 1 / CELL, resolution=24,
     )  # fmt: skip
     rho = np.full(model.volumes.size, RHO)
@@ -211,8 +211,8 @@ def test_a_kept_face_is_no_wall(registry):
     def layer(points):
         return points[2]
 
-    kept = (KeptRegion(distance=layer, margin=1.0),)
-    assert not plate(registry, kept).walls.classes
+    passive = (PassiveRegion(distance=layer, margin=1.0),)
+    assert not plate(registry, passive).walls.classes
 
 
 @pytest.mark.slow

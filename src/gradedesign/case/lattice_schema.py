@@ -251,14 +251,9 @@ class LatticeSpec(CellsSpec):
     """Lowest and highest relative density the user allows; the windows of the family and of its
     law narrow it further."""
 
-    faces: Annotated[str, Choice(("periodic", "measured"))] = "periodic"
-    """periodic: sizing takes cells at the part's faces for whole ones; measured: for what their
-    trimmed solid makes of them."""
-
-    finite_size: Annotated[str, Choice(("periodic", "corrected", "walls"))] = "periodic"
-    """periodic: sizing takes every cell for one of an endless lattice; corrected: scales its
-    stiffness by what a wall or block of as few cells as the part has there keeps of that; walls:
-    computes how walls of few cells, cut where the part's faces lie, stretch, bend and shear."""
+    finite_size: Annotated[str, Choice(("periodic", "walls"))] = "periodic"
+    """periodic: sizing takes every cell for one of an endless lattice; walls: computes how walls
+    of few cells, cut where the part's faces lie, stretch, bend and shear."""
 
     @model_validator(mode="before")
     @classmethod
@@ -276,12 +271,6 @@ class LatticeSpec(CellsSpec):
     def _free_straight_walls(self) -> LatticeSpec:
         if self.finite_size == "periodic":
             return self
-        if self.faces == "measured":
-            raise key_error(
-                "finite_size",
-                f'found {self.finite_size} beside faces = "measured"; both count what faces do to '
-                "the cells they cut, so expected one of the two",
-            )
         if self.skin is not None:
             raise key_error(
                 "finite_size",
@@ -292,17 +281,6 @@ class LatticeSpec(CellsSpec):
                 "finite_size",
                 f"found {self.finite_size}, which counts the cells of a straight grid of one size; "
                 "leave it out with a cell_map, warp, orientation, three edges or graded size",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _straight_faces(self) -> LatticeSpec:
-        straight = self.cell_map is None and not self.warp and len(self.size) != 2
-        if self.faces == "measured" and not (straight and self.orientation is None):
-            raise key_error(
-                "faces",
-                "found measured, which counts the trimmed cells of a straight grid of one size; "
-                "leave it out with a cell_map, warp, orientation or graded size",
             )
         return self
 

@@ -54,7 +54,7 @@ __all__ = [
     "RunSpec",
     "ShapeSpec",
     "SolidMultiple",
-    "case_schema_json",
+    "schema_json",
 ]
 
 
@@ -132,20 +132,30 @@ class Case(CaseIdentity):
     lattice: LatticeSpec
 
 
-def case_schema_json(
-    entries: Mapping[str, type[LimitEntry]] = MappingProxyType({}),
+def schema_json(
+    layout: type[Table], entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
 ) -> dict[str, Any]:
-    """JSON schema of a case file, for completion in editors.
+    """JSON schema of a case file, for completion and checks in editors.
 
     Parameters
     ----------
+    layout : type
+        `CaseFile`, or `GenerateFile` for the case of ``gradedesign generate``.
     entries : mapping of key to type of LimitEntry
         Lists of limits that registered kinds bring.
 
     Returns
     -------
     dict
-        Draft 2020-12; describes the text that is written, not the converted values.
+        Draft 7, which editors of TOML read; describes the text that is written, not the converted
+        values. What holds across keys or needs a file is left to ``gradedesign check``.
     """
-    schema = with_limit_entries(CaseFile, entries).model_json_schema(by_alias=True)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    schema = with_limit_entries(layout, entries).model_json_schema(
+        by_alias=True, ref_template="#/definitions/{model}"
+    )
+    definitions = schema.pop("$defs")
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        **schema,
+        "definitions": definitions,
+    }

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import spread_points
 from gradedesign.cell.transition import CellTransition, Scale, cell_transition
 from gradedesign.errors import LatticeError
@@ -123,8 +123,8 @@ def measure_neck(
 
 
 def joining_shift(
-    first: Calibration,
-    second: Calibration,
+    first: Cell,
+    second: Cell,
     density: float,
     *,
     scale: Scale = "rank",

@@ -7,14 +7,12 @@ or both changing, small cells where it is dense ("by ratio").
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import CaseError, DensityError
 
@@ -64,17 +62,15 @@ class HollowSphereLaw:
         return np.asarray((1 - share ** (1 / self.gamma)) / self.alpha)
 
 
-def wall_ratio(
-    family: CellFamily, parameters: Mapping[str, float] | None, rho: FloatArray | float
-) -> FloatArray:
-    """Thinnest wall over cell size at a relative density ``(...)``, from the cell's calibration.
+def wall_ratio(cell: Cell, rho: FloatArray | float) -> FloatArray:
+    """Thinnest wall over cell size at a relative density ``(...)``, from its calibration.
 
     Raises
     ------
     DensityError
         If a density is outside the cell's window.
     """
-    return wall_mm(family, parameters, rho, 1.0)
+    return wall_mm(cell, rho, 1.0)
 
 
 def size_for_wall(
@@ -169,8 +165,7 @@ def size_by_ratio(
 
 
 def densities_for_sizes(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     wall: float,
     sizes: tuple[float, float],
 ) -> tuple[float, float]:
@@ -178,8 +173,7 @@ def densities_for_sizes(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     wall : float, mm
     sizes : (float, float), mm
         Least and largest.
@@ -193,13 +187,13 @@ def densities_for_sizes(
     DensityError
         If no density of the cell does.
     """
-    density = np.linspace(*calibrate(family, parameters).window, 4001)
-    ratio = wall_ratio(family, parameters, density)
+    density = np.linspace(*cell.window, 4001)
+    ratio = wall_ratio(cell, density)
     fits = (ratio >= wall / sizes[1]) & (ratio <= wall / sizes[0])
     if not fits.any():
         possible = wall / ratio[ratio > 0]
         raise DensityError(
-            f"walls of {wall:g} mm make cells of '{family.name}' between {possible.min():.4g} and "
+            f"walls of {wall:g} mm make cells of '{cell.name}' between {possible.min():.4g} and "
             f"{possible.max():.4g} mm large, but {sizes[0]:g} to {sizes[1]:g} mm are allowed; "
             f"change the wall or the sizes"
         )
@@ -208,8 +202,7 @@ def densities_for_sizes(
 
 def size_field_for_wall(
     density: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     wall: float,
     limits: tuple[float, float] | None = None,
 ) -> Field:
@@ -220,15 +213,14 @@ def size_field_for_wall(
     """
 
     def size_of(points: FloatArray) -> FloatArray:
-        return size_for_wall(wall_ratio(family, parameters, density(points)), wall, limits)
+        return size_for_wall(wall_ratio(cell, density(points)), wall, limits)
 
     return size_of
 
 
 def size_field_by_ratio(
     density: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     sizes: tuple[float, float],
     densities: tuple[float, float],
 ) -> Field:
@@ -237,10 +229,10 @@ def size_field_by_ratio(
     Parameters are those of `wall_ratio` and `size_by_ratio`; ``densities`` are the lowest, with
     the largest cells, and the highest.
     """
-    least, most = (float(wall_ratio(family, parameters, rho)) for rho in densities)
+    least, most = (float(wall_ratio(cell, rho)) for rho in densities)
 
     def size_of(points: FloatArray) -> FloatArray:
-        return size_by_ratio(wall_ratio(family, parameters, density(points)), sizes, (least, most))
+        return size_by_ratio(wall_ratio(cell, density(points)), sizes, (least, most))
 
     return size_of
 

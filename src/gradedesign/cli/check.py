@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cli.check_data import check_data, repairs, stated_limits
+from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
@@ -23,6 +23,8 @@ from gradedesign.plugin.read_case import load_case
 PICTURE = "loads.png"
 #: Groups of cylinders that are printed; ``--json`` has all.
 _MOST_HOLES = 12
+#: Faces of the file that are printed; ``--json`` has all.
+_MOST_FILE_FACES = 24
 #: Points of one group that are printed.
 _MOST_POINTS = 4
 
@@ -102,6 +104,7 @@ def print_check(found: CaseCheck) -> None:
     )
     if found.holes:
         _print_holes(found)
+    _print_file_faces(found)
     _print_loads(found)
     print_text("free rigid motions: none")
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(found))
@@ -113,7 +116,7 @@ def _part_lines(found: CaseCheck) -> Iterator[str]:
     known = found.known
     part = known.part
     edges = np.ptp(part.surface.vertices, axis=0)
-    unit = "" if known.case.part.units is None else f", read in {known.case.part.units}"
+    unit = "" if part.units is None else f", read in {part.units}"
     mass = known.material.density * part.volume * 1e6
     yield f"case: {known.case.name}"
     yield (
@@ -122,6 +125,23 @@ def _part_lines(found: CaseCheck) -> Iterator[str]:
     )
     made = repairs(part)
     yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
+
+
+def _print_file_faces(found: CaseCheck) -> None:
+    rows = file_faces(found.known.part)
+    if not rows:
+        return
+    print_table(
+        "Faces of the file",
+        ("face", "name", "color", "area mm^2"),
+        [
+            (str(row["face"]), row["name"] or "", row["color"] or "", f"{row['area_mm2']:.4g}")
+            for row in rows[:_MOST_FILE_FACES]
+        ],
+    )
+    more = len(rows) - _MOST_FILE_FACES
+    if more > 0:
+        print_text(f"  and {more} more; --json lists all")
 
 
 def _print_holes(found: CaseCheck) -> None:
@@ -160,8 +180,8 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
     known, plan = found.known, found.known.law
     low, high = found.run.bounds
     yield (
-        f"cell: {known.family.name}, {known.case.lattice.size_words}; it exists from density "
-        f"{known.calibration.window[0]:.3g} to {known.calibration.window[1]:.3g}"
+        f"cell: {known.cell.name}, {known.case.lattice.size_words}; it exists from density "
+        f"{known.cell.window[0]:.3g} to {known.cell.window[1]:.3g}"
     )
     thick = found.thickness
     if thick.thickness:
@@ -188,7 +208,7 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
 def _cost_lines(found: CaseCheck) -> Iterator[str]:
     run, budget = found.run, found.known.case.run
     cost = run.cost
-    exact = "" if found.known.case.part.box is not None else "about "
+    exact = "" if found.known.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
     yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:

@@ -59,7 +59,7 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
             for name, load_case, allowed in stated_limits(found)
         ],
         "free_rigid_motions": [],
-        "cell": known.family.name,
+        "cell": known.cell.name,
         "law": known.law.name,
         "lattice": _lattice(found),
         "prediction": _prediction(found),
@@ -80,13 +80,30 @@ def _part(found: CaseCheck) -> dict[str, Any]:
     part = found.known.part
     return {
         "source": part.source,
-        "units": found.known.case.part.units,
+        "units": part.units,
         "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
         "solid_mass_g": found.known.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
         "repairs": repairs(part),
+        "file_faces": file_faces(part),
     }
+
+
+def file_faces(part: Part) -> list[dict[str, Any]]:
+    """Faces that the part's file tells apart, as regions select them; none for a box."""
+    faces = part.file_faces
+    if faces is None:
+        return []
+    return [
+        {
+            "face": number,
+            "name": faces.names.get(number),
+            "color": faces.colors.get(number),
+            "area_mm2": area,
+        }
+        for number, area in faces.areas(part.surface).items()
+    ]
 
 
 def repairs(part: Part) -> dict[str, int]:
@@ -119,7 +136,7 @@ def _lattice(found: CaseCheck) -> dict[str, Any]:
     known, plan = found.known, found.known.law
     return {
         "size_mm": list(known.case.lattice.size),
-        "cell_window": list(known.calibration.window),
+        "cell_window": list(known.cell.window),
         "density_window": list(known.bounds),
         "law": {
             "name": plan.name,

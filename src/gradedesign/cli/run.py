@@ -18,7 +18,7 @@ from gradedesign.cli.show import (
 from gradedesign.ladder.files import RESULT_NAME
 from gradedesign.ladder.result import RunResult, as_json
 from gradedesign.ladder.stages import default_folder
-from gradedesign.output.limit_notes import scope_words
+from gradedesign.output.scope_words import scope_words
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.read_case import load_case
 from gradedesign.workspace.atomic import is_folder

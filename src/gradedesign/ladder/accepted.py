@@ -138,21 +138,19 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     step = SURFACE_PER_CUBE * analysed.mesh.cube
     raw = trimmed_surface(design, setup.part.surface, step)
     report_step("loose pieces of the surface")
-    surface, islands = remove_islands(
-        raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
-    )
+    surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
     report_step("writing and reading back the surface")
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)
-    triangles = read_stl(path, "mm")
+    triangles = read_stl(path)
     back, _ = build_surface(triangles.corners, repair="safe", bodies=setup.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
             f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
-            f"for {setup.family.name}: raise [run] mesh_cubes_per_wall"
+            f"for {setup.cell.name}: raise [run] mesh_cubes_per_wall"
         )
     return back, islands
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.verify.explicit_mesh import predict_unknowns
@@ -69,7 +69,7 @@ def grid_cube(case: Case, wall: FloatArray | float, cubes_per_wall: float) -> Fl
 
 def analysable_bounds(
     case: Case,
-    calibration: Calibration,
+    cell: Cell,
     bounds: tuple[float, float],
     least_size: float,
     latticed: float,
@@ -80,7 +80,7 @@ def analysable_bounds(
     Parameters
     ----------
     case : Case
-    calibration : Calibration
+    cell : Cell
         Of the cell.
     bounds : (float, float)
         Density window of user, cell, law and printer.
@@ -99,10 +99,10 @@ def analysable_bounds(
     low, high = bounds
     rho = np.geomspace(low, high, SAMPLES)
     stated = case.lattice.wall
-    walls = np.full(SAMPLES, stated) if stated else _walls(calibration, rho, least_size)
+    walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
     mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
     volume = solid + latticed * mean
-    least, per_wall = 0, run.mesh_cubes_per_wall or cubes_per_wall(calibration, low)
+    least, per_wall = 0, run.mesh_cubes_per_wall or cubes_per_wall(cell, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
     refusal = ""
     for _ in range(2):
@@ -118,7 +118,7 @@ def analysable_bounds(
             refusal = _refusal(case, walls, cubes, need)
             break
         least = int(np.argmax(fits))
-        per_wall = run.mesh_cubes_per_wall or cubes_per_wall(calibration, float(rho[least]))
+        per_wall = run.mesh_cubes_per_wall or cubes_per_wall(cell, float(rho[least]))
     warnings: tuple[str, ...] = ()
     if least:
         warnings = (
@@ -138,8 +138,8 @@ def analysable_bounds(
     )
 
 
-def _walls(calibration: Calibration, rho: FloatArray, least_size: float) -> FloatArray:
-    walls = wall_mm(calibration.family, dict(calibration.parameters), rho, least_size)
+def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
+    walls = wall_mm(cell, rho, least_size)
     # At the percolation floor a strut has no thickness: no grid resolves it.
     return np.maximum(walls, 1e-3 * least_size)
 

@@ -81,7 +81,7 @@ class Announcer:
         self.say(
             "part",
             f"{part_volume(setup):.6g} mm^3, {mesh.tets.shape[1]} tets, "
-            f"{setup.space.dof_count} dof; cell {setup.family.name} of "
+            f"{setup.space.dof_count} dof; cell {setup.cell.name} of "
             f"{setup.case.lattice.size_words}, law {setup.law.name}, density "
             f"{setup.bounds[0]:.3g} to {setup.bounds[1]:.3g}",
         )

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gradedesign.case.schema import Case
-from gradedesign.ladder.finite_cells import finite_size_of
-from gradedesign.ladder.locate import locating
+from gradedesign.cell.cell_map import turned_axes
 from gradedesign.ladder.part_room import inner_points
 from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.ladder.resolve_law import resolve_law
@@ -83,14 +81,10 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         said += resolve_law(
             case,
             registry,
-            known.family,
-            known.parameters,
+            known.cell,
             poissons_ratio=known.material.poissons_ratio,
         )[1]
-    if case.lattice.finite_size == "corrected":
-        with locating(case, "lattice.finite_size"):
-            finite_size_of(case, registry, known.family, known.parameters, known.bounds)
-    inside = inner_points(known.part, known.distance)
+    inside = inner_points(known.domain)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])
     said += [*_few_cells(known, thickness), *_left_out(known), *budget_warnings(known, run)]
@@ -106,7 +100,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
 def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
     """Thickness of the part along the axes of its cells, at places ``(3, n)`` inside it."""
     every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
-    axes = Rotation.from_euler("XYZ", known.case.lattice.rotation, degrees=True).as_matrix()
+    axes = turned_axes(known.case.lattice.rotation)
     lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
     values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
     return Thickness(

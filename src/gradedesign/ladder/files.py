@@ -113,7 +113,7 @@ def write_outputs(
             if path.endswith(".png")
         }
         case_text = setup.case.path.read_text(encoding="utf-8")
-        out.write_text("report.html", render_report(as_json(result), pictures, case_text))
+        out.write_text("report.html", render_report(result, pictures, case_text))
     write_result(out, result)
     return result
 
@@ -240,9 +240,7 @@ def _unjudged_lattice(
     design = build_design(setup, density_grid(setup, rho))
     step = setup.layout.least / 24
     raw = trimmed_surface(design, setup.part.surface, step)
-    surface, islands = remove_islands(
-        raw, keep=setup.part.report.bodies, least_pocket=(0.5 * step) ** 3
-    )
+    surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)
     _exported_files(out, setup, surface, design, files)
@@ -264,7 +262,7 @@ def _exported_files(
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
     others = [file for file in setup.lattice_files if file.name != STL_NAME]
-    lattice = printed_lattice(setup.case, surface, design, setup.material.name)
+    lattice = printed_lattice(setup.case, surface, design, setup.material)
     files |= write_lattice_files(out, others, lattice)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.errors import GradeDesignError
 from gradedesign.ladder.announce import Announcer
+from gradedesign.ladder.design_domain import design_domain
 from gradedesign.ladder.files import write_result
 from gradedesign.ladder.generate_files import write_generated
 from gradedesign.ladder.lattice_files import lattice_files, printed_lattice
@@ -36,12 +37,11 @@ from gradedesign.ladder.stated_map import stated_map
 from gradedesign.ladder.summary import library_versions
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands, remove_islands
-from gradedesign.lattice.lattice import KeptRegion, LatticeDesign, lattice_field
+from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.part.part import Part, read_part
-from gradedesign.part.signed_distance import region_distance, surface_distance
 from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
@@ -164,7 +164,7 @@ def _generate(
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
     result = generated_result(case, registry, made, report)
-    material = None if case.material is None else resolve_material(case.material, registry).name
+    material = None if case.material is None else resolve_material(case.material, registry)
     lattice = printed_lattice(case, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
 
@@ -173,46 +173,22 @@ def _design(
     case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
 ) -> tuple[LatticeDesign, BuiltCells, dict[str, Any]]:
     """The lattice as the case states it."""
-    spec, points = case.lattice, part.surface.vertices
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    distance = surface_distance(part.surface)
+    domain = design_domain(case, part)
     density = stated_density(
-        case,
-        source,
-        distance=distance,
-        lower=lower,
-        upper=upper,
-        window=cells.window,
-        level_of=cells.level_of,
+        case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
-    kept = tuple(
-        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-        for k in case.keep
-    )
-    places = lattice_points(part, distance, spec.skin, kept)
-    require_lattice_left(case, places, part, distance, kept)
-    cell_map, report = stated_map(case, part, cells.families[0], density, distance, places)
-    built = build_cells(
-        case,
-        cells,
-        cell_map,
-        density=density,
-        distance=distance,
-        lower=lower,
-        upper=upper,
-    )
+    places = lattice_points(domain)
+    require_lattice_left(case, places, domain)
+    cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, places)
+    built = build_cells(case, cells, cell_map, density=density, domain=domain)
     design = LatticeDesign(
-        part=distance,
+        domain=domain,
         shape=built.shape,
         level_of=cells.level_of,
         cell_map=built.cell_map,
         cell_size=cell_map.size,
         density=density,
-        lower=lower,
-        upper=upper,
         parameters=built.parameters,
-        skin=spec.skin,
-        kept=kept,
     )
     return design, built, report
 
@@ -233,7 +209,9 @@ def build(
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     raw = trimmed_surface(design, part.surface, step)
     report_step("loose pieces of the surface")
-    surface, islands = remove_islands(raw, keep=part.report.bodies, least_pocket=(0.5 * step) ** 3)
+    surface, islands = remove_islands(
+        raw, keep=design.domain.bodies, least_pocket=(0.5 * step) ** 3
+    )
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
     slabs = tuple(

@@ -34,7 +34,7 @@ def with_cells(setup: Setup, rho: FloatArray) -> Setup:
     if not case.lattice.graded_size:
         return setup
     with locating(case, "lattice.size"):
-        wanted = wanted_size(case, setup.calibration, density_grid(setup, rho), setup.bounds)
+        wanted = wanted_size(case, setup.cell, density_grid(setup, rho), setup.bounds)
         cell_map = graded_map(case, setup.part, wanted, setup.frames)
         layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
     axes = cell_axes(layout, setup.space)

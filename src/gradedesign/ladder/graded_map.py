@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from scipy.spatial.transform import Rotation
-
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.cell_map import CellMap, constant_jacobian
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_map import CellMap, constant_jacobian, turned_axes
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.phase_fields import default_spacing, graded_size_map
 from gradedesign.cell.size_law import size_field_by_ratio, size_field_for_wall
@@ -39,7 +37,7 @@ def require_one_thickness(case: Case | GenerateCase, family: CellFamily) -> None
 
 def wanted_size(
     case: Case | GenerateCase,
-    calibration: Calibration,
+    cell: Cell,
     density: DensityGrid,
     ends: tuple[float, float],
 ) -> Field:
@@ -48,20 +46,20 @@ def wanted_size(
     Parameters
     ----------
     case : Case or GenerateCase
-    calibration : Calibration
+    cell : Cell
     density : DensityGrid
     ends : (float, float)
         Densities of the largest and of the smallest cells, where wall and size both follow.
     """
-    spec, family, parameters = case.lattice, calibration.family, calibration.parameters
+    spec = case.lattice
     sizes = (spec.size[0], spec.size[-1])
 
     def rho(points: FloatArray) -> FloatArray:
         return evaluate(density, points)
 
     if spec.wall is not None:
-        return size_field_for_wall(rho, family, parameters, spec.wall, sizes)
-    return size_field_by_ratio(rho, family, parameters, sizes, ends)
+        return size_field_for_wall(rho, cell, spec.wall, sizes)
+    return size_field_by_ratio(rho, cell, sizes, ends)
 
 
 def graded_map(
@@ -86,7 +84,7 @@ def graded_map(
     """
     spec, corners = case.lattice, part.surface.vertices
     lower, upper = corners.min(axis=0), corners.max(axis=0)
-    axes = Rotation.from_euler("XYZ", spec.rotation, degrees=True).as_matrix()
+    axes = turned_axes(spec.rotation)
 
     def frame(points: FloatArray) -> FloatArray:
         return constant_jacobian(axes.T, points)

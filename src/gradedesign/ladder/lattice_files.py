@@ -6,6 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import metadata
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.run_schema import OWN_FORMATS
@@ -14,7 +15,8 @@ from gradedesign.case.suggest import instead
 from gradedesign.errors import PluginError, blaming
 from gradedesign.ladder.locate import locating
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.material.material import Material
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.plugin.registry import Registry, absent
@@ -82,9 +84,10 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
 
 
 def printed_lattice(
-    case: CaseIdentity, surface: SurfaceMesh, design: LatticeDesign, material: str | None
+    case: CaseIdentity, surface: SurfaceMesh, design: LatticeDesign, material: Material | None
 ) -> PrintedLattice:
     """The record that exporters receive."""
+    mass = None if material is None else enclosed_volume(surface) * material.density * 1e6
 
     @cache
     def built() -> Field:
@@ -93,7 +96,15 @@ def printed_lattice(
     def field(points: FloatArray) -> FloatArray:
         return built()(points)
 
-    return PrintedLattice(surface=surface, name=case.name, material=material, field=field)
+    return PrintedLattice(
+        surface=surface,
+        name=case.name,
+        version=metadata.version("gradedesign"),
+        case_hash=case.case_hash,
+        material=None if material is None else material.name,
+        mass_g=mass,
+        field=field,
+    )
 
 
 def write_lattice_files(

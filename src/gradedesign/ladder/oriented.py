@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
-from gradedesign.cell.cell_map import CellMap
+from gradedesign.cell.cell_map import CellMap, turned_axes
 from gradedesign.cell.frame_field import frame_field, principal_angle
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.map_report import spread
@@ -86,7 +85,7 @@ def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | Non
 def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> Field:
     """Smooth frames along principal directions in the box of a part."""
     corners, spec = part.surface.vertices, case.lattice
-    axes = Rotation.from_euler("XYZ", spec.rotation, degrees=True).as_matrix()
+    axes = turned_axes(spec.rotation)
     smooth = 1.0 if spec.orientation is None else spec.orientation.smooth
     with locating(case, "lattice.orientation"):
         return frame_field(
@@ -112,7 +111,7 @@ def alignment(
     Weighted by the principal value; beside it the same of straight cells.
     """
     tensor = tensor_of(places)
-    start = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
+    start = turned_axes(case.lattice.rotation)
     straight = np.repeat(start[:, :, None], places.shape[1], axis=2)
     report = {}
     for name, axes in (
@@ -143,7 +142,7 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     case = setup.case
     if case.lattice.orientation is None:
         return setup
-    tensor_of = stated_directions(case, setup.distance) or _solid_stress(setup, solutions)
+    tensor_of = stated_directions(case, setup.domain.distance) or _solid_stress(setup, solutions)
     frames = oriented_frames(case, setup.part, tensor_of)
     setup = replace(setup, frames=frames)
     if case.lattice.graded_size:
@@ -154,9 +153,7 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         cell_map = graded_map(case, setup.part, wanted, frames)
         layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
     told = alignment(case, cell_map, tensor_of, layout.places)
-    bounds, _ = density_bounds(
-        case, setup.family, setup.calibration, setup.law, setup.parameters, layout.least
-    )
+    bounds, _ = density_bounds(case, setup.cell, setup.law, layout.least)
     return replace(
         setup,
         bounds=bounds,

@@ -45,10 +45,10 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
 def _blamed(reader: PartReader, source: str) -> Reader:
     """Read a file; what is wrong with the file is told as the reader tells it."""
 
-    def read(path: Path, unit: str) -> RawTriangles:
+    def read(path: Path) -> RawTriangles:
         who = f"part reader '{reader.name}' of {source} on {path.name}"
         with blaming(who, always=False):
-            raw = reader.read(path, unit)
+            raw = reader.read(path)
         if not isinstance(raw, RawTriangles):
             raise PluginError(f"{who} returned a {type(raw).__name__}, expected RawTriangles")
         return raw

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
 from gradedesign.cell.map_report import volume_points
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.ladder.placed_map import REPORT_POINTS
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.part.part import Part
 
 #: Longest edge of a part, mm, outside which its unit is questioned.
@@ -36,10 +34,9 @@ def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
     return (f"the part is {size} mm{unit}; is its unit right?",)
 
 
-def inner_points(part: Part, distance: Field) -> FloatArray:
+def inner_points(domain: DesignDomain) -> FloatArray:
     """Places that fill the whole part evenly, ``(3, n)``, mm."""
-    corners = part.surface.vertices
-    return volume_points(distance, corners.min(axis=0), corners.max(axis=0), REPORT_POINTS)
+    return volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
 
 
 def require_cells_fit(case: Case, part: Part) -> None:
@@ -71,11 +68,7 @@ def require_cells_fit(case: Case, part: Part) -> None:
 
 
 def require_lattice_left(
-    case: Case | GenerateCase,
-    places: FloatArray,
-    part: Part,
-    distance: Field,
-    kept: Sequence[KeptRegion],
+    case: Case | GenerateCase, places: FloatArray, domain: DesignDomain
 ) -> None:
     """Refuse a skin and solid regions that leave no place for a lattice.
 
@@ -84,10 +77,7 @@ def require_lattice_left(
     case : Case or GenerateCase
     places : (3, n) array, mm
         Where the part is lattice.
-    part : Part
-    distance : callable
-        Signed distance of the part.
-    kept : tuple of KeptRegion
+    domain : DesignDomain
 
     Raises
     ------
@@ -96,13 +86,13 @@ def require_lattice_left(
     """
     if places.shape[1]:
         return
-    inside = inner_points(part, distance)
+    inside = inner_points(domain)
     if not inside.shape[1]:
         raise CaseError(
             f"{case.where('part')}: no place was found inside the part: it is far thinner than its "
             f"bounding box is long"
         )
-    for number, (spec, region) in enumerate(zip(case.keep, kept, strict=True)):
+    for number, (spec, region) in enumerate(zip(case.keep, domain.passive, strict=True)):
         reach = float(np.asarray(region.distance(inside)).max())
         if reach <= region.margin:
             raise CaseError(
@@ -110,13 +100,13 @@ def require_lattice_left(
                 f"of the part is farther than {reach:.4g} mm from region '{spec.region}', so all "
                 f"of it would stay solid; expected less, such as {0.2 * reach:.2g} mm"
             )
-    depth, skin = float(-np.asarray(distance(inside)).min()), case.lattice.skin
+    depth, skin = float(-np.asarray(domain.distance(inside)).min()), domain.skin
     if skin is not None and skin >= depth:
         raise CaseError(
             f"{case.where('lattice.skin')}: found {skin:g} mm, but no place of the part lies "
             f"deeper than {depth:.4g} mm, so all of it would be skin; expected less"
         )
     raise CaseError(
-        f"{case.where('keep' if kept else 'lattice.skin')}: skin and solid regions together fill "
-        f"the whole part, so no lattice is left; expected thinner ones"
+        f"{case.where('keep' if domain.passive else 'lattice.skin')}: skin and solid regions "
+        f"together fill the whole part, so no lattice is left; expected thinner ones"
     )

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.cell_map_schema import CellMapSpec
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.schema import Case
-from gradedesign.cell.cell_map import CellMap, uniform_map
+from gradedesign.cell.cell_map import CellMap, turned_axes, uniform_map
 from gradedesign.cell.conformal_map import conformal_map, layered_map
 from gradedesign.cell.cylindrical_map import cylindrical_map
 from gradedesign.cell.map_report import volume_points
@@ -20,7 +17,7 @@ from gradedesign.cell.spherical_map import spherical_map
 from gradedesign.cell.warp_map import MorphingSphere, warp_map
 from gradedesign.errors import CaseError
 from gradedesign.ladder.locate import locating
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import LATTICE, DesignDomain, phase_at
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance
 
@@ -64,28 +61,21 @@ def warped(case: Case | GenerateCase, cell_map: CellMap) -> CellMap:
         return warp_map(cell_map, spheres)
 
 
-def lattice_points(
-    part: Part, distance: Field, skin: float | None, kept: Sequence[KeptRegion]
-) -> FloatArray:
-    """Places that fill the part evenly where it is lattice, not skin or kept solid, ``(3, n)``.
+def lattice_points(domain: DesignDomain) -> FloatArray:
+    """Places that fill the part evenly where it is lattice, not skin or passive, ``(3, n)``.
 
     Empty where no place is left.
     """
-    corners = part.surface.vertices
-    points = volume_points(distance, corners.min(axis=0), corners.max(axis=0), REPORT_POINTS)
-    if skin is not None:
-        points = points[:, np.asarray(distance(points)) < -skin]
-    for region in kept:
-        points = points[:, np.asarray(region.distance(points)) > region.margin]
-    return points
+    points = volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
+    return points[:, phase_at(domain, points) == LATTICE]
 
 
 def _map_of_kind(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
     """The map without warps."""
     spec, told = case.lattice, case.lattice.cell_map
     if told is None:
-        rotation = Rotation.from_euler("XYZ", spec.rotation, degrees=True).as_matrix()
-        return uniform_map(spec.edges, spec.origin, rotation if any(spec.rotation) else None)
+        rotation = turned_axes(spec.rotation) if any(spec.rotation) else None
+        return uniform_map(spec.edges, spec.origin, rotation)
     if told.kind in ("conformal", "layered"):
         return _in_layers(case, told, part, distance)
     size, around, inner = spec.cell_size, told.around, told.inner_radius

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gradedesign.case.schema import Case
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.homogenise.cached_table import (
     ON_DEMAND_RESOLUTION,
@@ -55,8 +56,7 @@ class PlannedLaw:
 def planned_law(
     case: Case,
     registry: Registry,
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     *,
     poissons_ratio: float,
 ) -> PlannedLaw:
@@ -73,22 +73,22 @@ def planned_law(
         If the walls are too thin for any grid that a law is computed on.
     """
     asked, edges = case.lattice.law, case.lattice.edges
-    changed = changed_parameters(family, parameters)
+    changed = changed_parameters(cell.family, cell.parameters)
     unequal = min(edges) < max(edges)
-    if asked != "auto" or not (changed or unequal or not usable_laws(registry, family.name)):
-        law = choose_law(registry, family.name, asked, case.lattice.density)
+    if asked != "auto" or not (changed or unequal or not usable_laws(registry, cell.name)):
+        law = choose_law(registry, cell.name, asked, case.lattice.density)
         return PlannedLaw(name=law.name, window=law.window)
-    why = f"with {values_in_words(changed, parameters)}" if changed else "of this cell"
+    why = f"with {values_in_words(changed, cell.parameters)}" if changed else "of this cell"
     if unequal:
         why += f" with edges in proportion {proportion(edges)}"
-    voxels = on_demand_resolution(family, parameters, edges)
-    densities = table_densities(family, parameters, voxels, edges)
+    voxels = on_demand_resolution(cell, edges)
+    densities = table_densities(cell, voxels, edges)
     return PlannedLaw(
-        name=f"{family.name}-computed{'-stretched' if unequal else ''}",
+        name=f"{cell.name}-computed{'-stretched' if unequal else ''}",
         window=(densities[0], densities[-1]),
         why=f"no law {why} is installed",
         voxels=voxels,
-        known=has_table(family, parameters, poissons_ratio, voxels, edges),
+        known=has_table(cell, poissons_ratio, voxels, edges),
     )
 
 

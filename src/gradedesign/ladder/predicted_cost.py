@@ -1,9 +1,7 @@
 """What a run will cost: unknowns, memory and seconds, before it and after its first round.
 
-Every stage takes a number of seconds for each unit of its work. The numbers were measured on small
-cases in seconds of processor time, two threads on two cores; most of the time goes to steps that
-use one core, so they are taken for seconds of an otherwise idle machine. After its first round a
-run replaces them by what its own stages took.
+Every stage takes a number of seconds for each unit of its work, measured on two cores of an
+otherwise idle machine. After its first round a run replaces them by what its own stages took.
 """
 
 from __future__ import annotations
@@ -93,15 +91,15 @@ class Speed:
     start: float
 
 
-#: Measured in processor seconds on the cases mini and size-graded, two rounds each: sizing 3.5 to
-#: 4.6e-5, cube 1.1 to 2.7e-4, solve 2.6 to 3.2e-5; the mesher on mini 1.36e-3, beside 0.8 to 2.8e-3
-#: on other surfaces. Load cases are iterated in pairs, on one hierarchy.
+#: Measured in first rounds on two idle cores: sizing 2.2 to 4.6e-5, cube 0.5 to 2.7e-4, solve 1.9
+#: to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M; large ones take less for each. The mesher
+#: 0.8 to 2.8e-3. Load cases are iterated in pairs, on one hierarchy.
 MEASURED = Speed(
-    sizing=4.2e-5,
-    cube=1.9e-4,
-    solve=3.0e-5,
+    sizing=2.6e-5,
+    cube=1.1e-4,
+    solve=2.4e-5,
     more_cases=0.45,
-    tet=1.4e-3,
+    tet=1.2e-3,
     start=8.0,
 )
 

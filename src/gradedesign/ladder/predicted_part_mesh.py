@@ -24,15 +24,15 @@ _OF_VOLUME, _OF_FACET = 2.5, 4.0
 def least_part_dofs(case: Case, part: Part) -> float:
     """Unknowns that the part's mesh has at least; of a box, those that it has."""
     size = case.part.mesh_size
-    if case.part.box is not None:
-        counts = [max(1, math.ceil(side / size - 1e-9)) for side in case.part.box]
+    if case.part.bricks is not None:
+        counts = [max(1, math.ceil(side / size - 1e-9)) for side in case.part.bricks]
         return 3.0 * math.prod(2.0 * n + 1.0 for n in counts)
     return _DOFS_PER_TET * least_count(part.volume, LONGEST_EDGE * size)
 
 
 def predicted_part_dofs(case: Case, part: Part) -> int:
     """Unknowns that the part's mesh will have, exact for a box, else within a factor of two."""
-    if case.part.box is not None:
+    if case.part.bricks is not None:
         return int(least_part_dofs(case, part))
     size = case.part.mesh_size
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)

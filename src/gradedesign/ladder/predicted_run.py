@@ -108,7 +108,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     share = known.layout.places.shape[1] / max(inside, 1)
     able = analysable_bounds(
         case,
-        known.calibration,
+        known.cell,
         known.bounds,
         known.layout.least,
         latticed=known.part.volume * share,
@@ -151,7 +151,7 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     case = known.case
     thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
-    wall = case.lattice.wall or float(wall_mm(known.family, known.parameters, thin, size))
+    wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
     cubes = {
         f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
         / able.cubes_per_wall

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall
@@ -58,10 +57,8 @@ def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
 
 def density_bounds(
     case: Case,
-    family: CellFamily,
-    calibration: Calibration,
+    cell: Cell,
     law: ScalingLaw | PlannedLaw | None,
-    parameters: Mapping[str, float],
     least_size: float,
 ) -> tuple[tuple[float, float], list[str]]:
     """Intersect the density windows and say which one narrowed the user's.
@@ -75,21 +72,21 @@ def density_bounds(
         If nothing is left, or no density has walls as thick as the printer needs.
     """
     low, high = case.lattice.density
-    windows = {f"cell family '{family.name}'": calibration.window}
+    windows = {f"cell family '{cell.name}'": cell.window}
     if law is not None:
         windows[f"law '{law.name}'"] = law.window
     spec = case.lattice
     if spec.wall is not None:
         with locating(case, "lattice.wall"):
             sizes = (spec.size[0], spec.size[-1])
-            fitting = densities_for_sizes(family, parameters, spec.wall, sizes)
+            fitting = densities_for_sizes(cell, spec.wall, sizes)
         windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
     elif case.print is not None:
         if spec.graded_size:
             # Cells are largest where the density is least.
             least_size = spec.size[-1]
         try:
-            floor = density_for_wall(family, parameters, case.print.min_wall, least_size)
+            floor = density_for_wall(cell, case.print.min_wall, least_size)
         except DensityError as error:
             raise CaseError(f"{case.where('print.min_wall')}: {error}") from error
         windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)

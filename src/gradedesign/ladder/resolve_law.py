@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from gradedesign.case.schema import Case
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.homogenise.cached_table import computed_law
 from gradedesign.homogenise.cell_properties import CellProperties
 from gradedesign.ladder.planned_law import (
@@ -29,8 +27,7 @@ RATIO_TOLERANCE = 0.05
 def resolve_law(
     case: Case,
     registry: Registry,
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     on_event: Listener = ignore,
     *,
     poissons_ratio: float,
@@ -52,7 +49,7 @@ def resolve_law(
         As `computed_law`.
     """
     edges = case.lattice.edges
-    plan = planned_law(case, registry, family, parameters, poissons_ratio=poissons_ratio)
+    plan = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
     if plan.voxels:
         least, most = plan.minutes
         how = (
@@ -67,21 +64,19 @@ def resolve_law(
             on_event(
                 Event(
                     stage="law",
-                    message=f"law of {family.name}: density {row.density:g} is computed "
+                    message=f"law of {cell.name}: density {row.density:g} is computed "
                     f"({number} of {count})",
                     fraction=number / count,
                 )
             )
 
-        law = computed_law(
-            family, parameters, poissons_ratio, plan.voxels, edges, case.lattice.density, tell
-        )
+        law = computed_law(cell, poissons_ratio, plan.voxels, edges, case.lattice.density, tell)
         told = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
         if case.lattice.own_cell is None:
-            told += f"; 'gradedesign homogenise {family.name}' says more"
+            told += f"; 'gradedesign homogenise {cell.name}' says more"
         return law, (told,)
-    unequal, changed = min(edges) < max(edges), changed_parameters(family, parameters)
-    law = choose_law(registry, family.name, case.lattice.law, case.lattice.density)
+    unequal, changed = min(edges) < max(edges), changed_parameters(cell.family, cell.parameters)
+    law = choose_law(registry, cell.name, case.lattice.law, case.lattice.density)
     said = _ratio_warnings(law, poissons_ratio)
     if unequal:
         said += (
@@ -92,8 +87,8 @@ def resolve_law(
         return law, said
     return law, (
         *said,
-        f"law '{law.name}' describes cell '{family.name}' with its default parameters, not with "
-        f'{values_in_words(changed, parameters)}; law = "auto" computes one for these',
+        f"law '{law.name}' describes cell '{cell.name}' with its default parameters, not with "
+        f'{values_in_words(changed, cell.parameters)}; law = "auto" computes one for these',
     )
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gradedesign.arrays import Field
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
+from gradedesign.ladder.design_domain import design_domain
 from gradedesign.ladder.free_motions import require_supported
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
+from gradedesign.ladder.linear_solver import linear_solver
 from gradedesign.ladder.load_balance import LoadBalance, balance_warnings, load_balances
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.part_readers import part_readers
@@ -25,12 +28,12 @@ from gradedesign.ladder.placed_map import lattice_points, placed_map
 from gradedesign.ladder.planned_law import PlannedLaw, planned_law
 from gradedesign.ladder.predicted_part_mesh import require_mesh_fits
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.limits.kinds import require_possible, stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
-from gradedesign.part.signed_distance import region_distance, surface_distance
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.progress import report_step
 
@@ -43,19 +46,18 @@ class ResolvedCase:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     part : Part
-    distance : callable
-        Signed distance of the part.
-    kept : tuple of KeptRegion
+    domain : DesignDomain
     layout : CellLayout
     law : PlannedLaw
         Not computed.
+    solver : LinearSolver
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
     balances : tuple of LoadBalance
+    mesher : Mesher
+        Of the part.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     limits : tuple of StatedLimit
@@ -67,16 +69,15 @@ class ResolvedCase:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     part: Part
-    distance: Field
-    kept: tuple[KeptRegion, ...]
+    domain: DesignDomain
     layout: CellLayout
     law: PlannedLaw
+    solver: LinearSolver
     bounds: tuple[float, float]
     balances: tuple[LoadBalance, ...]
+    mesher: Mesher
     lattice_files: tuple[LatticeFile, ...]
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
@@ -102,6 +103,9 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     parameters = cell_parameters(case, family)
     require_unheated_walls(case)
     files = lattice_files(case, registry)
+    solver = linear_solver(case, registry)
+    with locating(case, "part.mesher"):
+        mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
     with locating(case, "part.file"):
@@ -111,36 +115,29 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     require_supported(case, part)
     require_possible(registry.limits, case, part.regions)
     with locating(case, "lattice.cell"):
-        calibration = calibrate(family, parameters)
+        cell = calibrate(family, parameters)
     require_one_thickness(case, family)
     report_step("distance field and cell map")
-    distance = surface_distance(part.surface)
-    kept = tuple(
-        KeptRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-        for k in case.keep
-    )
-    layout = placed_layout(case, part, distance, kept)
+    domain = design_domain(case, part)
+    layout = placed_layout(case, part, domain)
     # The window of the cell itself is tested before a law is looked for.
-    density_bounds(case, family, calibration, None, parameters, layout.least)
+    density_bounds(case, cell, None, layout.least)
     with locating(case, "lattice.law"):
-        law = planned_law(
-            case, registry, family, parameters, poissons_ratio=material.poissons_ratio
-        )
-    bounds, narrowed = density_bounds(case, family, calibration, law, parameters, layout.least)
+        law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
+    bounds, narrowed = density_bounds(case, cell, law, layout.least)
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         part=part,
-        distance=distance,
-        kept=kept,
+        domain=domain,
         layout=layout,
         law=law,
+        solver=solver,
         bounds=bounds,
         balances=balances,
+        mesher=mesher,
         lattice_files=files,
         limits=stated_limits(registry.limits, case, material),
         warnings=(
@@ -169,9 +166,7 @@ def require_unheated_walls(case: Case) -> None:
         )
 
 
-def placed_layout(
-    case: Case, part: Part, distance: Field, kept: tuple[KeptRegion, ...]
-) -> CellLayout:
+def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
     """The map of a case with the cells that it makes.
 
     Raises
@@ -180,8 +175,8 @@ def placed_layout(
         If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
         or cannot be used there.
     """
-    cell_map = placed_map(case, part, distance)
-    places = lattice_points(part, distance, case.lattice.skin, kept)
-    require_lattice_left(case, places, part, distance, kept)
+    cell_map = placed_map(case, part, domain.distance)
+    places = lattice_points(domain)
+    require_lattice_left(case, places, domain)
     with locating(case, "lattice.cell_map"):
         return cell_layout(cell_map, places, case.lattice.edges)

@@ -89,6 +89,11 @@ class Iteration:
     grid_share: float = 1.0
     timing_s: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def measured(self) -> tuple[LimitIteration, ...]:
+        """Limits that the explicit analysis measures."""
+        return tuple(one for one in self.limits if one.explicit is not None)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:

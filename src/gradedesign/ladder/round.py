@@ -12,7 +12,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
-from gradedesign.fe.solve import ElasticSystem
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.ladder.analysable import grid_cube
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.stored_sizing import stored_sizing
@@ -150,19 +150,14 @@ def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
 
 def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
-    points = setup.part.surface.vertices
     return LatticeDesign(
-        part=setup.distance,
-        shape=blamed_shape(setup.family),
-        level_of=setup.calibration.level_of,
+        domain=setup.domain,
+        shape=blamed_shape(setup.cell.family),
+        level_of=setup.cell.level_of,
         cell_map=setup.layout.cell_map,
         cell_size=setup.layout.typical,
         density=grid,
-        lower=points.min(axis=0),
-        upper=points.max(axis=0),
-        parameters=setup.parameters,
-        skin=setup.case.lattice.skin,
-        kept=setup.kept,
+        parameters=setup.cell.parameters,
     )
 
 
@@ -178,7 +173,8 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         exclusion_radius=setup.exclusion_radius,
         stress_limit=allowed_stress(setup.case, setup.material),
         percentile=setup.case.limits.percentile,
-        bodies=setup.part.report.bodies,
+        bodies=setup.domain.bodies,
+        solver=setup.model.solver,
     )
 
 

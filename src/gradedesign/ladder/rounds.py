@@ -133,7 +133,7 @@ def analyse_cells(
     grid = density_grid(setup, rho)
     design = build_design(setup, grid)
     judged = judged_solid(setup, design)
-    memory, bodies = setup.case.run.memory, setup.part.report.bodies
+    memory, bodies = setup.case.run.memory, setup.domain.bodies
     if cube is not None:
         mesh = mesh_lattice(design, cube, memory_limit_bytes=memory, bodies=bodies)
     else:
@@ -207,7 +207,7 @@ def play_round(
     gaps = (*(r.gap for r in previous), gap)
     learned = _learn(setup, correction, predicted, explicit, gaps, sized.rho)
     masses = explicit_masses(setup, analysed.mesh, result)
-    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    weights = setup.model.lattice_volumes
     iteration = Iteration(
         round=len(previous) + 1,
         lattice_mass_g=masses["lattice"],

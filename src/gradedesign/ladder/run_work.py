@@ -72,9 +72,7 @@ def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, 
     """
     case = setup.case
     thinnest = density if case.lattice.grading == "uniform" else setup.bounds[0]
-    wall = case.lattice.wall or float(
-        wall_mm(setup.family, setup.parameters, thinnest, setup.layout.least)
-    )
+    wall = case.lattice.wall or float(wall_mm(setup.cell, thinnest, setup.layout.least))
     design = build_design(setup, density_grid(setup, np.full(setup.model.volumes.shape, density)))
     asked = explicit_cube_for(setup, wall)
     fitting = fitting_cube(volume, case.run.memory)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.fe.solve import ElasticSystem
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.ladder.round import corrected_limits, corrected_model, tightened_limits
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup
@@ -126,7 +126,7 @@ def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
 def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
     """The limit that is out of reach, and what would help."""
     upper = setup.bounds[1]
-    window = min(setup.calibration.window[1], setup.law.window[1])
+    window = min(setup.cell.window[1], setup.law.window[1])
     helps = ["another cell", "smaller cells"]
     if setup.case.lattice.skin is None:
         helps.insert(1, "a skin")

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import Calibration
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
@@ -19,21 +16,20 @@ from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
-from gradedesign.ladder.face_fill import face_fill
-from gradedesign.ladder.finite_cells import finite_size_of, local_factor, spread_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
+from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.ladder.resolve import density_bounds
 from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.resolved_case import resolve_case
-from gradedesign.ladder.solid_share import solid_share
-from gradedesign.ladder.wall_cells import wall_factors
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.ladder.wall_cells import wall_factors, wall_material
+from gradedesign.lattice.domain import DesignDomain, solid_fraction
 from gradedesign.limits.kinds import made_limits
 from gradedesign.limits.limit import Limit, PlacedCase, StatedLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.part.part_mesh import (
@@ -57,17 +53,12 @@ class Setup:
     ----------
     case : Case
     material : Material
-    family : CellFamily
-    parameters : dict of str to float
-    calibration : Calibration
+    cell : Cell
     law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     part : Part
-    distance : callable
-        Signed distance of the part.
-    mesh_attempts : tuple of str
-        What the part's mesher needed.
+    domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
     facets : dict of region to (k, 3) int array
@@ -79,7 +70,6 @@ class Setup:
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
     exclusion_radius : float, mm
-    kept : tuple of KeptRegion
     layout : CellLayout
     cubes_per_wall : float
         Grid cubes of the explicit mesh across the thinnest wall.
@@ -94,14 +84,11 @@ class Setup:
 
     case: Case
     material: Material
-    family: CellFamily
-    parameters: dict[str, float]
-    calibration: Calibration
+    cell: Cell
     law: ScalingLaw
     bounds: tuple[float, float]
     part: Part
-    distance: Field
-    mesh_attempts: tuple[str, ...]
+    domain: DesignDomain
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
@@ -109,7 +96,6 @@ class Setup:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
-    kept: tuple[KeptRegion, ...]
     layout: CellLayout
     cubes_per_wall: float
     warnings: tuple[str, ...]
@@ -121,30 +107,25 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
-    material, family, parameters = known.material, known.family, known.parameters
-    part, distance, kept, layout = known.part, known.distance, known.kept, known.layout
-    calibration = known.calibration
+    material, cell = known.material, known.cell
+    part, domain, layout = known.part, known.domain, known.layout
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(
             case,
             registry,
-            family,
-            parameters,
+            cell,
             on_event,
             poissons_ratio=material.poissons_ratio,
         )
-    bounds, warnings = density_bounds(case, family, calibration, law, parameters, layout.least)
-    with locating(case, "lattice.finite_size"):
-        corrected = case.lattice.finite_size == "corrected"
-        table = finite_size_of(case, registry, family, parameters, bounds) if corrected else None
+    bounds, warnings = density_bounds(case, cell, law, layout.least)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh, attempts = part_tets(case, part)
+        mesh = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
-    shares = solid_share(mesh, distance, case.lattice.skin, kept)
+    shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(
         case,
-        calibration,
+        cell,
         bounds,
         layout.least,
         latticed=float(volumes @ (1 - shares)),
@@ -167,21 +148,11 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         law,
         loads,
         rotation=cell_axes(layout, space),
+        solver=known.solver,
     )
-    if case.lattice.faces == "measured":
-        with locating(case, "lattice.faces"):
-            report_step("cells cut by the part's faces")
-            fill = face_fill(case, mesh, family, parameters, calibration, bounds, distance, kept)
-        model = replace(model, fill=fill)
-    if table is not None:
-        with locating(case, "lattice.finite_size"):
-            few = local_factor(case, part, mesh, model.solid_share, kept, distance, table)
-        model = replace(model, few_cells=few)
     if case.lattice.finite_size == "walls":
         with locating(case, "lattice.finite_size"):
-            model = with_walls(
-                model, case, part, kept, distance, family, parameters, calibration, bounds, on_event
-            )
+            model = with_walls(model, part, domain, layout, cell, bounds, on_event)
     limits, limit_warnings = made_limits(
         registry.limits,
         PlacedCase(
@@ -189,7 +160,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             material=material,
             law=law,
             considered=considered,
-            lattice_volumes=model.volumes * (1 - model.solid_share),
+            lattice_volumes=model.lattice_volumes,
             exclusion_radius=radius,
             nodes={name: region_nodes(space, found) for name, found in facets.items()},
             supports={load.name: load.supports for load in loads},
@@ -198,14 +169,11 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     return Setup(
         case=case,
         material=material,
-        family=family,
-        parameters=parameters,
-        calibration=calibration,
+        cell=cell,
         law=law,
         bounds=bounds,
         part=part,
-        distance=distance,
-        mesh_attempts=attempts,
+        domain=domain,
         space=space,
         facets=facets,
         model=model,
@@ -213,14 +181,12 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
-        kept=kept,
         layout=layout,
         cubes_per_wall=analysable.cubes_per_wall,
         warnings=(
             *analysable.warnings,
             *(*known.warnings, *law_warnings, *warnings, *limit_warnings),
             *layout_warnings(layout, law.name),
-            *(() if table is None else spread_warnings(table)),
         ),
         lattice_files=known.lattice_files,
     )
@@ -228,13 +194,10 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
 
 def with_walls(
     model: HomogenisedModel,
-    case: Case,
     part: Part,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    calibration: Calibration,
+    domain: DesignDomain,
+    layout: CellLayout,
+    cell: Cell,
     bounds: tuple[float, float],
     on_event: Listener = ignore,
 ) -> HomogenisedModel:
@@ -248,29 +211,21 @@ def with_walls(
     CaseError
         As `wall_factors`.
     """
-
-    def everywhere(points: FloatArray) -> FloatArray:
-        return np.full(np.shape(points)[1:], -np.inf)
-
     mesh = model.space.mesh
     walls = wall_factors(
-        case,
+        layout.cell_map,
         part,
+        domain,
         mesh,
         model.solid_share < 1,
-        kept,
-        distance,
-        family,
-        parameters,
-        bounds,
-        model.material.poissons_ratio,
+        wall_material(cell, bounds, model.material.poissons_ratio),
         lambda wall: on_event(
             Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
         ),
     )
     fill = None
-    if kept:
-        fill = face_fill(case, mesh, family, parameters, calibration, bounds, everywhere, kept)
+    if domain.passive:
+        fill = passive_fill(layout.cell_map, mesh, cell, bounds, domain)
     return replace(model, walls=walls, fill=fill)
 
 
@@ -296,7 +251,7 @@ def held_loads(
     CaseError
         Naming the motions that the supports of a load case leave free.
     """
-    loads = case_loads(space, case, part.regions, facets)
+    loads = case_loads(space, case.load_case, part.regions, facets)
     for number, load_case in enumerate(loads):
         try:
             require_held(space, load_case.supports.fixed, load_case.name)
@@ -305,17 +260,17 @@ def held_loads(
     return loads
 
 
-def part_tets(case: Case, part: Part) -> tuple[TetMesh, tuple[str, ...]]:
-    """Tetrahedra of the part: structured for a box, by the mesher otherwise."""
-    if case.part.box is not None:
-        return box_part_mesh(case.part.box, case.part.mesh_size), ()
-    meshed = mesh_part(
+def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size)
+    return mesh_part(
         part.surface,
         case.part.mesh_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
-    )
-    return meshed.mesh, meshed.attempts
+        mesher=mesher,
+    ).mesh
 
 
 def used_regions(case: Case, limits: Sequence[StatedLimit]) -> tuple[str, ...]:

@@ -8,31 +8,27 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import region_nodes
-from gradedesign.fe.loads import thermal_force
-from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import limit_rows
 from gradedesign.limits.limit import Limit
-from gradedesign.verify.explicit import mechanical_force, work_of
+from gradedesign.verify.explicit import work_of
 
 
 def solve_solid(setup: Setup) -> tuple[Solution, ...]:
     """Displacements of the fully solid part in every load case."""
     material, space = setup.material, setup.space
     stiffness = solid_stiffness(setup)
-    vectors = []
-    for case in setup.model.cases:
-        force = mechanical_force(space, material, case)
-        if case.temperature_change:
-            force = force + thermal_force(
-                space, stiffness, material.thermal_expansion, case.temperature_change
-            )
-        vectors.append(LoadVector(name=case.name, supports=case.supports, force=force))
-    return solve_elastic(space, stiffness, vectors)
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion)
+        for case in setup.model.cases
+    ]
+    return solve_elastic(space, stiffness, vectors, solver=setup.model.solver)
 
 
 def solid_stiffness(setup: Setup) -> IsotropicStiffness:
@@ -92,7 +88,8 @@ def solid_analysis(setup: Setup, solutions: tuple[Solution, ...]) -> SolidAnalys
             )
             value = weighted_percentile(stress, weights, setup.case.limits.percentile)
             measures[case.name] = (SolidStress(value=value),)
-    forces = [mechanical_force(setup.space, setup.material, case) for case in setup.model.cases]
+    density = np.full(setup.space.element_count, setup.material.density)
+    forces = [mechanical_force(setup.space, case, density) for case in setup.model.cases]
     return SolidAnalysis(
         displacement={s.name: s.displacement for s in solutions},
         nodes={name: region_nodes(setup.space, found) for name, found in setup.facets.items()},

@@ -45,7 +45,7 @@ def round_key(setup: Setup, number: int) -> str:
         ROUND_VERSION,
         number,
         setup.case.case_hash,
-        setup.family.name,
+        setup.cell.name,
         setup.law.name,
         setup.law.source,
         setup.space.mesh.points,

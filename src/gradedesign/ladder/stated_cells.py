@@ -12,7 +12,8 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.generate_schema import GenerateCase, TransitionSpec
 from gradedesign.case.parameter_map_schema import ParameterMapSpec
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.increments import CellIncrements, cell_increments
 from gradedesign.cell.neck import joining_shift, measure_neck
@@ -23,6 +24,7 @@ from gradedesign.errors import CaseError
 from gradedesign.ladder.locate import locating
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.lattice.density_source import sample_density
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.formula_density import formula_field
 from gradedesign.plugin.registry import Registry, lookup
 
@@ -36,7 +38,7 @@ class StatedCells:
 
     Attributes
     ----------
-    families : tuple of Calibration
+    families : tuple of Cell
         One, two that pass into each other, or the increments of a parameter.
     window : (float, float)
         Densities that all families have, with walls that can be printed.
@@ -45,7 +47,7 @@ class StatedCells:
     increments : CellIncrements or None
     """
 
-    families: tuple[Calibration, ...]
+    families: tuple[Cell, ...]
     window: tuple[float, float]
     level_of: Callable[[FloatArray | float], FloatArray]
     increments: CellIncrements | None = None
@@ -105,8 +107,7 @@ def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
         return cells
     with locating(case, "print.min_wall"):
         floors = [
-            density_for_wall(c.family, c.parameters, case.print.min_wall, case.lattice.cell_size)
-            for c in cells.families
+            density_for_wall(c, case.print.min_wall, case.lattice.cell_size) for c in cells.families
         ]
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
@@ -135,9 +136,7 @@ def build_cells(
     cell_map: Field,
     *,
     density: DensityGrid | float,
-    distance: Field,
-    lower: FloatArray,
-    upper: FloatArray,
+    domain: DesignDomain,
 ) -> BuiltCells:
     """Join families and map.
 
@@ -149,10 +148,7 @@ def build_cells(
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
     density : DensityGrid or float
         At the least a transition must hold together; a parameter may follow it.
-    distance : callable
-        Signed distance of the part.
-    lower, upper : (3,) array, mm
-        Its box.
+    domain : DesignDomain
 
     Raises
     ------
@@ -163,7 +159,7 @@ def build_cells(
     """
     spec, first = case.lattice.transition, cells.families[0]
     if cells.increments is not None:
-        share = parameter_share(case, cells.increments, density, distance, lower, upper)
+        share = parameter_share(case, cells.increments, density, domain)
         return BuiltCells(
             shape=cells.increments.shape,
             parameters={},
@@ -183,10 +179,10 @@ def build_cells(
     second = cells.families[1]
     with locating(case, "lattice.transition.weight"):
         grid = sample_density(
-            formula_field(parse_formula(spec.weight), distance),
-            distance,
-            lower,
-            upper,
+            formula_field(parse_formula(spec.weight), domain.distance),
+            domain.distance,
+            domain.lower,
+            domain.upper,
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
             what="weight of the transition",
@@ -226,9 +222,7 @@ def parameter_share(
     case: GenerateCase,
     increments: CellIncrements,
     density: DensityGrid | float,
-    distance: Field,
-    lower: FloatArray,
-    upper: FloatArray,
+    domain: DesignDomain,
 ) -> Field:
     """Place between the first and last increment, 0 to 1, at points ``(3, ...)`` mm.
 
@@ -251,12 +245,12 @@ def parameter_share(
             low, span = float(density.values.min()), float(np.ptp(density.values))
             grid = density
             return lambda points: (evaluate(grid, points) - low) / span
-        value = formula_field(parse_formula(told.formula), distance)
+        value = formula_field(parse_formula(told.formula), domain.distance)
         shares = sample_density(
             lambda points: (value(points) - first) / (last - first),
-            distance,
-            lower,
-            upper,
+            domain.distance,
+            domain.lower,
+            domain.upper,
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
             what=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
@@ -267,12 +261,12 @@ def parameter_share(
 
 def thinnest_wall(cells: StatedCells, density: float, size: float) -> float:
     """Thinnest wall or strut of the families at a density, mm."""
-    return min(float(wall_mm(c.family, c.parameters, density, size)) for c in cells.families)
+    return min(float(wall_mm(c, density, size)) for c in cells.families)
 
 
 def _calibrated(
     case: GenerateCase, registry: Registry, key: str, name: str, stated: Mapping[str, float]
-) -> Calibration:
+) -> Cell:
     with locating(case, f"{key}.cell"):
         family: CellFamily = lookup(registry, "cell_families", name)
     with locating(case, f"{key}.parameters"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.case.density_map_schema import DensityMapSpec
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.generate_schema import GenerateCase
@@ -12,6 +12,7 @@ from gradedesign.errors import CaseError
 from gradedesign.ladder.locate import locating
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.density_source import DensitySource, sample_density
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.formula_density import formula_field
 from gradedesign.lattice.image_stack import read_image_stack
 from gradedesign.lattice.point_cloud import point_density, read_points, remap_points
@@ -32,9 +33,7 @@ def stated_density(
     case: GenerateCase,
     source: DensitySource | None,
     *,
-    distance: Field,
-    lower: FloatArray,
-    upper: FloatArray,
+    domain: DesignDomain,
     window: tuple[float, float],
     level_of: Callable[[FloatArray | float], FloatArray],
 ) -> DensityGrid | float:
@@ -45,10 +44,7 @@ def stated_density(
     case : GenerateCase
     source : callable, optional
         Takes the place of the case's density.
-    distance : callable
-        Signed distance of the part.
-    lower, upper : (3,) array, mm
-        Its box.
+    domain : DesignDomain
     window : (float, float)
         Densities the cell, and the printer, allow.
     level_of : callable
@@ -75,12 +71,12 @@ def stated_density(
         key = f"{key}.{what}"
     with locating(case, key):
         if source is None:
-            source = _source(case, spec.density_map, distance=distance, lower=lower, upper=upper)
+            source = _source(case, spec.density_map, domain)
         return sample_density(
             source,
-            distance,
-            lower,
-            upper,
+            domain.distance,
+            domain.lower,
+            domain.upper,
             spacing=case.lattice.cell_size / NODES_PER_CELL,
             window=(max(low, window[0]), min(high, window[1])),
             what=f"density {what}",
@@ -99,17 +95,14 @@ def _require_floor(density: float, window: tuple[float, float]) -> None:
 def _source(
     case: GenerateCase,
     spec: DensityMapSpec | None,
-    *,
-    distance: Field,
-    lower: FloatArray,
-    upper: FloatArray,
+    domain: DesignDomain,
 ) -> DensitySource:
     """Read what the map names."""
     size, memory = case.lattice.cell_size, case.run.memory
     if spec is None:
         raise CaseError("there is neither a density nor a map")
     if spec.formula is not None:
-        return formula_field(parse_formula(spec.formula), distance)
+        return formula_field(parse_formula(spec.formula), domain.distance)
     if spec.points is not None:
         points, values = read_points(spec.points, memory_limit_bytes=memory)
         mapped = remap_points(
@@ -140,6 +133,6 @@ def _source(
     else:
         raise CaseError(f"the source '{spec.source}' is not known")
     start, edges = place_voxels(
-        raw.shape, lower, upper, voxel_size=spec.voxel_size, origin=spec.origin
+        raw.shape, domain.lower, domain.upper, voxel_size=spec.voxel_size, origin=spec.origin
     )
     return voxel_density(densities(raw, case.lattice.density), start, edges)

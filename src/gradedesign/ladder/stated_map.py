@@ -7,7 +7,7 @@ from typing import Any
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.generate_schema import GenerateCase
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.map_report import map_report, require_unfolded
 from gradedesign.ladder.graded_map import graded_map, require_one_thickness, wanted_size
@@ -26,7 +26,7 @@ from gradedesign.part.part import Part
 def stated_map(
     case: GenerateCase,
     part: Part,
-    calibration: Calibration,
+    cell: Cell,
     density: DensityGrid | float,
     distance: Field,
     points: FloatArray,
@@ -37,7 +37,7 @@ def stated_map(
     ----------
     case : GenerateCase
     part : Part
-    calibration : Calibration
+    cell : Cell
         Of the (first) family: graded size follows its walls.
     density : DensityGrid or float
     distance : callable
@@ -58,14 +58,14 @@ def stated_map(
     LatticeError
         If the map folds in the part, or the part reaches where it cannot be used.
     """
-    require_one_thickness(case, calibration.family)
+    require_one_thickness(case, cell.family)
     wanted: Field | None = None
     tensor_of = stated_directions(case, distance)
     frames = None if tensor_of is None else oriented_frames(case, part, tensor_of)
     if case.lattice.graded_size and isinstance(density, DensityGrid):
         with locating(case, "lattice.size"):
             ends = (float(density.values.min()), float(density.values.max()))
-            wanted = wanted_size(case, calibration, density, ends)
+            wanted = wanted_size(case, cell, density, ends)
             cell_map = graded_map(case, part, wanted, frames)
     elif frames is not None:
         wanted = constant_size(case)

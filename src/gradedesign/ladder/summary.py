@@ -70,7 +70,7 @@ def partial_result(
         )
     if sized is not None:
         model = setup.model
-        weights = model.volumes * (1 - model.solid_share)
+        weights = model.lattice_volumes
         mass = total_mass(model, sized.rho) * 1e6
         numbers = {
             "mass_g": mass,
@@ -159,7 +159,7 @@ def verdict_result(
 
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
     """What limits say about the densities of a design."""
-    volumes = setup.model.volumes * (1 - setup.model.solid_share)
+    volumes = setup.model.lattice_volumes
     return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
 
 
@@ -259,7 +259,7 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
 
 def _latticed_mass(setup: Setup) -> float:
     """Mass of the lattice's region if it were solid, g."""
-    weights = setup.model.volumes * (1 - setup.model.solid_share)
+    weights = setup.model.lattice_volumes
     return float(weights.sum()) * setup.material.density * 1e6
 
 
@@ -286,13 +286,12 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "local_stress": stress_basis(law),
             "buckling": buckling_basis(law),
             **{name: value for limit in setup.limits for name, value in limit.basis().items()},
-            "faces": setup.case.lattice.faces,
             "finite_size": finite_size_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
-            "cell": setup.family.name,
-            "cell_source": setup.family.source,
-            "cell_window": list(setup.calibration.window),
+            "cell": setup.cell.name,
+            "cell_source": setup.cell.family.source,
+            "cell_window": list(setup.cell.window),
             "density_bounds": list(setup.bounds),
             "material": setup.material.name,
             "material_source": setup.material.source,
@@ -302,27 +301,15 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
 
 def finite_size_data(setup: Setup) -> dict[str, Any]:
     """Whether few cells across the part were corrected for, and by what."""
-    few, walls = setup.model.few_cells, setup.model.walls
-    if walls is not None:
-        lattice = setup.model.solid_share < 1
-        weight = setup.model.volumes * lattice
-        return {
-            "mode": "walls",
-            "kinds": len(walls.classes),
-            "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
-            "densities": [float(walls.density[0]), float(walls.density[-1])],
-        }
-    if few is None:
+    walls = setup.model.walls
+    if walls is None:
         return {"mode": "periodic"}
-    lattice = setup.model.solid_share < 1
-    ends = [few.at(np.full(lattice.size, rho))[lattice] for rho in setup.bounds]
-    # Linear between the densities of the table, so its extremes are at these or at the bounds.
-    inner = (few.density > setup.bounds[0]) & (few.density < setup.bounds[1])
-    found = np.stack([*ends, *few.factor[inner][:, lattice]])
+    weight = setup.model.volumes * (setup.model.solid_share < 1)
     return {
-        "mode": "corrected",
-        "factor": [float(found.min()), float(found.max())],
-        "densities": [float(few.density[0]), float(few.density[-1])],
+        "mode": "walls",
+        "kinds": len(walls.classes),
+        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
+        "densities": [float(walls.density[0]), float(walls.density[-1])],
     }
 
 

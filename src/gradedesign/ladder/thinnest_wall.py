@@ -18,12 +18,12 @@ def thinnest_wall(setup: Setup, grid: DensityGrid) -> float:
     layout = setup.layout
     if layout.cell_map.name == "uniform":
         least = float(grid.values.min())
-        return float(wall_mm(setup.family, setup.parameters, least, layout.least))
+        return float(wall_mm(setup.cell, least, layout.least))
     lattice = setup.model.solid_share < 1
     if not lattice.any():
-        return float(wall_mm(setup.family, setup.parameters, setup.bounds[0], layout.typical))
+        return float(wall_mm(setup.cell, setup.bounds[0], layout.typical))
     places = centroids(setup.space.mesh)[:, lattice]
     density = evaluate(grid, places)
     sizes = local_cells(layout.cell_map, places).least
-    walls = wall_mm(setup.family, setup.parameters, density, sizes)
+    walls = wall_mm(setup.cell, density, sizes)
     return float(walls.min())

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
-from gradedesign.case.schema import Case
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
+from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_map import CellMap
+from gradedesign.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.errors import CaseError, DensityError, LatticeError, SolverError
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.homogenise.sampling import LEAST_VOXELS, voxels_in_wall
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.ladder.wall_kinds import WallKind, wall_faces, wall_kinds
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.sizing.wall_factors import WallClass, WallFactors, wall_class
@@ -43,27 +41,43 @@ _KIND = "wall-ratios"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Lattice:
+class WallMaterial:
     """What all walls of a part are made of, at the densities between which sizing chooses."""
 
-    family: CellFamily
-    parameters: Mapping[str, float]
+    cell: Cell
     density: FloatArray
     resolution: int
     poissons_ratio: float
 
 
+def wall_material(cell: Cell, bounds: tuple[float, float], poissons_ratio: float) -> WallMaterial:
+    """A cell at densities between the bounds, on the grid that its thinnest wall needs.
+
+    Raises
+    ------
+    CaseError
+        If the cell is too thin for the finest grid.
+    """
+    low, high = bounds
+    density = np.geomspace(low, high, DENSITIES) if high > low else low * np.array([0.99, 1.01])
+    density = np.clip(density, *cell.window)
+    # Rounding must not leave the bounds outside.
+    density[0], density[-1] = min(density[0], low), max(density[-1], high)
+    return WallMaterial(
+        cell=cell,
+        density=density,
+        resolution=_resolution(cell, low),
+        poissons_ratio=poissons_ratio,
+    )
+
+
 def wall_factors(
-    case: Case,
+    cell_map: CellMap,
     part: Part,
+    domain: DesignDomain,
     mesh: TetMesh,
     lattice: BoolArray,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float],
-    bounds: tuple[float, float],
-    poissons_ratio: float,
+    cells: WallMaterial,
     on_wall: Callable[[str], None] = log.info,
 ) -> WallFactors:
     """Find the walls of a part and homogenise each kind of them.
@@ -73,19 +87,14 @@ def wall_factors(
 
     Parameters
     ----------
-    case : Case
+    cell_map : CellMap
+        Straight cells of equal edges.
     part : Part
+    domain : DesignDomain
     mesh : TetMesh
     lattice : (M,) bool array
         Tetrahedra that hold lattice.
-    kept : tuple of KeptRegion
-    distance : callable
-        Signed distance of the part.
-    family : CellFamily
-    parameters : mapping of str to float
-    bounds : (float, float)
-        Densities that sizing may choose.
-    poissons_ratio : float
+    cells : WallMaterial
     on_wall : callable
         Told of each kind of wall before it is computed; not of those in the user's cache.
 
@@ -96,47 +105,23 @@ def wall_factors(
     Raises
     ------
     CaseError
-        If a wall does not hang together at a density that sizing may choose, or its cells are too
-        thin for the finest grid.
+        If a wall does not hang together at a density that sizing may choose.
     """
     points, weights = collapsed_rule(RULE)
-    edge = case.lattice.edges[0]
-    turn = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    origin = np.asarray(case.lattice.origin)
-
-    def to_cells(x: FloatArray) -> FloatArray:
-        return np.asarray(
-            np.einsum("ij,i...->j...", turn, x) / edge
-            - (turn.T @ origin / edge)[(slice(None), *(None,) * (x.ndim - 1))]
-        )
-
-    faces, found = wall_faces(case, part, mesh, lattice, kept, distance, turn, to_cells)
-    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, family)
-    low, high = bounds
-    density = np.geomspace(low, high, DENSITIES) if high > low else low * np.array([0.99, 1.01])
-    window = calibrate(family, parameters).window
-    density = np.clip(density, *window)
-    # Rounding must not leave the bounds outside.
-    density[0], density[-1] = min(density[0], low), max(density[-1], high)
-    cells = _Lattice(
-        family=family,
-        parameters=parameters,
-        density=density,
-        resolution=_resolution(family, parameters, low),
-        poissons_ratio=poissons_ratio,
-    )
+    faces, found = wall_faces(cell_map, part, domain, mesh, lattice)
+    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, cells.cell.family)
     classes = []
     for number, one in enumerate(counted(kinds, "wall", len(kinds))):
         at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(one)}")
         classes.append(_class(cells, one, at, before))
-    corners = to_cells(mesh.points)[:, mesh.tets]
+    corners = cell_map(mesh.points)[:, mesh.tets]
     places = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
     half = np.maximum(0.5 * (faces[1] - faces[0])[:, None], 1e-9)
     height = np.where(kind[:, None] >= 0, (places - middle) / half, 0.0)
     return WallFactors(
-        density=density,
+        density=cells.density,
         classes=tuple(classes),
         kind=kind,
         height=np.clip(height, -1.0, 1.0),
@@ -145,7 +130,7 @@ def wall_factors(
     )
 
 
-def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float) -> int:
+def _resolution(cell: Cell, low: float) -> int:
     """Voxels along a cell that put three across its thinnest wall.
 
     Raises
@@ -154,10 +139,10 @@ def _resolution(family: CellFamily, parameters: Mapping[str, float], low: float)
         If none of the grids does.
     """
     for resolution in RESOLUTIONS:
-        if voxels_in_wall(family, parameters, low, family.period * resolution) >= LEAST_VOXELS:
+        if voxels_in_wall(cell, low, cell.family.period * resolution) >= LEAST_VOXELS:
             return resolution
     raise CaseError(
-        f"the walls of cell '{family.name}' at density {low:.3g} are too thin for "
+        f"the walls of cell '{cell.name}' at density {low:.3g} are too thin for "
         f"{RESOLUTIONS[-1]} voxels along a cell, with which walls of few cells are computed; raise "
         f"the lower [lattice] density, or leave finite_size out"
     )
@@ -167,7 +152,9 @@ def _words(one: WallKind) -> str:
     return f"{one.upper - one.lower:.2f} cells across {'xyz'[one.axis]}"
 
 
-def _class(cells: _Lattice, one: WallKind, at: FloatArray, before: Callable[[], None]) -> WallClass:
+def _class(
+    cells: WallMaterial, one: WallKind, at: FloatArray, before: Callable[[], None]
+) -> WallClass:
     """Ratios of one kind of wall at all densities; `before` is called where any is computed."""
     try:
         rows = _ratios(cells, one, before)
@@ -184,7 +171,7 @@ def _class(cells: _Lattice, one: WallKind, at: FloatArray, before: Callable[[], 
         ) from error
 
 
-def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:
+def _ratios(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:
     """Ratios by density from the user's cache, or computed and stored there."""
     axis = 0 if _cyclic(cells) else one.axis
     keys = [_key(cells, one, axis, float(rho)) for rho in cells.density]
@@ -198,26 +185,24 @@ def _ratios(cells: _Lattice, one: WallKind, before: Callable[[], None]) -> list[
     ]
 
 
-def _samples(cells: _Lattice) -> FloatArray:
+def _samples(cells: WallMaterial) -> FloatArray:
     """Values of the cell on a coarse grid, which tell it from others."""
-    complete = complete_parameters(cells.family, cells.parameters)
-    points = cells.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
-    return evaluate_shape(cells.family, complete, points)
+    points = cells.cell.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
+    return evaluate_shape(cells.cell.family, cells.cell.parameters, points)
 
 
-def _cyclic(cells: _Lattice) -> bool:
+def _cyclic(cells: WallMaterial) -> bool:
     """The cell is the same with x, y, z exchanged in a cycle, so that it needs one axis only."""
     values = _samples(cells)
     turned = values.transpose(1, 2, 0)
     return bool(np.allclose(values, turned, rtol=0, atol=1e-9 * np.ptp(values)))
 
 
-def _key(cells: _Lattice, one: WallKind, axis: int, rho: float) -> str:
-    complete = complete_parameters(cells.family, cells.parameters)
+def _key(cells: WallMaterial, one: WallKind, axis: int, rho: float) -> str:
     return content_key(
-        cells.family.name,
-        repr(sorted(complete.items())),
-        cells.family.period,
+        cells.cell.name,
+        repr(sorted(cells.cell.parameters.items())),
+        cells.cell.family.period,
         _samples(cells),
         np.round([rho, one.lower, one.upper, cells.poissons_ratio], 9),
         axis,
@@ -238,10 +223,9 @@ def _stored(key: str) -> WallRatios | None:
     )
 
 
-def _computed(cells: _Lattice, one: WallKind, axis: int, rho: float, key: str) -> WallRatios:
+def _computed(cells: WallMaterial, one: WallKind, axis: int, rho: float, key: str) -> WallRatios:
     found = wall_ratios(
-        cells.family,
-        cells.parameters,
+        cells.cell,
         rho,
         axis=axis,
         lower=one.lower,

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
-from gradedesign.case.schema import Case
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.family import CellFamily
+from gradedesign.cell.local_cells import local_cells
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, passive_at
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.chords import chords
@@ -46,38 +47,34 @@ class WallKind:
 
 
 def wall_faces(
-    case: Case,
+    cell_map: CellMap,
     part: Part,
+    domain: DesignDomain,
     mesh: TetMesh,
     lattice: BoolArray,
-    kept: tuple[KeptRegion, ...],
-    distance: Field,
-    turn: FloatArray,
-    to_cells: Field,
 ) -> tuple[FloatArray, BoolArray]:
     """Lower and upper faces along every axis, ``(2, 3, M)`` in cells, and where there are any.
 
     A tetrahedron takes the wall of median thickness by volume within half a cell.
     """
     middle = centroids(mesh)
+    turn, edge = local_cells(cell_map, middle[:, :1]).axes[:, :, 0], cell_map.size
     # A flat tetrahedron at a hollow face may have its centroid outside: it takes its neighbours'.
-    known = np.flatnonzero(lattice & (distance(middle) < 0))
+    known = np.flatnonzero(lattice & (domain.distance(middle) < 0))
     inner = middle[:, known]
     lengths = chords(corner_points(part.surface), inner, turn)
-    edge = case.lattice.edges[0]
     ends = np.zeros((2, 3, known.size))
     free = np.ones((3, known.size), dtype=np.bool_)
     for side, (sign, length) in enumerate(zip((-1.0, 1.0), lengths, strict=True)):
         for k in range(3):
             reached = np.isfinite(length[k])
             at = inner + sign * np.where(reached, length[k], 0.0) * turn[:, k, None]
-            ends[side, k] = to_cells(at)[k]
+            ends[side, k] = cell_map(at)[k]
             # A little inside, the surface is as near as it lies across the axis.
             step = _STEP * edge
             free[k] &= reached
-            free[k] &= distance(at - sign * step * turn[:, k, None]) < -_ACROSS * step
-            for region in kept:
-                free[k] &= region.distance(at) > region.margin
+            free[k] &= domain.distance(at - sign * step * turn[:, k, None]) < -_ACROSS * step
+            free[k] &= ~passive_at(domain, at)
     return _settled(ends, free, known, middle, signed_volumes(mesh), lattice, edge)
 
 

@@ -16,10 +16,11 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.limits.limit import LimitKind
-from gradedesign.material.finite_size_table import FiniteSizeTable
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
@@ -44,10 +45,11 @@ Kind = Literal[
     "cell_families",
     "cell_makers",
     "scaling_laws",
-    "finite_size_tables",
     "materials",
     "readers",
     "exporters",
+    "solvers",
+    "meshers",
     "limits",
 ]
 
@@ -64,10 +66,11 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
     "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
-    "finite_size_tables": _Shelf(FiniteSizeTable, _DASHED, "finite size table"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+    "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
+    "meshers": _Shelf(Mesher, _DASHED, "mesher"),
     "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
 }
 
@@ -150,8 +153,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``finite_size_tables``,
-        ``materials``, ``readers``, ``exporters`` or ``limits``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
+        ``exporters``, ``solvers``, ``meshers`` or ``limits``.
     name : str
 
     Raises

@@ -8,8 +8,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.assembly import strain_energy_per_element
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.solve import ElasticSystem
 from gradedesign.fe.stiffness import Stiffness
 from gradedesign.fe.stress import element_stress
 from gradedesign.fe.supports import Supports

@@ -91,7 +91,7 @@ def size(
         )
     lo, hi = problem.bounds
     model = problem.model
-    weights = model.volumes * (1 - model.solid_share)
+    weights = model.lattice_volumes
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
     per_asked = solid_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
     cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.fe.element_means import body_force_work
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import body_force
+from gradedesign.fe.load_case import PartLoadCase, mechanical_force
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.solve import ElasticSystem
 from gradedesign.limits.limit import Limit
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import centroids
@@ -57,7 +56,7 @@ class SolvedState:
     @property
     def lattice_volumes(self) -> FloatArray:
         """Volume that lattice fills, ``(M,)``, mm^3."""
-        return self.model.volumes * (1 - self.model.solid_share)
+        return self.model.lattice_volumes
 
     @property
     def nodes(self) -> FloatArray:
@@ -81,10 +80,7 @@ class SolvedState:
     def force(self, load_case: str) -> FloatArray:
         """Nodal forces of loads and inertia, ``(3, N)``, N."""
         case = case_named(self.model, load_case)
-        if not np.any(case.acceleration):
-            return case.force
-        density = mass_density(self.model, self.rho)
-        return case.force + body_force(self.model.space, density, case.acceleration)
+        return mechanical_force(self.model.space, case, mass_density(self.model, self.rho))
 
     def force_slope(self, load_case: str, displacement: FloatArray) -> FloatArray:
         """Derivative by every density of the work of those forces, ``(M,)``, N mm."""

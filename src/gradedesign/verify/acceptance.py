@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from gradedesign.arrays import BoolArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
+from gradedesign.lattice.domain import LATTICE
 from gradedesign.lattice.islands import largest_pieces
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -23,7 +24,7 @@ from gradedesign.verify.explicit import (
     analyse_printed_solid,
 )
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import LATTICE, considered_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.windows import most_stressed_windows
 from gradedesign.workspace.progress import counted, stepping
@@ -160,6 +161,7 @@ def accept_windows(
             cube=explicit.mesh_size,
             time_limit_s=time_limit_s / len(windows),
             memory_limit_bytes=run.memory,
+            solver=judged.solver,
         )
         results.append(result)
         if on_window is not None:

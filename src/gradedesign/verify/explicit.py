@@ -12,13 +12,15 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
-from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
-from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.load_case import case_loads, load_vector, mechanical_force, region_nodes
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises
+from gradedesign.lattice.domain import phase_at
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
@@ -27,7 +29,7 @@ from gradedesign.part.regions import Region
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at, phase_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -48,6 +50,7 @@ class JudgedSolid:
     exclusion_radius : float, mm
     stress_limit : float or None, MPa
     percentile : float
+    solver : LinearSolver
     bodies : int
         Of the part; each is held by supports of its own.
     """
@@ -60,6 +63,7 @@ class JudgedSolid:
     exclusion_radius: float
     stress_limit: float | None
     percentile: float
+    solver: LinearSolver = MULTIGRID
     bodies: int = 1
 
 
@@ -141,19 +145,19 @@ def analyse_printed_solid(
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
     facets = found_regions(mesh, judged.regions, surface_tolerance)
-    cases = case_loads(space, judged.case, judged.regions, facets)
+    cases = case_loads(space, judged.case.load_case, judged.regions, facets)
     stiffness = IsotropicStiffness(
         E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
     )
-    forces = [mechanical_force(space, material, case) for case in cases]
+    density = np.full(space.element_count, material.density)
     vectors = [
-        _load_vector(space, stiffness, material, case, force)
-        for case, force in zip(cases, forces, strict=True)
+        load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
     ]
-    solutions = solve_elastic(space, stiffness, vectors)
+    solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
+    forces = [mechanical_force(space, case, density) for case in cases]
     report_step("stress measures")
     points = centroids(mesh)
-    phase = phase_at(judged.design, points)
+    phase = phase_at(judged.design.domain, points)
     considered = considered_at(points, judged.clamped, judged.exclusion_radius)
     volumes = signed_volumes(mesh)
     von_mises: dict[str, FloatArray] = {}
@@ -230,32 +234,9 @@ def governing_measure(
     return max(every, key=lambda pair: pair[1].value) if every else None
 
 
-def mechanical_force(space: TetSpace, material: Material, case: PartLoadCase) -> FloatArray:
-    """Nodal forces of loads and inertia on fully dense material, ``(3, N)``, N."""
-    if not np.any(case.acceleration):
-        return case.force
-    density = np.full(space.element_count, material.density)
-    return case.force + body_force(space, density, case.acceleration)
-
-
 def work_of(forces: Sequence[FloatArray], solutions: Sequence[Solution]) -> dict[str, float]:
     """Work of nodal forces on the displacements of their load cases, N mm."""
     return {
         solution.name: float(np.sum(force * solution.displacement))
         for force, solution in zip(forces, solutions, strict=True)
     }
-
-
-def _load_vector(
-    space: TetSpace,
-    stiffness: IsotropicStiffness,
-    material: Material,
-    case: PartLoadCase,
-    force: FloatArray,
-) -> LoadVector:
-    """Forces of one load case on fully dense material, thermal ones included."""
-    if case.temperature_change:
-        force = force + thermal_force(
-            space, stiffness, material.thermal_expansion, case.temperature_change
-        )
-    return LoadVector(name=case.name, supports=case.supports, force=force)

@@ -12,6 +12,8 @@ from gradedesign.errors import MeshError
 from gradedesign.fe.element_points import element_points
 from gradedesign.fe.facets import facet_nodes
 from gradedesign.fe.field_eval import interpolate
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.solution import LoadVector
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
@@ -110,6 +112,7 @@ def analyse_window(
     cube: float,
     time_limit_s: float,
     memory_limit_bytes: float,
+    solver: LinearSolver = MULTIGRID,
 ) -> SubmodelResult:
     """Cut, mesh, drive and compare one window.
 
@@ -128,6 +131,7 @@ def analyse_window(
         Cube of the explicit mesh: sets edge length and envelope.
     time_limit_s : float
     memory_limit_bytes : float
+    solver : LinearSolver
 
     Returns
     -------
@@ -153,6 +157,7 @@ def analyse_window(
         space,
         stiffness,
         [LoadVector(name="window", supports=supports, force=np.zeros(space.nodes.shape))],
+        solver=solver,
     )[0]
     report_step("comparing stress and energy")
     fine = gauss_field(space, stiffness, solution.displacement)

@@ -75,7 +75,7 @@ def _corners(mesh: MeshSource) -> FloatArray:
     """Corners of triangles, mm."""
     if isinstance(mesh, str | Path):
         path = Path(mesh)
-        return np.array(_reader(path).read(path, "mm").corners)
+        return np.array(_reader(path).read(path).corners)
     if isinstance(mesh, SurfaceMesh):
         return np.array(mesh.vertices[mesh.faces])
     return np.array(mesh.corners if isinstance(mesh, RawTriangles) else mesh, dtype=np.float64)
