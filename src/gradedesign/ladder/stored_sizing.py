@@ -97,7 +97,7 @@ def source_of(limit: Limit) -> str:
     """Text of the code of a limit, which a plugin may bring: `program_key` is the core's alone."""
     try:
         return inspect.getsource(sys.modules[type(limit).__module__])
-    except (OSError, KeyError):
+    except (OSError, TypeError, KeyError):
         # Made at run time: nobody can say whether a stored answer is that of the same code.
         return uuid.uuid4().hex
 
