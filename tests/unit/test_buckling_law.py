@@ -18,8 +18,7 @@ from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise import table as module
 from gradedesign.homogenise.critical_stress import CriticalStress
-from gradedesign.ladder.resolve_law import buckling_warnings
-from gradedesign.limits.cell_buckling import BucklingLimit
+from gradedesign.limits.cell_buckling import BucklingLimit, unknown_warning
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.buckling_law import BucklingLaw
@@ -110,9 +109,9 @@ def test_a_law_of_a_table_knows_its_buckling() -> None:
     law = tabulated_law(property_table(buckling_table()))
     assert law.buckling is not None
     assert law.buckling.window == (0.05, 0.2)
-    assert buckling_warnings(law) == ()
-    (warning,) = buckling_warnings(tabulated_law(property_table()))
-    assert "buckling of the cells is not judged" in warning
+    without = tabulated_law(property_table())
+    assert without.buckling is None
+    assert "buckling of the cells is not judged" in unknown_warning(without)
 
 
 def test_uses_add_up() -> None:

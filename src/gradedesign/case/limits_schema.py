@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import GenericAlias
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 from pydantic import Field, create_model, model_validator
@@ -243,8 +244,9 @@ def with_limit_entries(
     """
     if not entries:
         return layout
-    lists: dict[str, Any] = dict(entries)
-    fields: dict[str, Any] = {name: (tuple[entry, ...], ()) for name, entry in lists.items()}
+    fields: dict[str, Any] = {
+        name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in entries.items()
+    }
     spec = create_model("LimitsSpec", __base__=LimitsSpec, **fields)
     field = layout.model_fields["limits"]
     limits: Any = (spec, ...) if field.is_required() else (spec | None, None)

@@ -30,7 +30,7 @@ def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]
 def kinds_of(kinds: Mapping[str, LimitKind], case: Case) -> Iterator[LimitKind]:
     """Kinds that a case may state: those of the core's keys, and those whose list it holds."""
     for name, kind in kinds.items():
-        if kind.entry is None or getattr(case.limits, name, ()):
+        if kind.entry is None or getattr(case.limits, name, False):
             yield kind
 
 
