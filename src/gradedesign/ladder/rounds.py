@@ -218,7 +218,7 @@ def play_round(
                 key=limit.key,
                 name=limit.name,
                 unit=limit.unit,
-                predicted=predicted.values[limit.key].value,
+                predicted=float(predicted.values[limit.key].value),
                 explicit=explicit.get(limit.key),
                 gap=dict(gap.values).get(limit.key),
                 factor=correction.factor(limit.key),

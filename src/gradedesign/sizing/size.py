@@ -183,7 +183,7 @@ def _evaluate(
     model, limits = problem.model, problem.limits
     system = homogenised_system(model, rho)
     state = solved_state(model, rho, limits, system)
-    uses = tuple(limit.predict(state).value / limit.allowed for limit in limits)
+    uses = tuple(float(limit.predict(state).value) / limit.allowed for limit in limits)
     responses: list[Response] = []
     allowed: list[float] = []
     for k, limit in enumerate(limits):

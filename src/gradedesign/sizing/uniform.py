@@ -148,7 +148,7 @@ def _evaluate(problem: SizingProblem, density: float, number: int, change: float
         iteration=number,
         mass_g=lattice_mass(model, rho) * 1e6,
         mean_density=density,
-        uses=tuple(limit.predict(state).value / limit.allowed for limit in problem.limits),
+        uses=tuple(float(limit.predict(state).value) / limit.allowed for limit in problem.limits),
         change=change,
         move=0.0,
     )
