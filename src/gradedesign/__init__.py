@@ -6,7 +6,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gradedesign.case.read_case import load_case
+    from gradedesign.case.limits_schema import (
+        Allowed,
+        LimitEntry,
+        SolidMultiple,
+        as_multiple,
+        in_number,
+        stated_words,
+    )
     from gradedesign.cell.family import CellFamily
     from gradedesign.cell.maker import CellMaker
     from gradedesign.errors import (
@@ -21,6 +28,11 @@ if TYPE_CHECKING:
         SolverError,
     )
     from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+    from gradedesign.limits.analysis import Analysis
+    from gradedesign.limits.key import LimitKey
+    from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+    from gradedesign.limits.row import LimitRow
+    from gradedesign.limits.state import HomogenisedState, Predicted, Response
     from gradedesign.material.cubic_law import cubic_law, cubic_table_law
     from gradedesign.material.material import Material
     from gradedesign.material.power_law import power_law
@@ -37,8 +49,11 @@ if TYPE_CHECKING:
     from gradedesign.part.reader import PartReader
     from gradedesign.pipeline import run
     from gradedesign.plugin.hookspecs import hookimpl
+    from gradedesign.plugin.read_case import load_case
 
 __all__ = [
+    "Allowed",
+    "Analysis",
     "CaseError",
     "CellFamily",
     "CellMaker",
@@ -46,7 +61,13 @@ __all__ = [
     "Exporter",
     "FileFaces",
     "GradeDesignError",
+    "HomogenisedState",
     "LatticeError",
+    "Limit",
+    "LimitEntry",
+    "LimitKey",
+    "LimitKind",
+    "LimitRow",
     "LinearAnswer",
     "LinearSolver",
     "LinearSystem",
@@ -55,17 +76,24 @@ __all__ = [
     "Mesher",
     "PartError",
     "PartReader",
+    "PlacedCase",
     "PluginError",
+    "Predicted",
     "PrintedLattice",
     "PropertyTable",
     "RawTriangles",
     "ResourceError",
+    "Response",
     "ScalingLaw",
+    "SolidMultiple",
     "SolverError",
+    "StatedLimit",
     "SurfaceMesh",
+    "as_multiple",
     "cubic_law",
     "cubic_table_law",
     "hookimpl",
+    "in_number",
     "load_case",
     "power_law",
     "raw_triangles",
@@ -73,13 +101,20 @@ __all__ = [
     "run",
     "serve_mesher",
     "shipped_laws",
+    "stated_words",
     "tabulated_law",
 ]
 
 #: Where the public names live; they are imported when first asked for, so that a command or a
 #: plugin loads what it uses and no more.
 _HOMES = {
-    "case.read_case": "load_case",
+    "plugin.read_case": "load_case",
+    "case.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
+    "limits.analysis": "Analysis",
+    "limits.key": "LimitKey",
+    "limits.limit": "Limit LimitKind PlacedCase StatedLimit",
+    "limits.row": "LimitRow",
+    "limits.state": "HomogenisedState Predicted Response",
     "cell.family": "CellFamily",
     "cell.maker": "CellMaker",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "

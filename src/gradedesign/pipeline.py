@@ -146,11 +146,10 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
 
 def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Size once, and stop there or after building the lattice."""
-    start = Correction(displacement=(1.0,) * len(setup.displacement_limits))
     with announce.stage("sizing"):
         sized = size_round(
             setup,
-            start,
+            Correction(),
             {},
             design_filter(setup),
             SizingPlan(target=FULL_USE, most_iterations=60),

@@ -84,7 +84,7 @@ def own():
     """Node densities of the project's own sizing, ``(121, 25, 17)``."""
     case = load_case(HERE.parents[1] / "cases" / "ramirez-cantilever" / "case.toml")
     setup = prepare(case, build_registry())
-    one = Correction(displacement=(1.0,) * len(setup.displacement_limits))
+    one = Correction()
     sized = size_round(
         setup, one, {}, design_filter(setup), SizingPlan(target=0.998, most_iterations=60)
     )

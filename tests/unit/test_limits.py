@@ -5,6 +5,7 @@ import json
 import pytest
 
 import gradedesign
+from gradedesign.case.limits_schema import as_multiple, stated_words
 from gradedesign.case.schema import CaseFile, SolidMultiple, schema_json
 from gradedesign.errors import CaseError
 from gradedesign.output.report import render_report
@@ -70,7 +71,10 @@ def load(tmp_path):
 def test_a_multiple_of_the_solid_part_is_read(load, text, factor):
     limit = load(("2 x solid", text)).limits.displacement[0]
     assert limit.magnitude == SolidMultiple(factor=factor)
-    assert (limit.value, limit.times_solid, limit.words) == (None, factor, f"{factor:g} x solid")
+    assert (as_multiple(limit.magnitude), stated_words(limit.magnitude, "mm")) == (
+        factor,
+        f"{factor:g} x solid",
+    )
 
 
 @pytest.mark.parametrize(
@@ -170,7 +174,7 @@ def test_a_region_at_rest_has_no_multiple(load, tmp_path):
         ('name = "PA12"', material),
         ('"2 x solid"', '"2 x solid", component = "y", load_case = "along"'),
     )
-    with pytest.raises(CaseError, match="expected a region that moves there") as error:
+    with pytest.raises(CaseError, match="expected more: state a value in mm") as error:
         gradedesign.run(case, folder=tmp_path / "run")
     for words in ("case.toml:24: limits.displacement[0].magnitude", "'along'", "tip y"):
         assert words in str(error.value)

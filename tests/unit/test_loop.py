@@ -17,60 +17,63 @@ from gradedesign.ladder.ended import Ended
 from gradedesign.ladder.loop import Progress, Stages, run_loop
 from gradedesign.ladder.result import Iteration
 from gradedesign.ladder.rounds import Round
-from gradedesign.ladder.verdict import LimitRow, all_hold, factor_key, learned_factors, with_factors
-from gradedesign.sizing.responses import DisplacementLimit
+from gradedesign.ladder.verdict import all_hold, learned_factors, with_factors
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.local_stress import StressLimit
+from gradedesign.limits.row import LimitRow
 from gradedesign.verify.correction import Correction, Gap
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
 
 NAME = "displacement of tip magnitude"
+PULL, SIDE = (
+    LimitKey(kind="displacement", region="tip", component="magnitude", load_case=case)
+    for case in ("pull", "side")
+)
+STRESS = LimitKey(kind="stress", region="lattice")
 
 
-def row(value, case="pull", name=NAME, unit="mm"):
+def row(value, key=PULL):
     """A limit of 1 mm."""
     return LimitRow(
-        name=name, load_case=case, value=value, limit=1.0, unit=unit, judged_by="explicit analysis"
-    )
+        key=key, name=NAME, load_case=key.load_case, value=value, limit=1.0, unit="mm",
+        judged_by="explicit analysis",
+    )  # fmt: skip
 
 
 def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
     """A played round whose explicit values are given, one load case each."""
-    rows = tuple(row(v, case) for v, case in zip(values, ("pull", "side"), strict=False))
+    rows = tuple(row(v, key) for v, key in zip(values, (PULL, SIDE), strict=False))
     iteration = Iteration(
         round=number,
         lattice_mass_g=mass,
         mass_g=mass,
         mean_density=0.3,
-        predicted_displacement=values,
-        explicit_displacement=values,
-        predicted_stress=None,
-        explicit_stress=None,
-        displacement_gap=tuple(0.0 for _ in values),
-        stress_gap=None,
+        limits=(),
         use=max(values),
         passed=all(v <= 1.0 for v in values),
         dofs=1000,
         mesh_size_mm=1.0,
         seconds=seconds,
         stiffness_factor=1.0,
-        stress_factor=1.0,
         sizing_iterations=10,
         sizing_converged=False,
     )
     return Round(
         iteration=iteration,
         rows=rows,
-        correction=Correction(displacement=tuple(1.0 for _ in values)),
+        correction=Correction(),
         variables=np.zeros(1),
         rho=np.full(3, number / 100 if rho is None else rho),
         at_lower_bound=False,
-        gap=Gap(displacement=tuple(0.0 for _ in values)),
+        gap=Gap(),
     )
 
 
 def taught(factor):
     """Factor on the limit of a round with one load case."""
-    return {factor_key(row(1.0)): factor}
+    return {row(1.0).key: factor}
 
 
 class Faked:
@@ -128,7 +131,7 @@ def test_a_refused_design_goes_round_with_what_it_taught():
     plays = [a_round(1, 0.98, 0.85), a_round(2, 0.98, 0.82)]
     faked = Faked(plays, accepts={1: (1.0, 1.2), 2: (1.0, 1.2)})
     assert faked.run().ended.by == "tight"
-    first, second = (factor_key(limit) for limit in plays[0].rows)
+    first, second = (row.key for row in plays[0].rows)
     assert faked.given[1][first] == pytest.approx(1.0)
     assert faked.given[1][second] == pytest.approx(1.2)
     assert faked.saved == [((1,), faked.given[1])]
@@ -241,6 +244,13 @@ def test_a_lattice_that_cannot_reach_a_limit_ends_the_loop(monkeypatch):
 # --- the judge ------------------------------------------------------------------------------------
 
 
+def a_stress_limit():
+    return StressLimit(
+        key=STRESS, name="stress in lattice", allowed=100.0, percentile=99.5,
+        considered=np.ones(1, dtype=bool),
+    )  # fmt: skip
+
+
 class Judge:
     """Stands in for what `accept_design` calls; the explicit mesh has ``tets`` tetrahedra."""
 
@@ -251,17 +261,17 @@ class Judge:
             result=SimpleNamespace(space=SimpleNamespace(element_count=tets), mesh_size=1.0),
         )
         self.setup = SimpleNamespace(
-            case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0))
+            case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0)),
+            limits=(a_stress_limit(),),
         )
         replaced = {
             "export_surface": lambda *_: (None, None),
             "analyse_second_size": lambda *_: SimpleNamespace(rows=()),
             "accept_whole": self.whole,
             "accept_windows": self.windows,
-            "explicit_displacements": lambda _, whole: whole,
-            "limit_rows": lambda _setup, values, _measures, judge: tuple(
-                replace(row(v, case), judged_by=judge)
-                for v, case in zip(values.values, ("pull", "side"), strict=False)
+            "limit_rows": lambda _limits, found, judge: tuple(
+                replace(row(v, key), judged_by=judge)
+                for v, key in zip(found.values, (PULL, SIDE), strict=False)
             ),
         }
         for name, stage in replaced.items():
@@ -269,12 +279,13 @@ class Judge:
 
     def whole(self, *_, time_limit_s):
         self.limits_s.append(time_limit_s)
-        found = SimpleNamespace(values=(0.98, 1.02), measures={})
+        found = SimpleNamespace(values=(0.98, 1.02))
         return SimpleNamespace(scope="whole", whole=found)
 
     def windows(self, *_, time_limit_s, **__):
         self.limits_s.append(time_limit_s)
-        return SimpleNamespace(scope="windows", whole=None, windows=(1, 2), stress_factor=1.2)
+        windows = tuple(SimpleNamespace(value=v, driving_value=1.0) for v in (1.2, 0.9))
+        return SimpleNamespace(scope="windows", whole=None, windows=windows)
 
     def accept(self, done):
         return accepting.accept_design(self.setup, None, done, self.analysed, Announcer(ignore))
@@ -294,7 +305,7 @@ def test_a_large_lattice_is_judged_in_windows(monkeypatch):
     # 1.728 million tetrahedra are a million of the mesher's, 2500 s at 400 in a second.
     judge = Judge(monkeypatch, tets=1_728_000)
     done = a_round(1, 0.98)
-    done = replace(done, rows=(*done.rows, row(0.7, name="stress in lattice", unit="MPa")))
+    done = replace(done, rows=(*done.rows, row(0.7, STRESS)))
     found = judge.accept(done)
     assert found.acceptance.scope == "windows"
     # Displacements are the explicit ones, stress carries the ratio of the windows.
@@ -317,27 +328,20 @@ def test_both_load_cases_of_a_region_learn_from_the_whole_lattice(monkeypatch):
 def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
     """A limit of 2 mm in two load cases, accepted 1.25 times the explicit value in one."""
     limits = tuple(
-        DisplacementLimit(
-            name="tip magnitude", load_case=case, nodes=np.arange(3), component=None, limit=2.0
-        )
-        for case in ("pull", "side")
+        DisplacementLimit(key=key, name=NAME, nodes=np.arange(3), component=None, allowed=2.0)
+        for key in (PULL, SIDE)
     )
     setup = SimpleNamespace(
-        displacement_limits=limits,
-        stress_limit=100.0,
-        considered=np.ones(1, dtype=bool),
-        case=SimpleNamespace(limits=SimpleNamespace(percentile=99.5)),
+        limits=(*limits, a_stress_limit()),
         bounds=(0.2, 0.6),
     )
     monkeypatch.setattr(sizing_round, "corrected_model", lambda *_: None)
-    monkeypatch.setattr(sizing_round, "buckling_limit", lambda _: None)
     monkeypatch.setattr(sizing_round, "stored_sizing", lambda _, problem, **__: problem)
     problem = sizing_round.size_round(
         setup,
-        Correction(displacement=(1.0, 1.0)),
-        {(NAME, "side"): 1.25, ("stress in lattice", ""): 1.6},
+        Correction(),
+        {SIDE: 1.25, STRESS: 1.6},
         None,
         sizing_round.SizingPlan(most_iterations=1),
     )
-    assert [one.limit for one in problem.displacement_limits] == pytest.approx([2.0, 1.6])
-    assert problem.stress_limit.limit == pytest.approx(62.5)
+    assert [one.allowed for one in problem.limits] == pytest.approx([2.0, 1.6, 62.5])

@@ -20,7 +20,7 @@ from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
 MINI = RunWork(
     part_dofs=4131,
     load_cases=1,
-    displacement_limits=1,
+    adjoint_solves=1,
     explicit_dofs=282_333,
     explicit_cubes=14_400,
     mesher_tets=mesher_tets(58_401),

@@ -7,8 +7,9 @@ from html.parser import HTMLParser
 import jinja2
 import pytest
 
-from gradedesign.ladder.result import Iteration, RunResult
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.ladder.result import Iteration, LimitIteration, RunResult
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
 from gradedesign.output.report import render_report
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(20)
@@ -21,6 +22,8 @@ RESULT = RunResult(
     case_hash="abc123",
     limits=(
         LimitRow(
+            key=LimitKey(kind="stress", region="lattice"),
+            phase="lattice",
             name="stress in lattice",
             load_case="pull & push",
             value=41.23,
@@ -30,6 +33,7 @@ RESULT = RunResult(
             resolution_error=-0.0312,
         ),
         LimitRow(
+            key=LimitKey(kind="displacement", region="tip", load_case="side"),
             name="displacement of tip",
             load_case="side",
             value=2.1,
@@ -49,16 +53,20 @@ RESULT = RunResult(
             mass_g=12.345,
             lattice_mass_g=8.7654,
             mean_density=0.175,
-            predicted_displacement=(2.0,),
-            explicit_displacement=(2.024,),
-            predicted_stress=None,
-            explicit_stress=None,
+            limits=(
+                LimitIteration(
+                    key=LimitKey(kind="displacement", region="tip", load_case="side"),
+                    name="displacement of tip",
+                    unit="mm",
+                    predicted=2.0,
+                    explicit=2.024,
+                    gap=0.012,
+                    factor=1.0,
+                ),
+            ),
             use=0.99,
             passed=True,
-            displacement_gap=(0.012,),
-            stress_gap=None,
             stiffness_factor=1.05,
-            stress_factor=1.0,
             dofs=1234567,
             mesh_size_mm=0.5,
             seconds=33.0,
@@ -186,14 +194,14 @@ def test_the_run_says_what_it_took_and_what_ended_it(html):
 
 
 def test_every_displacement_limit_has_a_column_of_its_own(html):
-    assert '<th class="n">gap of tip (side)</th>' in html
-    two = replace(
-        RESULT,
-        limits=(*RESULT.limits, replace(RESULT.limits[1], load_case="pull")),
-        iterations=(replace(RESULT.iterations[0], displacement_gap=(0.012, -0.034)),),
-    )
-    html = render_report(two, {}, "")
-    assert "gap of tip (pull)" in html
+    assert '<th class="n">gap of displacement of tip (side)</th>' in html
+    (one,) = RESULT.iterations[0].limits
+    more = replace(one, key=replace(one.key, load_case="pull"), gap=-0.034)
+    only_predicted = replace(one, name="buckling of cells", explicit=None, gap=None)
+    iteration = replace(RESULT.iterations[0], limits=(one, more, only_predicted))
+    html = render_report(replace(RESULT, iterations=(iteration,)), {}, "")
+    assert "gap of displacement of tip (pull)" in html
+    assert "gap of buckling" not in html
     assert '<td class="n">+1.2%</td><td class="n">-3.4%</td>' in html
 
 

@@ -17,6 +17,8 @@ from gradedesign.ladder import wall_cells
 from gradedesign.ladder.wall_cells import wall_factors, wall_material
 from gradedesign.ladder.wall_kinds import wall_kinds
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
@@ -26,17 +28,11 @@ from gradedesign.sizing.homogenised import (
     homogenised_system,
     lattice_mass,
     solve_homogenised,
-    solve_vectors,
 )
 from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.lattice_stiffness import lattice_stiffness, lattice_stiffness_derivative
-from gradedesign.sizing.responses import (
-    DisplacementLimit,
-    adjoint_loads,
-    displacement_gradient,
-    displacement_values,
-    stiffness_derivative,
-)
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.state import solved_state
 
 CELL = 22.0
 #: Faces 1 mm outside the axes of the struts; longer and wider than what counts as a wall.
@@ -191,17 +187,15 @@ def test_gradients_of_a_displacement_are_exact(model):
         middle - 0.09 * (high - low), middle + 0.09 * (high - low), model.volumes.size
     )
     nodes = np.flatnonzero(model.space.nodes[0] > SIZE[0] - 1e-6)
-    limit = DisplacementLimit(name="tip", load_case="load", nodes=nodes, component=2, limit=1.0)
+    key = LimitKey(kind="displacement", region="tip", load_case="load")
+    limit = DisplacementLimit(key=key, name="tip", nodes=nodes, component=2, allowed=1.0)
 
     def value(at):
-        return displacement_values([limit], solve_homogenised(model, at))[0]
+        return limit.predict(solved_state(model, at, [limit])).value
 
     system = homogenised_system(model, rho)
-    solution = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solution))[0]
-    gradient = displacement_gradient(
-        model, rho, stiffness_derivative(model, rho), model.cases[0], solution[0], adjoint
-    )
+    state = solved_state(model, rho, [limit], system)
+    gradient = response_gradients(state, system, limit.responses(state)[0])[0]
     # Both ways move the tip by a thousand times what the solver leaves.
     along = model.space.nodes[0][model.space.elements[:4]].mean(axis=0) / SIZE[0]
     for way in (np.ones(rho.size), 1 - along):

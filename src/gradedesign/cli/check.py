@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.case.read_case import load_case
 from gradedesign.case.schema import Case
 from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
 from gradedesign.cli.plugins import registry_for
@@ -22,6 +21,7 @@ from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.ladder.stages import default_folder
 from gradedesign.output.pictures import picture_loads
+from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry
 from gradedesign.workspace.progress import report_step
 
@@ -48,8 +48,9 @@ def check(
     as_json: bool,
 ) -> None:
     """Read, repair, select, predict; written is the picture of loads and supports."""
-    case = load_case(path, allow_outside=allow_outside)
-    registry = with_own_cell(case, registry_for(strict_plugins=strict_plugins))
+    registry = registry_for(strict_plugins=strict_plugins)
+    case = load_case(path, allow_outside=allow_outside, registry=registry)
+    registry = with_own_cell(case, registry)
     with ProgressLines("check", err=True):
         found = check_case(case, registry)
         warnings = list(found.warnings)

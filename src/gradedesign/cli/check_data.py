@@ -11,7 +11,6 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.ladder.check_case import CaseCheck
-from gradedesign.ladder.setup import stress_limit
 from gradedesign.part.part import Part
 
 _REPAIRS = (
@@ -72,22 +71,9 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
 def stated_limits(found: CaseCheck) -> list[tuple[str, str, str]]:
     """Name, load case and value of every limit as the case states it.
 
-    Those relative to the solid part are not in mm yet.
+    Those relative to the solid part are not in its unit yet.
     """
-    case = found.known.case
-    rows: list[tuple[str, str, str]] = []
-    for spec in case.limits.displacement:
-        what = "magnitude" if spec.component is None else "xyz"[spec.component]
-        allowed = f"{spec.times_solid:g} x solid" if spec.times_solid else f"{spec.value:g} mm"
-        rows += [
-            (f"displacement of {spec.region} {what}", one.name, allowed)
-            for one in case.load_case
-            if spec.load_case in (None, one.name)
-        ]
-    stress = stress_limit(case, found.known.material)
-    if stress is not None:
-        rows.append(("stress", "every", f"{stress:.4g} MPa"))
-    return rows
+    return [(one.name, one.load_case, one.allowed) for one in found.known.limits]
 
 
 def _part(found: CaseCheck) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from gradedesign.cli.show import print_files, print_table, print_text, print_war
 from gradedesign.ladder.generate import generate as generate_lattice
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.stages import default_folder
+from gradedesign.plugin.read_case import entries_of
 
 
 def generate(
@@ -26,8 +27,10 @@ def generate(
     as_json: bool,
 ) -> None:
     """Make a lattice, print its densities and where the files are."""
-    case = load_generate_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
+    case = load_generate_case(
+        path, allow_outside=allow_outside, entries=lambda: entries_of(registry)
+    )
     folder = default_folder(case) if output is None else output
     with ProgressLines(err=as_json, events=not as_json) as progress:
         result = generate_lattice(

@@ -8,6 +8,7 @@ from pathlib import Path
 from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.show import print_json, print_text
+from gradedesign.plugin.read_case import entries_of
 from gradedesign.workspace.atomic import write_text
 
 
@@ -19,7 +20,7 @@ def schema(output: Path | None, *, stated_density: bool) -> None:
     CaseError
         If the file cannot be written.
     """
-    data = schema_json(GenerateFile if stated_density else CaseFile)
+    data = schema_json(GenerateFile if stated_density else CaseFile, entries_of(None))
     if output is None:
         print_json(data)
         return

@@ -158,6 +158,13 @@ def case_loads(
     )
 
 
+def mechanical_force(space: TetSpace, case: PartLoadCase, mass_density: FloatArray) -> FloatArray:
+    """Nodal forces of the loads and the inertia of a design, ``(3, N)``, N."""
+    if not np.any(case.acceleration):
+        return case.force
+    return case.force + body_force(space, mass_density, case.acceleration)
+
+
 def load_vector(
     space: TetSpace,
     case: PartLoadCase,
@@ -180,11 +187,10 @@ def load_vector(
     -------
     LoadVector
     """
-    force = np.array(case.force)
-    if np.any(case.acceleration):
-        force += body_force(space, mass_density, case.acceleration)
+    force = mechanical_force(space, case, mass_density)
     if case.temperature_change:
-        force += thermal_force(space, stiffness, thermal_expansion, case.temperature_change)
+        heated = thermal_force(space, stiffness, thermal_expansion, case.temperature_change)
+        force = force + heated
     return LoadVector(name=case.name, supports=case.supports, force=force)
 
 

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.errors import LatticeError
 from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.buckling import BUCKLING
 from gradedesign.ladder.lattice_files import STL_NAME
-from gradedesign.ladder.round import explicit_displacements
 from gradedesign.ladder.rounds import Analysed, Round
 from gradedesign.ladder.second_size import SecondSize, analyse_second_size, with_resolution
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import (
     Factors,
-    LimitRow,
     all_hold,
     learned_factors,
     limit_rows,
@@ -25,6 +23,8 @@ from gradedesign.ladder.verdict import (
 )
 from gradedesign.lattice.islands import Islands, remove_islands
 from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.row import LimitRow
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.stl import write_stl
 from gradedesign.part.repair import build_surface
@@ -35,6 +35,7 @@ from gradedesign.verify.acceptance import (
     accept_windows,
     choose_scope,
 )
+from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -59,8 +60,8 @@ class Accepted:
         The same design on another grid.
     rows : tuple of LimitRow
         The values that decide.
-    factors : dict of (name, load case) to float
-        Accepted over explicit values; see `factor_key`.
+    factors : dict of LimitKey to float
+        Accepted over explicit values.
     holds : bool
     """
 
@@ -85,7 +86,7 @@ def accept_design(
     """Export the surface of a design and have it accepted or refused.
 
     With scope "whole" an independent mesh of the surface judges every limit. With "windows" the
-    explicit analysis does, its stress in the lattice times the ratio of the windows.
+    explicit analysis does, those limits that windows can judge times their ratio.
     """
     surface, islands = export_surface(setup, out, analysed)
     began = time.perf_counter()
@@ -105,7 +106,7 @@ def accept_design(
             time_limit_s=budget,
             on_window=announce.window,
         )
-        factors = {("stress in lattice", ""): acceptance.stress_factor}
+        factors = window_factors(setup.limits, acceptance.windows)
         rows = scaled_rows(
             done.rows,
             factors,
@@ -161,9 +162,12 @@ def _whole_rows(
     whole = acceptance.whole
     if whole is None:
         raise LatticeError("acceptance of the whole lattice returned no analysis")
-    rows = limit_rows(
-        setup, explicit_displacements(setup, whole), whole.measures, "re-meshed whole lattice"
-    )
+    rows = limit_rows(setup.limits, whole, "re-meshed whole lattice")
     factors = learned_factors(done.rows, rows)
-    # No analysis of the printed solid says anything about buckling.
-    return (*rows, *(row for row in done.rows if row.name == BUCKLING)), factors
+    return (*rows, *(row for row in done.rows if row.homogenised)), factors
+
+
+def window_factors(limits: Sequence[Limit], windows: Sequence[SubmodelResult]) -> Factors:
+    """Accepted over explicit value of every limit that windows can judge."""
+    found = {limit.key: limit.window_factor(windows) for limit in limits}
+    return {key: factor for key, factor in found.items() if factor is not None}

@@ -11,7 +11,7 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.ladder.predicted_cost import CostPrediction
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup, part_volume
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.row import LimitRow
 from gradedesign.sizing.size import SizingStep
 from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import Event, Listener, stepping
@@ -115,12 +115,11 @@ class Announcer:
         if not resumed:
             for name, seconds in it.timing_s.items():
                 self.took(name, seconds)
-        moved = "" if not it.displacement_gap else f", displacement gap {governing_gap(done):+.1%}"
-        stress = "" if it.stress_gap is None else f", stress gap {it.stress_gap:+.1%}"
+        gaps = "".join(f", {kind} gap {gap:+.1%}" for kind, gap in governing_gaps(done).items())
         self.say(
             "round",
             f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
-            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}{moved}{stress}, "
+            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}{gaps}, "
             f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
             mass_g=it.mass_g,
             use=it.use,
@@ -137,7 +136,12 @@ class Announcer:
         )
 
 
-def governing_gap(done: Round) -> float:
-    """Gap of the most used displacement limit, explicit over predicted minus one."""
-    gaps = done.iteration.displacement_gap
-    return max(zip(done.rows, gaps, strict=False), key=lambda pair: pair[0].use)[1]
+def governing_gaps(done: Round) -> dict[str, float]:
+    """Gap of the most used limit of every kind that an explicit analysis measures."""
+    use = {row.key: row.use for row in done.rows}
+    gaps: dict[str, tuple[float, float]] = {}
+    for one in done.iteration.limits:
+        if one.gap is not None:
+            kind, found = one.key.kind, (use[one.key], one.gap)
+            gaps[kind] = max(found, gaps.get(kind, found))
+    return {kind: gap for kind, (_, gap) in gaps.items()}

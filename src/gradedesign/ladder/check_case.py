@@ -8,13 +8,13 @@ import numpy as np
 
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell_map import turned_axes
-from gradedesign.ladder.exclusion import share_warnings
 from gradedesign.ladder.part_room import inner_points
 from gradedesign.ladder.predicted_run import PredictedRun, budget_warnings, predicted_run
 from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.resolved_case import ResolvedCase, resolve_case
-from gradedesign.ladder.setup import exclusion_radius, stress_limit
+from gradedesign.ladder.setup import exclusion_radius
 from gradedesign.ladder.size_effects import periodic_warnings, why_periodic
+from gradedesign.limits.local_stress import allowed_stress, share_warnings
 from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.thickness import local_thickness
@@ -122,7 +122,7 @@ def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
 def _left_out(known: ResolvedCase) -> tuple[str, ...]:
     """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
     case, places = known.case, known.layout.places
-    if stress_limit(case, known.material) is None or not places.size:
+    if allowed_stress(case, known.material) is None or not places.size:
         return ()
     radius = exclusion_radius(case)
     names = sorted({fix.region for spec in case.load_case for fix in spec.fix})

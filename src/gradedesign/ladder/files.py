@@ -25,6 +25,7 @@ from gradedesign.ladder.solid import solid_stiffness
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
     boundary_surface,
@@ -104,7 +105,7 @@ def write_outputs(
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),
     )
-    out.write_text("iterations.csv", iteration_log(result.iterations, setup.displacement_limits))
+    out.write_text("iterations.csv", iteration_log(result.iterations))
     if "report" in formats:
         pictures = {
             name: (out.path / path).read_bytes()
@@ -203,7 +204,7 @@ def _lattice_files(
             out.path_of("stress.png"),
             surface,
             nodal[vertex],
-            limit=setup.stress_limit,
+            limit=allowed_stress(setup.case, setup.material),
             title=f"Stress of the lattice, load case {load_case}",
         ),
         *picture_deformed(

@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.errors import DensityError
 from gradedesign.ladder.round import SizingPlan, design_filter, size_round
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.row import LimitRow
 from gradedesign.material.constant_density import density_for_displacement, density_for_stress
 from gradedesign.sizing.homogenised import total_mass
 from gradedesign.verify.correction import Correction
@@ -91,9 +91,8 @@ def first_answer(setup: Setup) -> FirstAnswer:
     constant = tuple(_constant(setup, row) for row in setup.solid)
     if not all(row.passed for row in setup.solid):
         return FirstAnswer(constant=constant)
-    start = Correction(displacement=(1.0,) * len(setup.displacement_limits))
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
-    sized = size_round(setup, start, {}, design_filter(setup), plan)
+    sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
     weights = setup.model.volumes * (1.0 - setup.model.solid_share)
     return FirstAnswer(
         constant=constant,
@@ -107,7 +106,8 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     """The constant density of one limit."""
     if not row.passed:
         return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
-    least = density_for_displacement if row.unit == "mm" else density_for_stress
+    # Displacements and the work of the loads fall as one over the stiffness.
+    least = density_for_stress if row.unit == "MPa" else density_for_displacement
     try:
         density = max(least(setup.law, row.value, row.limit), setup.bounds[0])
     except DensityError as error:

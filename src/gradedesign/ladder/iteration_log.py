@@ -8,7 +8,6 @@ from io import StringIO
 from itertools import chain
 
 from gradedesign.ladder.result import Iteration
-from gradedesign.sizing.responses import DisplacementLimit
 
 #: Header and attribute of what every round has.
 _COLUMNS = (
@@ -18,11 +17,7 @@ _COLUMNS = (
     ("mean density [-]", "mean_density"),
     ("largest use [-]", "use"),
     ("every limit holds [-]", "passed"),
-    ("predicted lattice stress [MPa]", "predicted_stress"),
-    ("explicit lattice stress [MPa]", "explicit_stress"),
-    ("lattice stress gap [-]", "stress_gap"),
     ("stiffness factor [-]", "stiffness_factor"),
-    ("stress factor [-]", "stress_factor"),
     ("unknowns [-]", "dofs"),
     ("mesh size [mm]", "mesh_size_mm"),
     ("sizing iterations [-]", "sizing_iterations"),
@@ -30,30 +25,28 @@ _COLUMNS = (
 )
 
 
-def iteration_log(iterations: Sequence[Iteration], limits: Sequence[DisplacementLimit]) -> str:
+def iteration_log(iterations: Sequence[Iteration]) -> str:
     """One line per round, comma separated, one value in a field and its unit in the header.
 
-    Every displacement limit has columns of its own: what was predicted before the analysis, what
-    the explicit analysis said, and the gap, the latter over the former less one.
+    Every limit has columns of its own: the prediction before the analysis, the explicit value, the
+    gap, the latter over the former less one, and the factor on the prediction.
     """
-    names = [f"{limit.name} ({limit.load_case})" for limit in limits]
     each = [
         (
-            f"predicted displacement of {name} [mm]",
-            f"explicit displacement of {name} [mm]",
-            f"displacement gap of {name} [-]",
+            f"predicted {one.label} [{one.unit}]",
+            f"explicit {one.label} [{one.unit}]",
+            f"gap of {one.label} [-]",
+            f"factor on {one.label} [-]",
         )
-        for name in names
+        for one in (iterations[0].limits if iterations else ())
     ]
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*(header for header, _ in _COLUMNS), *chain.from_iterable(each)])
     for it in iterations:
-        found = zip(
-            it.predicted_displacement, it.explicit_displacement, it.displacement_gap, strict=True
-        )
-        values = [_cell(getattr(it, attribute)) for _, attribute in _COLUMNS]
-        writer.writerow([*values, *(f"{v:.6g}" for v in chain.from_iterable(found))])
+        found = ((one.predicted, one.explicit, one.gap, one.factor) for one in it.limits)
+        values = [getattr(it, attribute) for _, attribute in _COLUMNS]
+        writer.writerow([_cell(v) for v in (*values, *chain.from_iterable(found))])
     return text.getvalue()
 
 

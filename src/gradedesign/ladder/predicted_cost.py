@@ -40,8 +40,8 @@ class RunWork:
     part_dofs : int
         Unknowns of the part's own mesh.
     load_cases : int
-    displacement_limits : int
-        Each costs sizing an adjoint solve beside those of the load cases.
+    adjoint_solves : int
+        That limits by gradient cost sizing beside the solves of the load cases.
     explicit_dofs : int
         Unknowns of the explicit lattice.
     explicit_cubes : int
@@ -55,7 +55,7 @@ class RunWork:
 
     part_dofs: int
     load_cases: int
-    displacement_limits: int
+    adjoint_solves: int
     explicit_dofs: int
     explicit_cubes: int
     mesher_tets: int
@@ -194,7 +194,7 @@ def iterations_of(played: int) -> int:
 
 def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
     """Seconds of a sizing, s."""
-    solves = work.load_cases + work.displacement_limits
+    solves = work.load_cases + work.adjoint_solves
     return speed.sizing * work.part_dofs * solves * iterations
 
 

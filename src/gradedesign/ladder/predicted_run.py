@@ -127,7 +127,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
-        displacement_limits=_displacement_limits(known),
+        adjoint_solves=sum(one.by_gradient for one in known.limits),
         explicit_dofs=int(tets * DOFS_PER_TET),
         explicit_cubes=grid.cubes if explicit else 0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
@@ -194,10 +194,3 @@ def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
 
 def _corners(known: ResolvedCase) -> np.ndarray:
     return known.part.surface.vertices
-
-
-def _displacement_limits(known: ResolvedCase) -> int:
-    """Limits by load case, each of which sizing solves for."""
-    cases = len(known.case.load_case)
-    limits = known.case.limits.displacement
-    return sum(1 if one.load_case is not None else cases for one in limits)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.homogenise.cached_table import computed_law
@@ -114,24 +116,15 @@ def stress_basis(law: ScalingLaw) -> str:
     )
 
 
-def stress_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
-    """What of a predicted stress is not what will be judged."""
-    known = law.local_stress
-    if known is None or known.has_distribution or known.percentile == percentile:
-        return ()
+def buckling_basis(law: ScalingLaw) -> str:
+    """How buckling of the cells is predicted with a law, for the report."""
+    known = law.buckling
+    if known is None:
+        return "unknown"
+    c, n, residual = known.power_fit(0, 0)
     return (
-        f"stress is judged at the {percentile:g}th percentile by volume, but the strength surfaces "
-        f"of law '{law.name}' stand for the {known.percentile:g}th: the first prediction "
-        f"is off by that, later ones are corrected",
-    )
-
-
-def buckling_warnings(law: ScalingLaw) -> tuple[str, ...]:
-    """Say that buckling of the cells is not judged where the law does not know it."""
-    if law.buckling is not None:
-        return ()
-    return (
-        f"buckling of the cells is not judged: law '{law.name}' has no critical stresses "
-        f"('gradedesign tabulate --buckling' computes them); [limits] buckling = \"off\" says "
-        f"that this is meant",
+        f"modes that repeat after one or two cells, densities {known.window[0]:g} to "
+        f"{known.window[1]:g}, {known.table.version}, {known.table.date}; compression along x "
+        f"{c:.3g} rho^{n:.3g} E within {residual:.0%}; extrapolation added up to "
+        f"{float(np.max(known.table.error)):.0%}"
     )

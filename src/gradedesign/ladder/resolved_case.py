@@ -11,7 +11,6 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.ladder.cell_layout import CellLayout, cell_layout
 from gradedesign.ladder.design_domain import design_domain
-from gradedesign.ladder.displacement_limits import require_movable
 from gradedesign.ladder.free_motions import require_supported
 from gradedesign.ladder.graded_map import require_one_thickness
 from gradedesign.ladder.lattice_files import LatticeFile, lattice_files
@@ -29,6 +28,8 @@ from gradedesign.ladder.planned_law import PlannedLaw, planned_law
 from gradedesign.ladder.predicted_part_mesh import require_mesh_fits
 from gradedesign.ladder.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.lattice.domain import DesignDomain
+from gradedesign.limits.kinds import require_possible, stated_limits
+from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
@@ -58,6 +59,7 @@ class ResolvedCase:
         Of the part.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
+    limits : tuple of StatedLimit
     warnings : tuple of str
         Of reading, sizes and loads.
     narrowed : tuple of str
@@ -76,6 +78,7 @@ class ResolvedCase:
     balances: tuple[LoadBalance, ...]
     mesher: Mesher
     lattice_files: tuple[LatticeFile, ...]
+    limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
 
@@ -108,7 +111,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)
-    require_movable(case, part.regions)
+    require_possible(registry.limits, case, part.regions)
     with locating(case, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -134,6 +137,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         balances=balances,
         mesher=mesher,
         lattice_files=files,
+        limits=stated_limits(registry.limits, case, material),
         warnings=(
             *case.warnings,
             *part.report.warnings,

@@ -7,7 +7,40 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow, row_from_json
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitIteration:
+    """One limit in one round.
+
+    Attributes
+    ----------
+    key : LimitKey
+    name, unit : str
+    predicted : float
+        By the corrected homogenised part, before the analysis.
+    explicit : float or None
+        None where no explicit analysis measures it.
+    gap : float or None
+        explicit / predicted - 1.
+    factor : float
+        Correction of the prediction that this round's sizing used.
+    """
+
+    key: LimitKey
+    name: str
+    unit: str
+    predicted: float
+    explicit: float | None
+    gap: float | None
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """Name and load case, where it has one."""
+        return f"{self.name} ({self.key.load_case})" if self.key.load_case else self.name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,12 +55,7 @@ class Iteration:
         By the explicit mesh.
     mean_density : float
         That sizing asked of the lattice phase.
-    predicted_displacement, explicit_displacement : tuple of float, mm
-    predicted_stress, explicit_stress : float or None, MPa
-        Lattice stress measure.
-    displacement_gap : tuple of float
-        explicit / predicted - 1, prediction made before the analysis.
-    stress_gap : float or None
+    limits : tuple of LimitIteration
     use : float
         Largest value over limit.
     passed : bool
@@ -37,8 +65,8 @@ class Iteration:
         Mesh size over the one that the thinnest wall asks for: less than 1 where that grid lost
         volume or pieces and was refined.
     seconds : float
-    stiffness_factor, stress_factor : float
-        Corrections that this round's sizing used.
+    stiffness_factor : float
+        Correction of the lattice's stiffness that this round's sizing used.
     sizing_iterations : int
     sizing_converged : bool
     timing_s : mapping of stage to seconds
@@ -49,23 +77,22 @@ class Iteration:
     lattice_mass_g: float
     mass_g: float
     mean_density: float
-    predicted_displacement: tuple[float, ...]
-    explicit_displacement: tuple[float, ...]
-    predicted_stress: float | None
-    explicit_stress: float | None
-    displacement_gap: tuple[float, ...]
-    stress_gap: float | None
+    limits: tuple[LimitIteration, ...]
     use: float
     passed: bool
     dofs: int
     mesh_size_mm: float
     seconds: float
     stiffness_factor: float
-    stress_factor: float
     sizing_iterations: int
     sizing_converged: bool
     grid_share: float = 1.0
     timing_s: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def measured(self) -> tuple[LimitIteration, ...]:
+        """Limits that the explicit analysis measures."""
+        return tuple(one for one in self.limits if one.explicit is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,22 +179,20 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     """
     known = {one.name for one in fields(RunResult)}
     plain = {name: value for name, value in data.items() if name in known}
-    rows = {one.name for one in fields(LimitRow)}
     for name in ("limits", "solid"):
-        plain[name] = tuple(
-            LimitRow(**{k: v for k, v in row.items() if k in rows}) for row in data.get(name, ())
-        )
-    plain["iterations"] = tuple(_iteration(one) for one in data["iterations"])
+        plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
+    plain["iterations"] = tuple(iteration_from_json(one) for one in data["iterations"])
     for name in ("warnings", "plugins"):
         plain[name] = tuple(data[name])
     return RunResult(**{**plain, "folder": Path(data["folder"])})
 
 
-def _iteration(data: Mapping[str, Any]) -> Iteration:
-    plain: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in data.items()
-    }
-    return Iteration(**plain)
+def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
+    """The round that ``dataclasses.asdict`` made plain data of."""
+    limits = tuple(
+        LimitIteration(**{**one, "key": LimitKey(**one["key"])}) for one in data["limits"]
+    )
+    return Iteration(**{**data, "limits": limits})
 
 
 def as_json(result: RunResult) -> dict[str, Any]:

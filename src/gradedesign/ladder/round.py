@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,9 +13,7 @@ from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.elastic_system import ElasticSystem
-from gradedesign.fe.solution import Solution
 from gradedesign.ladder.analysable import grid_cube
-from gradedesign.ladder.buckling import buckling_limit
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.stored_sizing import stored_sizing
 from gradedesign.ladder.thinnest_wall import thinnest_wall
@@ -25,28 +23,24 @@ from gradedesign.lattice.density_grid import (
     density_grid_from_elements,
 )
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.local_stress import allowed_stress
+from gradedesign.limits.state import Predicted
 from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.sizing.buckling_limit import BucklingUse, buckling_use
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     homogenised_system,
     lattice_mass,
-    solve_homogenised,
-    solve_vectors,
     total_mass,
 )
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
-from gradedesign.sizing.lattice_stress import lattice_stress
-from gradedesign.sizing.responses import (
-    DisplacementLimit,
-    adjoint_loads,
-    displacement_values,
-)
+from gradedesign.sizing.responses import solve_adjoints
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
-from gradedesign.sizing.stress_limit import StressLimit, stress_measure
+from gradedesign.sizing.state import SolvedState, solved_state
 from gradedesign.verify.correction import Correction
-from gradedesign.verify.explicit import ExplicitResult, JudgedSolid, displacement_on
+from gradedesign.verify.explicit import ExplicitResult, JudgedSolid
 from gradedesign.verify.explicit_mesh import ExplicitMesh
 from gradedesign.workspace.progress import report_step
 
@@ -67,27 +61,21 @@ class Prediction:
 
     Attributes
     ----------
-    displacement : tuple of float, mm
-        Per displacement limit.
-    stress : float or None, MPa
-        Lattice stress measure.
+    values : dict of LimitKey to Predicted
+        Of every limit.
     lattice_mass, total_mass : float, g
     lattice_share : float
-        Share of the governing displacement that comes from strain of the lattice phase.
+        Share of the governing value by gradient that comes from strain of the lattice phase.
     mean_density : float
-        Of the lattice phase, weighted by its strain energy in the governing displacement, so
-        that it stands for the lattice that carries.
-    buckling : BucklingUse or None
-        Largest use of the limit on buckling, where there is one.
+        Of the lattice phase, weighted by its strain energy in the governing value, so that it
+        stands for the lattice that carries.
     """
 
-    displacement: tuple[float, ...]
-    stress: float | None
+    values: dict[LimitKey, Predicted]
     lattice_mass: float
     total_mass: float
     lattice_share: float
     mean_density: float
-    buckling: BucklingUse | None = None
 
 
 def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
@@ -100,29 +88,15 @@ def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
     )
 
 
-def corrected_limits(setup: Setup, correction: Correction) -> tuple[DisplacementLimit, ...]:
-    """Displacement limits whose predicted values carry their factors."""
-    factors = correction.displacement or (1.0,) * len(setup.displacement_limits)
+def corrected_limits(setup: Setup, correction: Correction) -> tuple[Limit, ...]:
+    """Limits whose predicted values carry their factors."""
+    return tuple(replace(limit, factor=correction.factor(limit.key)) for limit in setup.limits)
+
+
+def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, ...]:
+    """Limits that leave room for what acceptance finds over the explicit analysis."""
     return tuple(
-        replace(limit, factor=factor)
-        for limit, factor in zip(setup.displacement_limits, factors, strict=True)
-    )
-
-
-def displacement_key(limit: DisplacementLimit) -> tuple[str, str]:
-    """Name and load case of the limit's row."""
-    return (f"displacement of {limit.name}", limit.load_case)
-
-
-def corrected_stress_limit(setup: Setup, correction: Correction) -> StressLimit | None:
-    """The lattice stress limit with its factor."""
-    if setup.stress_limit is None:
-        return None
-    return StressLimit(
-        limit=setup.stress_limit,
-        percentile=setup.case.limits.percentile,
-        considered=setup.considered,
-        factor=correction.stress,
+        replace(limit, allowed=limit.allowed / factors.get(limit.key, 1.0)) for limit in limits
     )
 
 
@@ -168,24 +142,15 @@ def size_round(
 ) -> SizingResult:
     """Size the corrected homogenised part, densities filtered by ``matrix``.
 
-    ``factors`` are accepted over explicit values by name and load case, where acceptance found
-    more than the explicit analysis did: the limits are that much tighter here.
+    ``factors`` are accepted over explicit values, where acceptance found more than the explicit
+    analysis did: the limits are that much tighter here.
     """
-    limits = tuple(
-        replace(limit, limit=limit.limit / factors.get(displacement_key(limit), 1.0))
-        for limit in corrected_limits(setup, correction)
-    )
-    stress = corrected_stress_limit(setup, correction)
-    if stress is not None:
-        stress = replace(stress, limit=stress.limit / factors.get(("stress in lattice", ""), 1.0))
     problem = SizingProblem(
         model=corrected_model(setup, correction),
-        displacement_limits=limits,
-        stress_limit=stress,
+        limits=tightened_limits(corrected_limits(setup, correction), factors),
         bounds=setup.bounds,
         filter=matrix,
         target=plan.target,
-        buckling_limit=buckling_limit(setup),
     )
     return stored_sizing(
         setup,
@@ -228,7 +193,7 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         regions=regions,
         clamped=setup.clamped,
         exclusion_radius=setup.exclusion_radius,
-        stress_limit=setup.stress_limit,
+        stress_limit=allowed_stress(setup.case, setup.material),
         percentile=setup.case.limits.percentile,
         bodies=setup.domain.bodies,
         solver=setup.model.solver,
@@ -272,58 +237,36 @@ def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction
     limits = corrected_limits(setup, correction)
     report_step("predicting the design")
     system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
+    state = solved_state(model, rho, limits, system)
     report_step("stress and share of the lattice")
-    values = displacement_values(limits, solutions)
-    limit = corrected_stress_limit(setup, correction)
-    share, carrying = lattice_share(system, model, rho, limits, solutions)
-    stress, buckling = None, None
-    resists = buckling_limit(setup)
-    carried = lattice_stress(model, rho, solutions) if limit or resists else ()
-    if limit is not None:
-        stress = stress_measure(limit, model, rho, carried)
-    if resists is not None:
-        buckling = buckling_use(resists, model, rho, carried)
+    share, carrying = lattice_share(system, state, limits)
     return Prediction(
-        displacement=tuple(float(v) for v in values),
-        stress=stress,
+        values={limit.key: limit.predict(state) for limit in limits},
         lattice_mass=lattice_mass(model, rho) * 1e6,
         total_mass=total_mass(model, rho) * 1e6,
         lattice_share=share,
         mean_density=carrying,
-        buckling=buckling,
     )
 
 
 def lattice_share(
-    system: ElasticSystem,
-    model: HomogenisedModel,
-    rho: FloatArray,
-    limits: tuple[DisplacementLimit, ...],
-    solutions: tuple[Solution, ...],
+    system: ElasticSystem, state: SolvedState, limits: Sequence[Limit]
 ) -> tuple[float, float]:
-    """Lattice phase's share of the most used displacement, and its energy-weighted density."""
-    weights = model.lattice_volumes
-    if not limits:
-        return 0.0, float(weights @ rho / weights.sum())
-    uses = displacement_values(limits, solutions) / [limit.limit for limit in limits]
-    worst = limits[int(np.argmax(uses))]
-    adjoint = solve_vectors(system, adjoint_loads(model, [worst], solutions))[0]
-    u = next(s for s in solutions if s.name == worst.load_case).displacement
+    """Lattice phase's share of the most used value by gradient, and its energy-weighted density."""
+    model, rho = state.model, state.rho
+    weights = state.lattice_volumes
+    mean = float(weights @ rho / weights.sum())
+    found = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
+    if not found:
+        return 0.0, mean
+    worst, _ = max(found, key=lambda pair: pair[0].value / pair[1])
+    adjoint = solve_adjoints(model, system, [worst])[0]
+    u = state.displacement(worst.load_case)
     lattice = as_stiffness(model, (1 - model.solid_share) * lattice_stiffness(model, rho))
     shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
-    value = displacement_values([worst], solutions)[0]
-    if value <= 0 or shared.sum() <= 0:
-        return 0.0, float(weights @ rho / weights.sum())
-    return float(shared.sum() / value), float(shared @ rho / shared.sum())
-
-
-def explicit_displacements(setup: Setup, result: ExplicitResult) -> tuple[float, ...]:
-    """Value of every displacement limit in an explicit analysis, mm."""
-    return tuple(
-        displacement_on(result, limit.region, limit.load_case, limit.component)
-        for limit in setup.displacement_limits
-    )
+    if worst.value <= 0 or shared.sum() <= 0:
+        return 0.0, mean
+    return float(shared.sum() / worst.value), float(shared @ rho / shared.sum())
 
 
 def explicit_masses(setup: Setup, mesh: ExplicitMesh, result: ExplicitResult) -> dict[str, float]:

@@ -11,14 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.ladder.buckling import buckling_rows
 from gradedesign.ladder.cell_layout import CellLayout
 from gradedesign.ladder.graded_cells import with_cells
-from gradedesign.ladder.result import Iteration
+from gradedesign.ladder.result import Iteration, LimitIteration, iteration_from_json
 from gradedesign.ladder.round import (
     FIRST_ITERATIONS,
     TARGET,
@@ -28,16 +26,18 @@ from gradedesign.ladder.round import (
     build_design,
     density_grid,
     explicit_cube,
-    explicit_displacements,
     explicit_masses,
     judged_solid,
     predict,
     size_round,
 )
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import Factors, LimitRow, limit_rows
+from gradedesign.ladder.verdict import Factors, limit_rows
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.limits.key import LimitKey, keyed_from_json
+from gradedesign.limits.limit import predicted_row
+from gradedesign.limits.row import LimitRow, row_from_json
 from gradedesign.sizing.size import SizingStep
 from gradedesign.verify.correction import (
     Correction,
@@ -53,7 +53,6 @@ from gradedesign.verify.explicit import (
     ExplicitResult,
     JudgedSolid,
     analyse_printed_solid,
-    governing_measure,
 )
 from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
 from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
@@ -167,16 +166,12 @@ def play_round(
 ) -> tuple[Round, Analysed]:
     """Size with what earlier rounds taught, analyse explicitly, and learn.
 
-    ``factors`` are accepted over explicit values by name and load case: sizing leaves that much
-    room. ``matrix`` is the design filter.
+    ``factors`` are accepted over explicit values: sizing leaves that much room. ``matrix`` is the
+    design filter.
     """
     began = time.perf_counter()
     timing: dict[str, float] = {}
-    correction = (
-        previous[-1].correction
-        if previous
-        else Correction(displacement=(1.0,) * len(setup.displacement_limits))
-    )
+    correction = previous[-1].correction if previous else Correction()
     start = previous[-1].variables if previous else None
     sized = size_round(
         with_cells(setup, previous[-1].rho) if previous else setup,
@@ -205,22 +200,15 @@ def play_round(
     timing["explicit solve"] = result.seconds
     timing["explicit mesh"] = time.perf_counter() - meshing - result.seconds
     report_step("learning from the explicit analysis")
-    displacements = explicit_displacements(setup, result)
-    rows = (
-        *limit_rows(setup, displacements, result.measures, "explicit analysis"),
-        *buckling_rows(setup, predicted.buckling),
-    )
-    lattice = governing_measure(result.measures, "lattice")
-    stress = None if lattice is None else lattice[1].value
+    rows = judged_rows(setup, result, predicted)
+    explicit = {row.key: row.value for row in rows if not row.homogenised}
     gap = gap_between(
-        predicted.displacement,
-        displacements,
-        predicted.stress,
-        stress,
-        governing=_most_used(setup, displacements),
+        {key: found.value for key, found in predicted.values.items()},
+        explicit,
+        governing=_most_used(setup, explicit),
     )
     gaps = (*(r.gap for r in previous), gap)
-    learned = _learn(setup, correction, predicted, displacements, gap, gaps, sized.rho)
+    learned = _learn(setup, correction, predicted, explicit, gaps, sized.rho)
     masses = explicit_masses(setup, analysed.mesh, result)
     weights = setup.model.lattice_volumes
     iteration = Iteration(
@@ -228,12 +216,18 @@ def play_round(
         lattice_mass_g=masses["lattice"],
         mass_g=sum(masses.values()),
         mean_density=float(weights @ sized.rho / weights.sum()),
-        predicted_displacement=predicted.displacement,
-        explicit_displacement=displacements,
-        predicted_stress=predicted.stress,
-        explicit_stress=stress if predicted.stress is not None else None,
-        displacement_gap=gap.displacement,
-        stress_gap=gap.stress,
+        limits=tuple(
+            LimitIteration(
+                key=limit.key,
+                name=limit.name,
+                unit=limit.unit,
+                predicted=float(predicted.values[limit.key].value),
+                explicit=explicit.get(limit.key),
+                gap=dict(gap.values).get(limit.key),
+                factor=correction.factor(limit.key),
+            )
+            for limit in setup.limits
+        ),
         use=max((row.use for row in rows), default=0.0),
         passed=all(row.passed for row in rows),
         dofs=result.space.dof_count,
@@ -241,7 +235,6 @@ def play_round(
         grid_share=min(analysed.mesh.asked / explicit_cube(setup, analysed.grid), 1.0),
         seconds=time.perf_counter() - began,
         stiffness_factor=correction.stiffness,
-        stress_factor=correction.stress,
         sizing_iterations=len(sized.history),
         sizing_converged=sized.converged,
         timing_s={name: round(value, 3) for name, value in timing.items()},
@@ -260,10 +253,28 @@ def play_round(
     return done, analysed
 
 
-def _most_used(setup: Setup, displacements: tuple[float, ...]) -> int:
-    """Number of the displacement limit that is used most; 0 without any."""
-    limits = np.array([limit.limit for limit in setup.displacement_limits])
-    return int(np.argmax(np.asarray(displacements) / limits)) if displacements else 0
+def judged_rows(
+    setup: Setup, result: ExplicitResult, predicted: Prediction
+) -> tuple[LimitRow, ...]:
+    """Every limit by the explicit analysis, or by its prediction where that measures nothing."""
+    return (
+        *limit_rows(setup.limits, result, "explicit analysis"),
+        *(
+            predicted_row(limit, predicted.values[limit.key])
+            for limit in setup.limits
+            if not limit.explicit
+        ),
+    )
+
+
+def _most_used(setup: Setup, explicit: Mapping[LimitKey, float]) -> LimitKey | None:
+    """The limit by gradient that is used most; None without any."""
+    uses = {
+        limit.key: explicit[limit.key] / limit.allowed
+        for limit in setup.limits
+        if limit.by_gradient and limit.key in explicit
+    }
+    return max(uses, key=lambda key: uses[key], default=None)
 
 
 def aim_of(previous: Sequence[Round]) -> float:
@@ -275,7 +286,8 @@ def aim_of(previous: Sequence[Round]) -> float:
     if len(previous) < SCATTERED_ROUNDS or previous[-1].iteration.passed:
         return TARGET
     gap = previous[-1].gap
-    off = abs(gap.displacement[gap.governing]) if gap.displacement else abs(gap.stress or 0.0)
+    others = max((abs(value) for _, value in gap.values), default=0.0)
+    off = others if gap.governing is None else abs(gap.of(gap.governing))
     return TARGET * (1.0 - min(off, MOST_ROOM))
 
 
@@ -283,22 +295,21 @@ def _learn(
     setup: Setup,
     correction: Correction,
     predicted: Prediction,
-    displacements: tuple[float, ...],
-    gap: Gap,
+    explicit: Mapping[LimitKey, float],
     gaps: tuple[Gap, ...],
     rho: FloatArray,
 ) -> Correction:
     """Factors that make the homogenised model agree with this explicit analysis."""
-    damping = damping_for(gaps)
-    stress = correction.stress
-    if gap.stress is not None:
-        stress = damped(stress, stress * (1.0 + gap.stress), damping)
-    if not displacements:
-        return replace(correction, stress=stress)
+    damping, gap = damping_for(gaps), gaps[-1]
+    factors = {limit.key: correction.factor(limit.key) for limit in setup.limits if limit.explicit}
+    bounds = [one.key for one in setup.limits if one.explicit and not one.by_gradient]
+    for key in bounds:
+        factors[key] = damped(factors[key], factors[key] * (1.0 + gap.of(key)), damping)
     worst = gap.governing
-    ratio = stiffness_update(
-        displacements[worst], predicted.displacement[worst], predicted.lattice_share
-    )
+    if worst is None:
+        return replace(correction, factors=tuple(factors.items()))
+    before = {key: found.value for key, found in predicted.values.items()}
+    ratio = stiffness_update(explicit[worst], before[worst], predicted.lattice_share)
     mean = predicted.mean_density
     factor = correction.stiffness * (mean / correction.reference) ** correction.exponent
     samples = (*correction.samples, (mean, damped(factor, factor * ratio, damping)))
@@ -307,21 +318,17 @@ def _learn(
         exponent=stiffness_exponent(samples),
         reference=mean,
         samples=samples,
-        displacement=correction.displacement,
-        stress=correction.stress,
+        factors=correction.factors,
     )
-    # What the stiffness leaves goes to each limit's own factor.
-    again = predict(setup, trial, rho)
-    factors = tuple(
-        damped(old, old * explicit / new, damping)
-        for old, explicit, new in zip(
-            correction.displacement, displacements, again.displacement, strict=True
-        )
-    )
-    # The stiffness changes the homogenised stress too: keep the product right.
-    if again.stress and predicted.stress:
-        stress *= predicted.stress / again.stress
-    return replace(trial, displacement=factors, stress=stress)
+    again = {key: found.value for key, found in predict(setup, trial, rho).values.items()}
+    for key, old in factors.items():
+        if key in bounds and again[key] and before[key]:
+            # The stiffness changes the homogenised stress too: keep the product right.
+            factors[key] = old * before[key] / again[key]
+        elif key not in bounds and key in explicit:
+            # What the stiffness leaves goes to each limit's own factor.
+            factors[key] = damped(old, old * explicit[key] / again[key], damping)
+    return replace(trial, factors=tuple(factors.items()))
 
 
 def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
@@ -338,19 +345,19 @@ def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
 
 def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) -> Round:
     """The round that `round_to_stage` stored."""
-    iteration = dict(meta["iteration"])
-    for key in ("predicted_displacement", "explicit_displacement", "displacement_gap"):
-        iteration[key] = tuple(iteration[key])
-    correction = dict(meta["correction"])
-    correction["displacement"] = tuple(correction["displacement"])
+    correction, gap = dict(meta["correction"]), dict(meta["gap"])
     correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
-    gap = dict(meta["gap"])
+    correction["factors"] = keyed_from_json(correction["factors"])
+    governing = gap["governing"]
     return Round(
-        iteration=Iteration(**iteration),
-        rows=tuple(LimitRow(**row) for row in meta["rows"]),
+        iteration=iteration_from_json(meta["iteration"]),
+        rows=tuple(row_from_json(row) for row in meta["rows"]),
         correction=Correction(**correction),
         variables=arrays["variables"],
         rho=arrays["rho"],
         at_lower_bound=bool(meta["at_lower_bound"]),
-        gap=Gap(**{**gap, "displacement": tuple(gap["displacement"])}),
+        gap=Gap(
+            values=keyed_from_json(gap["values"]),
+            governing=None if governing is None else LimitKey(**governing),
+        ),
     )

@@ -17,7 +17,7 @@ from gradedesign.ladder.predicted_cost import (
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.run_work import run_work
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.row import LimitRow
 from gradedesign.workspace.limits import Deadline
 
 

@@ -15,7 +15,7 @@ from gradedesign.ladder.predicted_cost import (
 )
 from gradedesign.ladder.round import build_design, density_grid, explicit_cube_for
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.row import LimitRow
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.explicit_mesh import fitted_cube, fitting_cube, grid_for
 from gradedesign.verify.mesh_within_budget import COARSEST
@@ -55,7 +55,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     return RunWork(
         part_dofs=setup.space.dof_count,
         load_cases=len(case.load_case),
-        displacement_limits=len(setup.displacement_limits),
+        adjoint_solves=sum(limit.by_gradient for limit in setup.limits),
         explicit_dofs=int(tets * DOFS_PER_TET),
         explicit_cubes=cubes,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
@@ -91,6 +91,7 @@ def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     stiffness = np.moveaxis(setup.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
     strength = np.asarray(setup.law.strength(rho), dtype=np.float64)
-    soft = max((row.use for row in solid if row.unit == "mm"), default=0.0)
-    weak = max((row.use for row in solid if row.unit == "MPa"), default=0.0)
+    stiff = {limit.key.kind for limit in setup.limits if limit.by_gradient}
+    soft = max((row.use for row in solid if row.key.kind in stiff), default=0.0)
+    weak = max((row.use for row in solid if row.key.kind not in stiff), default=0.0)
     return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))

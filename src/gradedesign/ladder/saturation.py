@@ -2,60 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.elastic_system import ElasticSystem
-from gradedesign.fe.solution import Solution
-from gradedesign.ladder.buckling import BUCKLING, buckling_limit
-from gradedesign.ladder.round import (
-    corrected_limits,
-    corrected_model,
-    corrected_stress_limit,
-    displacement_key,
-)
+from gradedesign.ladder.round import corrected_limits, corrected_model, tightened_limits
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import Factors, LimitRow, with_factors
-from gradedesign.sizing.buckling_limit import density_for_buckling
-from gradedesign.sizing.homogenised import homogenised_system, solve_homogenised, solve_vectors
-from gradedesign.sizing.homogenised_model import HomogenisedModel
-from gradedesign.sizing.lattice_stress import lattice_stress
-from gradedesign.sizing.responses import (
-    DisplacementLimit,
-    adjoint_loads,
-    displacement_gradient,
-    displacement_values,
-    stiffness_derivative,
-)
-from gradedesign.sizing.stress_limit import density_for_stress
-from gradedesign.verify.correction import Correction
+from gradedesign.ladder.verdict import Factors, with_factors
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.row import LimitRow
+from gradedesign.sizing.homogenised import homogenised_system
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.state import SolvedState, solved_state
 
 #: A limit is out of reach if this many times what the model says could be gained is not enough.
 SAFETY = 2.0
-#: Below this gain, the densities that matter for a displacement are told to stand at their bound.
+#: Below this gain, the densities that matter for a value are told to stand at their bound.
 NO_GAIN = 0.02
 #: A density counts as at its upper bound within this relative distance.
 AT_BOUND = 1e-2
-#: A stress missed by less may still fall by what happens around it.
-STRESS_MARGIN = 1.03
 
 
 def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
     """Say which limit no density of this lattice can hold, or None.
 
-    Of a displacement every density matters by its sensitivity: a limit is out of reach once all
-    densities at their bounds would not gain what is missing. Of stress and buckling those
-    tetrahedra matter whose own stress asks for a higher density.
+    Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
+    densities at their bounds would not gain what is missing. Of the others those tetrahedra matter
+    whose own stress asks for a higher density.
 
     Parameters
     ----------
     setup : Setup
     done : Round
         The last one, with its explicit values.
-    factors : mapping of (name, load case) to float
+    factors : mapping of LimitKey to float
         What acceptance taught.
 
     Returns
@@ -63,13 +47,17 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
     str or None
         One sentence: the limit, and what would help.
     """
-    missed = [row for row in with_factors(done.rows, factors) if not row.passed]
-    judged = [row for row in missed if _depends_on_density(row)]
+    limits = {limit.key: limit for limit in setup.limits}
+    judged = [
+        row
+        for row in with_factors(done.rows, factors)
+        if not row.passed and row.key in limits and row.use > limits[row.key].scatter
+    ]
     if not judged:
         return None
     solved = _solved(setup, done)
     for row in sorted(judged, key=lambda r: -r.use):
-        gain = _gain(setup, solved, row, factors)
+        gain = _gain(setup, solved, row.key, factors)
         if gain is not None and row.use * (1.0 - SAFETY * gain) > 1.0:
             return sentence(setup, row, gain)
     return None
@@ -79,78 +67,50 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
 class _Solved:
     """A design in the corrected homogenised model."""
 
-    correction: Correction
-    model: HomogenisedModel
-    rho: FloatArray
+    limits: dict[LimitKey, Limit]
+    state: SolvedState
     system: ElasticSystem
-    solutions: tuple[Solution, ...]
 
 
 def _solved(setup: Setup, done: Round) -> _Solved:
     model = corrected_model(setup, done.correction)
+    limits = corrected_limits(setup, done.correction)
     system = homogenised_system(model, done.rho)
     return _Solved(
-        correction=done.correction,
-        model=model,
-        rho=done.rho,
+        limits={limit.key: limit for limit in limits},
+        state=solved_state(model, done.rho, limits, system),
         system=system,
-        solutions=solve_homogenised(model, done.rho, system),
     )
 
 
-def _depends_on_density(row: LimitRow) -> bool:
-    if row.name == "stress in lattice":
-        return row.use > STRESS_MARGIN
-    return row.unit == "mm" or row.name == BUCKLING
+def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> float | None:
+    """Share of a value that densities at their bounds could take away; None: unknown."""
+    limit, rho = solved.limits[key], solved.state.rho
+    if limit.by_gradient:
+        return density_gain(relative_slope(solved, limit), rho, setup.bounds)
+    (tight,) = tightened_limits([limit], factors)
+    return 0.0 if needy_at_bound(tight.least_density(solved.state), rho, setup) else None
 
 
-def _gain(setup: Setup, solved: _Solved, row: LimitRow, factors: Factors) -> float | None:
-    """Share of a row's value that densities at their bounds could take away; None: unknown."""
-    model, rho = solved.model, solved.rho
-    for limit in corrected_limits(setup, solved.correction):
-        if displacement_key(limit) == (row.name, row.load_case):
-            return displacement_gain(relative_slope(solved, limit), rho, setup.bounds)
-    carried = lattice_stress(model, rho, solved.solutions)
-    wanted = None
-    stress, buckling = corrected_stress_limit(setup, solved.correction), buckling_limit(setup)
-    if row.name == BUCKLING and buckling is not None:
-        wanted = density_for_buckling(buckling, model, carried)
-    elif stress is not None:
-        factor = factors.get(("stress in lattice", ""), 1.0)
-        wanted = density_for_stress(replace(stress, limit=stress.limit / factor), model, carried)
-    if wanted is None or not needy_at_bound(wanted, rho, setup):
-        return None
-    return 0.0
+def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
+    """Derivative of a value by every density, over the value, ``(M,)``."""
+    response = limit.responses(solved.state)[0][0]
+    return response_gradients(solved.state, solved.system, [response])[0] / response.value
 
 
-def relative_slope(solved: _Solved, limit: DisplacementLimit) -> FloatArray:
-    """Derivative of a displacement by every density, over the displacement, ``(M,)``."""
-    model, name = solved.model, limit.load_case
-    adjoint = solve_vectors(solved.system, adjoint_loads(model, [limit], solved.solutions))[0]
-    slope = displacement_gradient(
-        model,
-        solved.rho,
-        stiffness_derivative(model, solved.rho),
-        next(case for case in model.cases if case.name == name),
-        next(s for s in solved.solutions if s.name == name),
-        adjoint,
-    )
-    return slope / displacement_values([limit], solved.solutions)[0]
-
-
-def displacement_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]) -> float:
-    """Share of a displacement that densities at the better of their bounds would take away.
+def density_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]) -> float:
+    """Share of a value that densities at the better of their bounds would take away.
 
     Parameters
     ----------
     slope : (M,) array
-        Derivative of the displacement by every density, over the displacement.
+        Derivative of the value by every density, over the value.
     rho : (M,) array
     bounds : (float, float)
 
     Notes
     -----
-    At first order. A displacement is convex in the densities, so that this overrates it.
+    At first order. Displacements and work are convex in the densities, so that this overrates it.
     """
     low, high = bounds
     return float(np.maximum(-slope * (high - rho), slope * (rho - low)).sum())

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
-from gradedesign.ladder.round import explicit_displacements
 from gradedesign.ladder.rounds import Analysed, Round, analyse_design
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import LimitRow, limit_rows
+from gradedesign.ladder.verdict import limit_rows
+from gradedesign.limits.row import LimitRow
 from gradedesign.workspace.progress import stepping
 
 #: Second mesh sizes over the first, in the order in which they are tried. A coarser grid costs
@@ -52,28 +52,19 @@ def analyse_second_size(setup: Setup, done: Round, analysed: Analysed) -> Second
             size = factor * analysed.result.mesh_size
             refused.append(f"a second mesh of {size:.3g} mm was refused: {error}")
             continue
-        rows = limit_rows(
-            setup, explicit_displacements(setup, second.result), second.result.measures, "second"
-        )
-        return SecondSize(
-            mesh_size=second.result.mesh_size, rows=tuple(rows), refused=tuple(refused)
-        )
+        rows = limit_rows(setup.limits, second.result, "second")
+        return SecondSize(mesh_size=second.result.mesh_size, rows=rows, refused=tuple(refused))
     return SecondSize(mesh_size=None, rows=(), refused=tuple(refused))
 
 
 def with_resolution(
     rows: Sequence[LimitRow], first: Sequence[LimitRow], second: Sequence[LimitRow]
 ) -> tuple[LimitRow, ...]:
-    """Accepted rows with the change of the explicit value from the first grid to the second.
-
-    The governing load case of a stress measure may differ between grids; its largest values are
-    then compared.
-    """
-    before, after = _largest(first), _largest(second)
+    """Accepted rows with the change of the explicit value from the first grid to the second."""
+    before, after = ({row.key: row.value for row in one} for one in (first, second))
     out = []
     for row in rows:
-        old = before.get((row.name, row.load_case), before.get((row.name, "")))
-        new = after.get((row.name, row.load_case), after.get((row.name, "")))
+        old, new = before.get(row.key), after.get(row.key)
         error = None if not old or new is None else new / old - 1.0
         out.append(replace(row, resolution_error=error))
     return tuple(out)
@@ -88,13 +79,3 @@ def unresolved_warnings(rows: Sequence[LimitRow]) -> tuple[str, ...]:
         for row in rows
         if row.resolution_error is not None and abs(row.resolution_error) > UNRESOLVED
     )
-
-
-def _largest(rows: Sequence[LimitRow]) -> dict[tuple[str, str], float]:
-    """Value by name and load case, and the largest by name alone under the case ''."""
-    values: dict[tuple[str, str], float] = {}
-    for row in rows:
-        for case in (row.load_case, ""):
-            key = (row.name, case)
-            values[key] = max(row.value, values.get(key, 0.0))
-    return values

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
@@ -12,19 +11,20 @@ from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import CaseError, ResourceError, SolverError
 from gradedesign.fe.element_points import element_points
-from gradedesign.fe.load_case import PartLoadCase, case_loads
+from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
 from gradedesign.fe.rigid_modes import require_held
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.ladder.analysable import analysable_bounds
 from gradedesign.ladder.cell_layout import CellLayout, layout_warnings
-from gradedesign.ladder.displacement_limits import displacement_limits
-from gradedesign.ladder.exclusion import exclusion_warnings
 from gradedesign.ladder.lattice_files import LatticeFile
 from gradedesign.ladder.locate import locating
 from gradedesign.ladder.resolve import density_bounds
-from gradedesign.ladder.resolve_law import buckling_warnings, resolve_law, stress_warnings
+from gradedesign.ladder.resolve_law import resolve_law
 from gradedesign.ladder.resolved_case import resolve_case
 from gradedesign.lattice.domain import DesignDomain, solid_fraction
+from gradedesign.limits.kinds import made_limits
+from gradedesign.limits.limit import Limit, PlacedCase, StatedLimit
+from gradedesign.limits.row import LimitRow
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -39,12 +39,8 @@ from gradedesign.part.part_mesh import (
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
-from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
-
-if TYPE_CHECKING:
-    from gradedesign.ladder.verdict import LimitRow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,11 +62,8 @@ class Setup:
     facets : dict of region to (k, 3) int array
     model : HomogenisedModel
         Without corrections.
-    displacement_limits : tuple of DisplacementLimit
+    limits : tuple of Limit
         Those relative to the solid part are resolved by `solid.with_solid`.
-    stress_limit : float or None, MPa
-    buckling_factor : float or None
-        Critical stress over the acting one, at least; None where buckling is not judged.
     considered : (M,) bool array
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
@@ -97,8 +90,7 @@ class Setup:
     space: TetSpace
     facets: dict[str, IntArray]
     model: HomogenisedModel
-    displacement_limits: tuple[DisplacementLimit, ...]
-    stress_limit: float | None
+    limits: tuple[Limit, ...]
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
@@ -106,7 +98,6 @@ class Setup:
     cubes_per_wall: float
     warnings: tuple[str, ...]
     frames: Field | None = None
-    buckling_factor: float | None = None
     solid: tuple[LimitRow, ...] = ()
     lattice_files: tuple[LatticeFile, ...] = ()
 
@@ -125,10 +116,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             poissons_ratio=material.poissons_ratio,
         )
     bounds, warnings = density_bounds(case, cell, law, layout.least)
-    if stress_limit(case, material) is not None:
-        warnings += stress_warnings(law, case.limits.percentile)
-    if buckling_factor(case) is not None:
-        warnings += buckling_warnings(law)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, part, known.mesher)
     report_step("supports, loads and solid shares of the part")
@@ -146,13 +133,12 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         raise ResourceError(analysable.refusal)
     bounds = analysable.bounds
     space = tet_space(mesh, 2)
-    facets = part_facets(case, part, mesh)
+    facets = part_facets(case, part, mesh, used_regions(case, known.limits))
     clamped_names = sorted({f.region for spec in case.load_case for f in spec.fix})
     clamped = tuple(region_distance(part.regions[name].corners) for name in clamped_names)
     radius = exclusion_radius(case)
     considered = considered_at(centroids(mesh), clamped, radius)
     loads = held_loads(case, space, part, facets)
-    limits, limit_warnings = displacement_limits(case, space, facets, loads)
     model = homogenised_model(
         space,
         shares,
@@ -161,6 +147,19 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         loads,
         rotation=cell_axes(layout, space),
         solver=known.solver,
+    )
+    limits, limit_warnings = made_limits(
+        registry.limits,
+        PlacedCase(
+            case=case,
+            material=material,
+            law=law,
+            considered=considered,
+            lattice_volumes=model.lattice_volumes,
+            exclusion_radius=radius,
+            nodes={name: region_nodes(space, found) for name, found in facets.items()},
+            supports={load.name: load.supports for load in loads},
+        ),
     )
     return Setup(
         case=case,
@@ -173,9 +172,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         space=space,
         facets=facets,
         model=model,
-        displacement_limits=limits,
-        stress_limit=stress_limit(case, material),
-        buckling_factor=buckling_factor(case),
+        limits=limits,
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
@@ -184,11 +181,6 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         warnings=(
             *analysable.warnings,
             *(*known.warnings, *law_warnings, *warnings, *limit_warnings),
-            *(
-                ()
-                if stress_limit(case, material) is None
-                else exclusion_warnings(model, considered, radius)
-            ),
             *layout_warnings(layout, law.name),
         ),
         lattice_files=known.lattice_files,
@@ -239,18 +231,18 @@ def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
     ).mesh
 
 
-def used_regions(case: Case) -> tuple[str, ...]:
-    """Regions that loads, supports or displacement limits speak about."""
+def used_regions(case: Case, limits: Sequence[StatedLimit]) -> tuple[str, ...]:
+    """Regions that loads, supports or limits speak about."""
     names = {f.region for spec in case.load_case for f in spec.fix}
     names |= {s.region for spec in case.load_case for s in spec.load}
-    names |= {limit.region for limit in case.limits.displacement}
+    names |= {limit.region for limit in limits if limit.region}
     return tuple(sorted(names))
 
 
-def part_facets(case: Case, part: Part, mesh: TetMesh) -> dict[str, IntArray]:
-    """Facets of every used region on the part's tetrahedra, with its area checked."""
+def part_facets(case: Case, part: Part, mesh: TetMesh, names: Sequence[str]) -> dict[str, IntArray]:
+    """Facets of regions on the part's tetrahedra, with their areas checked."""
     facets = {}
-    for name in used_regions(case):
+    for name in names:
         region = part.regions[name]
         found = region_facets(mesh, region.corners, tolerance=0.1 * case.part.mesh_size)
         check_region_area(found, region.area, name=name)
@@ -263,25 +255,6 @@ def exclusion_radius(case: Case) -> float:
     if case.limits.exclusion_radius is not None:
         return case.limits.exclusion_radius
     return (case.limits.exclusion_mesh_sizes or 0.0) * case.part.mesh_size
-
-
-def stress_limit(case: Case, material: Material) -> float | None:
-    """Allowed von Mises stress, MPa."""
-    if case.limits.safety_factor is not None:
-        return material.yield_strength / case.limits.safety_factor
-    return case.limits.stress
-
-
-def buckling_factor(case: Case) -> float | None:
-    """Factor to keep from buckling: beside a stress limit, or where it is asked for."""
-    limits = case.limits
-    if limits.buckling == "off":
-        return None
-    if limits.buckling_factor is not None:
-        return limits.buckling_factor
-    if limits.safety_factor is not None:
-        return limits.safety_factor
-    return None if limits.stress is None else 1.0
 
 
 def part_volume(setup: Setup) -> float:

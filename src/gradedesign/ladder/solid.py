@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import load_vector
+from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
-from gradedesign.ladder.displacement_limits import limit_key
 from gradedesign.ladder.setup import Setup
-from gradedesign.ladder.verdict import LARGEST_NODAL, LimitRow, percentile_words
-from gradedesign.sizing.responses import (
-    DisplacementLimit,
-    displacement_values,
-    largest_displacement,
-)
-
-#: A region that moves by less than this share of the part's largest displacement is at rest.
-AT_REST = 1e-6
+from gradedesign.ladder.verdict import limit_rows
+from gradedesign.limits.limit import Limit
+from gradedesign.verify.explicit import work_of
 
 
 def solve_solid(setup: Setup) -> tuple[Solution, ...]:
@@ -45,82 +39,88 @@ def solid_stiffness(setup: Setup) -> IsotropicStiffness:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SolidStress:
+    """Stress measure of the fully solid part, MPa."""
+
+    value: float
+    phase: str = "solid part"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SolidAnalysis:
+    """What limits read of the fully solid part.
+
+    Attributes
+    ----------
+    displacement : dict of load case to (3, N) array, mm
+    nodes : dict of region to (k,) int array
+    measures : dict of load case to tuple of SolidStress
+    work : dict of load case to float, N mm
+    """
+
+    displacement: dict[str, FloatArray]
+    nodes: dict[str, IntArray]
+    measures: dict[str, tuple[SolidStress, ...]]
+    work: dict[str, float]
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements of the nodes of a region, ``(3, k)``, mm."""
+        return self.displacement[load_case][:, self.nodes[region]]
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of any node, mm."""
+        return float(np.linalg.norm(self.displacement[load_case], axis=0).max())
+
+
+def solid_analysis(setup: Setup, solutions: tuple[Solution, ...]) -> SolidAnalysis:
+    """Measures of the fully solid part; its stress only where a limit reads any."""
+    measures: dict[str, tuple[SolidStress, ...]] = {}
+    if setup.considered.any() and any(limit.needs_stress for limit in setup.limits):
+        weights = np.repeat((setup.model.volumes * setup.considered / 4.0)[:, None], 4, axis=1)
+        stiffness = solid_stiffness(setup)
+        for case, solution in zip(setup.model.cases, solutions, strict=True):
+            stress = element_von_mises(
+                setup.space,
+                stiffness,
+                solution.displacement,
+                thermal_strain=setup.material.thermal_expansion * case.temperature_change,
+            )
+            value = weighted_percentile(stress, weights, setup.case.limits.percentile)
+            measures[case.name] = (SolidStress(value=value),)
+    density = np.full(setup.space.element_count, setup.material.density)
+    forces = [mechanical_force(setup.space, case, density) for case in setup.model.cases]
+    return SolidAnalysis(
+        displacement={s.name: s.displacement for s in solutions},
+        nodes={name: region_nodes(setup.space, found) for name, found in setup.facets.items()},
+        measures=measures,
+        work=work_of(forces, solutions),
+    )
+
+
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     """The setup with what the solid part shows: its rows, and limits relative to it resolved.
 
     Raises
     ------
     CaseError
-        If a limit is relative to a region that does not move in the solid part.
+        If a limit is relative to a value that is nothing in the solid part.
     """
-    by_name = {s.name: s for s in solutions}
-    limits = tuple(
-        _resolved(setup, limit, by_name[limit.load_case]) for limit in setup.displacement_limits
-    )
-    setup = replace(setup, displacement_limits=limits)
-    return replace(setup, solid=solid_rows(setup, solutions))
+    analysis = solid_analysis(setup, solutions)
+    limits = tuple(_resolved(setup, limit, analysis) for limit in setup.limits)
+    setup = replace(setup, limits=limits)
+    return replace(setup, solid=limit_rows(limits, analysis, "solid part"))
 
 
-def _resolved(setup: Setup, limit: DisplacementLimit, solution: Solution) -> DisplacementLimit:
-    """A limit in mm: so many times what the region moves by in this load case when solid."""
+def _resolved(setup: Setup, limit: Limit, analysis: SolidAnalysis) -> Limit:
+    """A limit in its unit: so many times what the solid part has in this load case."""
     if limit.times_solid is None:
         return limit
-    u = solution.displacement
-    value, _ = largest_displacement(u, limit.nodes, limit.component)
-    if value <= AT_REST * float(np.linalg.norm(u, axis=0).max()):
+    value = limit.rows(analysis, "solid part")[0].value
+    if value <= limit.rest(analysis):
         raise CaseError(
-            f"{setup.case.where(limit_key(setup.case, limit))}: found {limit.stated}, but "
-            f"{limit.name} of the solid part is {value:.3g} mm in load case "
-            f"'{limit.load_case}'; expected a region that moves there: state a length, or "
-            f"name the load_case it is meant for"
+            f"{setup.case.where(limit.case_key)}: found {limit.stated}, but {limit.name} of the "
+            f"solid part is {value:.3g} {limit.unit} in load case '{limit.key.load_case}'; "
+            f"expected more: state a value in {limit.unit}, or name the load_case it is meant for"
         )
-    return replace(limit, limit=limit.times_solid * value)
-
-
-def solid_rows(setup: Setup, solutions: tuple[Solution, ...]) -> tuple[LimitRow, ...]:
-    """Every limit with its value on the fully solid part."""
-    values = displacement_values(setup.displacement_limits, solutions)
-    rows = [
-        LimitRow(
-            name=f"displacement of {limit.name}",
-            load_case=limit.load_case,
-            value=float(value),
-            limit=limit.limit,
-            unit="mm",
-            judged_by="solid part",
-            measure=LARGEST_NODAL,
-            stated=limit.stated,
-        )
-        for limit, value in zip(setup.displacement_limits, values, strict=True)
-    ]
-    if setup.stress_limit is not None and setup.considered.any():
-        stiffness = solid_stiffness(setup)
-        weights = np.repeat((setup.model.volumes * setup.considered / 4.0)[:, None], 4, axis=1)
-        worst = max(
-            (
-                weighted_percentile(
-                    element_von_mises(
-                        setup.space,
-                        stiffness,
-                        solution.displacement,
-                        thermal_strain=setup.material.thermal_expansion * case.temperature_change,
-                    ),
-                    weights,
-                    setup.case.limits.percentile,
-                ),
-                case.name,
-            )
-            for case, solution in zip(setup.model.cases, solutions, strict=True)
-        )
-        rows.append(
-            LimitRow(
-                name="stress in solid part",
-                load_case=worst[1],
-                value=worst[0],
-                limit=setup.stress_limit,
-                unit="MPa",
-                judged_by="solid part",
-                measure=percentile_words(setup.case.limits.percentile),
-            )
-        )
-    return tuple(rows)
+    return replace(limit, allowed=limit.times_solid * value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from gradedesign.case.schema import CaseIdentity
@@ -11,11 +12,12 @@ from gradedesign.errors import CaseError
 from gradedesign.ladder.rounds import Round, round_from_stage, round_to_stage
 from gradedesign.ladder.setup import Setup
 from gradedesign.ladder.verdict import Factors
+from gradedesign.limits.key import keyed_from_json
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what a round stores changes its meaning.
-ROUND_VERSION = 2
+ROUND_VERSION = 3
 
 
 def default_folder(case: CaseIdentity) -> Path:
@@ -62,7 +64,7 @@ def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factor
     """Store what acceptance taught: rounds whose design it refused, and factors on limits."""
     meta = {
         "refused": list(refused),
-        "factors": [[name, load_case, value] for (name, load_case), value in factors.items()],
+        "factors": [[asdict(key), value] for key, value in factors.items()],
     }
     out.save_stage("acceptance", round_key(setup, 0), {}, meta)
 
@@ -76,7 +78,7 @@ def load_acceptance(out: RunFolder, setup: Setup, played: int) -> tuple[tuple[in
     if stored is None:
         return (), {}
     meta = stored[1]
-    factors = {(str(name), str(case)): float(value) for name, case, value in meta["factors"]}
+    factors = dict(keyed_from_json(meta["factors"]))
     return tuple(int(number) for number in meta["refused"] if number <= played), factors
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
+import sys
+import uuid
 from collections.abc import Callable
 from dataclasses import asdict
 
@@ -9,13 +12,14 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.ladder.setup import Setup
+from gradedesign.limits.limit import Limit
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 from gradedesign.workspace.program_key import program_key
 
 KIND = "sizing"
 #: Fields of a step of the history that are one number, beside its own.
-_NUMBERS = ("mass_g", "mean_density", "stress_use", "change", "move", "buckling_use")
+_NUMBERS = ("mass_g", "mean_density", "change", "move")
 
 
 def stored_sizing(
@@ -62,10 +66,7 @@ def sizing_key(
 ) -> str:
     """Content key of everything that a sizing depends on."""
     case, model, law = setup.case, problem.model, setup.law
-    limits = [
-        (one.name, one.load_case, one.limit, one.factor) for one in problem.displacement_limits
-    ]
-    stress, buckling = problem.stress_limit, problem.buckling_limit
+    limits = [(one.key, one.allowed, one.factor, source_of(one)) for one in problem.limits]
     densities = np.linspace(*law.window, 33)
     words = case.model_dump_json(
         include={"material", "keep", "load_case", "limits", "lattice", "print", "region"}
@@ -89,11 +90,18 @@ def sizing_key(
         np.zeros(0) if model.fill is None else model.fill.held,
         repr(correction),
         repr(limits),
-        repr(None if stress is None else (stress.limit, stress.percentile, stress.factor)),
-        repr(None if buckling is None else buckling.factor),
         repr((*problem.bounds, problem.target, max_iterations, keep)),
         np.zeros(0) if start is None else start,
     )
+
+
+def source_of(limit: Limit) -> str:
+    """Text of the code of a limit, which a plugin may bring: `program_key` is the core's alone."""
+    try:
+        return inspect.getsource(sys.modules[type(limit).__module__])
+    except (OSError, TypeError, KeyError):
+        # Made at run time: nobody can say whether a stored answer is that of the same code.
+        return uuid.uuid4().hex
 
 
 def _packed(result: SizingResult) -> dict[str, FloatArray]:
@@ -101,7 +109,7 @@ def _packed(result: SizingResult) -> dict[str, FloatArray]:
     return {
         "variables": result.variables,
         "steps": np.array([[float(s[name]) for name in _NUMBERS] for s in steps]),
-        "uses": np.array([s["displacement_use"] for s in steps]).reshape(len(steps), -1),
+        "uses": np.array([s["uses"] for s in steps]).reshape(len(steps), -1),
         "flags": np.array([result.converged, result.feasible]),
     }
 
@@ -110,9 +118,7 @@ def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingRes
     history = []
     for number, (row, uses) in enumerate(zip(found["steps"], found["uses"], strict=True)):
         fields = dict(zip(_NUMBERS, map(float, row), strict=True))
-        history.append(
-            SizingStep(iteration=number, displacement_use=tuple(map(float, uses)), **fields)
-        )
+        history.append(SizingStep(iteration=number, uses=tuple(map(float, uses)), **fields))
     return SizingResult(
         rho=np.asarray(problem.filter @ found["variables"]).ravel(),
         variables=found["variables"],

@@ -8,31 +8,20 @@ from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
+from gradedesign.arrays import FloatArray
 from gradedesign.ladder.accepted import Accepted
-from gradedesign.ladder.buckling import (
-    BUCKLING,
-    buckling_data,
-    buckling_limit,
-    buckling_rows,
-    thin_warning,
-)
 from gradedesign.ladder.ended import TIGHT_END, Ended
 from gradedesign.ladder.exclusion import exclusion_data
-from gradedesign.ladder.resolve_law import stress_basis
+from gradedesign.ladder.resolve_law import buckling_basis, stress_basis
 from gradedesign.ladder.result import RunResult
 from gradedesign.ladder.round import predict
 from gradedesign.ladder.rounds import Round
 from gradedesign.ladder.second_size import unresolved_warnings
 from gradedesign.ladder.setup import Setup, part_volume
 from gradedesign.ladder.size_effects import why_periodic
-from gradedesign.ladder.verdict import (
-    LARGEST_NODAL,
-    LimitRow,
-    all_hold,
-    factor_key,
-    is_tight,
-    worst_use,
-)
+from gradedesign.ladder.verdict import all_hold, is_tight, worst_use
+from gradedesign.limits.limit import predicted_row
+from gradedesign.limits.row import LimitRow
 from gradedesign.mesh.tetwild import failed_attempts
 from gradedesign.plugin.registry import Registry
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
@@ -88,34 +77,16 @@ def partial_result(
             "lattice_density": float(weights @ sized.rho / weights.sum()),
             "relative_density": mass / _solid_mass(setup),
         }
-        last = sized.history[-1]
         measures = {
             "sizing": {
                 "iterations": len(sized.history),
                 "converged": sized.converged,
                 "feasible": sized.feasible,
-                "displacement_use": list(last.displacement_use),
-                "stress_use": last.stress_use,
-                **({} if buckling_limit(setup) is None else {"buckling_use": last.buckling_use}),
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             }
         }
-        rows = tuple(
-            LimitRow(
-                name=f"displacement of {limit.name}",
-                load_case=limit.load_case,
-                value=use * limit.limit,
-                limit=limit.limit,
-                unit="mm",
-                judged_by="homogenised prediction",
-                measure=LARGEST_NODAL,
-                stated=limit.stated,
-            )
-            for limit, use in zip(setup.displacement_limits, last.displacement_use, strict=True)
-        )
-        if buckling_limit(setup) is not None:
-            use = predict(setup, Correction(displacement=(1.0,) * len(rows)), sized.rho).buckling
-            rows += buckling_rows(setup, use)
+        found = predict(setup, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.limits)
     return RunResult(
         status="partial",
         lightest=False,
@@ -162,7 +133,7 @@ def verdict_result(
         warnings += unresolved_warnings(accepted.rows)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.mesh.refused
-    warnings += thin_warning(setup, design.rho)
+    warnings += design_notes(setup, design.rho)
     it = design.iteration
     return RunResult(
         status=status,
@@ -185,6 +156,12 @@ def verdict_result(
     )
 
 
+def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
+    """What limits say about the densities of a design."""
+    volumes = setup.model.lattice_volumes
+    return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
+
+
 def best_round(rounds: Sequence[Round]) -> Round:
     """The round whose worst limit is used least."""
     return min(rounds, key=lambda r: r.iteration.use)
@@ -198,9 +175,9 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         sizes.append(accepted.second.mesh_size)
     entries = []
     for row in accepted.rows:
-        if row.name == BUCKLING:
+        if row.homogenised:
             continue
-        remeshed = a.scope == "whole" or factor_key(row) in accepted.factors
+        remeshed = a.scope == "whole" or row.key in accepted.factors
         entries.append(
             {
                 "limit": row.name,
@@ -306,7 +283,8 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "test": law.test,
             "kind": law.kind,
             "local_stress": stress_basis(law),
-            **buckling_data(setup),
+            "buckling": buckling_basis(law),
+            **{name: value for limit in setup.limits for name, value in limit.basis().items()},
             "size_effects": size_effects_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},

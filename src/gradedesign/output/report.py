@@ -93,13 +93,13 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
             for label, name, form in _MASSES
             if (value := getattr(result, name)) is not None
         ],
-        gap_names=_gap_names(result),
+        gap_names=[f"gap of {one.label}" for it in result.iterations[:1] for one in it.measured],
         scope_words=scope_words(result.acceptance),
         stresses=stresses,
         judged_stresses=[
             (row, stresses[key])
             for row in result.limits
-            if (key := (row.load_case, row.name.removeprefix("stress in "))) in stresses
+            if row.phase and (key := (row.load_case, row.phase)) in stresses
         ],
         pictures=[
             (name, caption, base64.b64encode(pictures[name]).decode("ascii"))
@@ -159,14 +159,3 @@ def _run_words(result: RunResult) -> str:
     if result.ended_by:
         said.append(f"ended because {_ENDED.get(result.ended_by, result.ended_by)}")
     return "; ".join(said)
-
-
-def _gap_names(result: RunResult) -> list[str]:
-    """Headers of the gaps of displacements: the limits with their load cases, where these fit."""
-    count = len(result.iterations[0].displacement_gap) if result.iterations else 0
-    named = [
-        f"gap of {row.name.removeprefix('displacement of ')} ({row.load_case})"
-        for row in result.limits
-        if row.name.startswith("displacement of ")
-    ]
-    return named if len(named) == count else [f"displacement gap {n + 1}" for n in range(count)]

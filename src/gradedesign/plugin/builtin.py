@@ -10,6 +10,8 @@ from gradedesign.fe.direct import DIRECT
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.scikit_fem import SCIKIT_FEM
+from gradedesign.limits.kinds import builtin_kinds
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
@@ -64,3 +66,9 @@ def gradedesign_exporters() -> Iterable[Exporter]:
 def gradedesign_solvers() -> Iterable[LinearSolver]:
     """Register the linear solvers."""
     return MULTIGRID, DIRECT, SCIKIT_FEM
+
+
+@hookimpl
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register the kinds of limits of the core."""
+    return builtin_kinds()

@@ -13,6 +13,7 @@ import pluggy
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -183,5 +184,30 @@ def gradedesign_meshers() -> Iterable[Mesher]:
     ...     yield Mesher(name="my-mesher", worker="my_mesher.worker", version="1.0")
     >>> [mesher.worker for mesher in gradedesign_meshers()]
     ['my_mesher.worker']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register kinds of limits, which add a list of tables to ``[limits]`` under their name.
+
+    Examples
+    --------
+    >>> from gradedesign import LimitEntry, LimitKind, StatedLimit, hookimpl
+    >>> class StrokeEntry(LimitEntry):
+    ...     region: str
+    >>> def stated(case, material):
+    ...     return [
+    ...         StatedLimit(name=f"stroke of {one.region}", load_case="every", allowed="1 mm")
+    ...         for one in case.limits.stroke
+    ...     ]
+    >>> @hookimpl
+    ... def gradedesign_limits():
+    ...     yield LimitKind(
+    ...         name="stroke", entry=StrokeEntry, stated=stated, make=lambda placed: ((), ())
+    ...     )
+    >>> [kind.name for kind in gradedesign_limits()]
+    ['stroke']
     """
     return ()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -49,7 +50,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    exporters, solvers, meshers : mapping
+    exporters, solvers, meshers, limits : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -69,6 +70,7 @@ class Registry:
     exporters: Mapping[str, Exporter]
     solvers: Mapping[str, LinearSolver]
     meshers: Mapping[str, Mesher]
+    limits: Mapping[str, LimitKind]
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
     failures: tuple[PluginFailure, ...]

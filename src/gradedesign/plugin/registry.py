@@ -17,6 +17,7 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
 from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
@@ -24,6 +25,7 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
 from gradedesign.plugin.format_checks import check_formats
+from gradedesign.plugin.limit_checks import check_limit_keys
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 
@@ -35,6 +37,8 @@ log = logging.getLogger(__name__)
 DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 
 _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+#: A key of the case file.
+_UNDERSCORED = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
 
 Kind = Literal[
@@ -46,6 +50,7 @@ Kind = Literal[
     "exporters",
     "solvers",
     "meshers",
+    "limits",
 ]
 
 
@@ -66,6 +71,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
     "meshers": _Shelf(Mesher, _DASHED, "mesher"),
+    "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
 }
 
 
@@ -115,6 +121,7 @@ def build_registry(
         ) from error
     found, more = _collect(manager, sources)
     check_formats(found["readers"], found["exporters"])
+    check_limit_keys(found["limits"])
     failures = tuple(sorted([*failures, *more], key=str))
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
@@ -147,7 +154,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters``, ``solvers`` or ``meshers``.
+        ``exporters``, ``solvers``, ``meshers`` or ``limits``.
     name : str
 
     Raises

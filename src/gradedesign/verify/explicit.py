@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
 from gradedesign.fe.linear_solver import LinearSolver
-from gradedesign.fe.load_case import case_loads, load_vector, region_nodes
+from gradedesign.fe.load_case import case_loads, load_vector, mechanical_force, region_nodes
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
@@ -79,6 +79,8 @@ class ExplicitResult:
     von_mises : dict of load case to (M, 4) array, MPa
         At the Gauss points.
     measures : dict of load case to tuple of StressMeasure
+    work : dict of load case to float, N mm
+        Of loads and inertia on the displacements they cause.
     facets : dict of region to (k, 3) int array
     phase : (M,) int array
     exclusion : ExclusionZone
@@ -92,12 +94,25 @@ class ExplicitResult:
     solutions: tuple[Solution, ...]
     von_mises: dict[str, FloatArray]
     measures: dict[str, tuple[StressMeasure, ...]]
+    work: dict[str, float]
     facets: dict[str, IntArray]
     phase: IntArray
     exclusion: ExclusionZone
     volume: float
     mesh_size: float
     seconds: float
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements of the nodes of a region, ``(3, k)``, mm."""
+        nodes = region_nodes(self.space, self.facets[region])
+        return self._displacement(load_case)[:, nodes]
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of any node, mm."""
+        return float(np.linalg.norm(self._displacement(load_case), axis=0).max())
+
+    def _displacement(self, load_case: str) -> FloatArray:
+        return next(s for s in self.solutions if s.name == load_case).displacement
 
 
 def analyse_printed_solid(
@@ -139,6 +154,7 @@ def analyse_printed_solid(
         load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
     ]
     solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
+    forces = [mechanical_force(space, case, density) for case in cases]
     report_step("stress measures")
     points = centroids(mesh)
     phase = phase_at(judged.design.domain, points)
@@ -169,6 +185,7 @@ def analyse_printed_solid(
         solutions=solutions,
         von_mises=von_mises,
         measures=measures,
+        work=work_of(forces, solutions),
         facets=facets,
         phase=phase,
         exclusion=exclusion_zone(
@@ -207,16 +224,6 @@ def found_regions(
     return found
 
 
-def displacement_on(
-    result: ExplicitResult, region: str, load_case: str, component: int | None
-) -> float:
-    """Largest nodal displacement of a region, magnitude or absolute component, mm."""
-    solution = next(s for s in result.solutions if s.name == load_case)
-    u = solution.displacement[:, region_nodes(result.space, result.facets[region])]
-    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
-    return float(values.max())
-
-
 def governing_measure(
     measures: Mapping[str, tuple[StressMeasure, ...]], phase: str | None = None
 ) -> tuple[str, StressMeasure] | None:
@@ -225,3 +232,11 @@ def governing_measure(
         (case, m) for case, ms in measures.items() for m in ms if phase is None or m.phase == phase
     ]
     return max(every, key=lambda pair: pair[1].value) if every else None
+
+
+def work_of(forces: Sequence[FloatArray], solutions: Sequence[Solution]) -> dict[str, float]:
+    """Work of nodal forces on the displacements of their load cases, N mm."""
+    return {
+        solution.name: float(np.sum(force * solution.displacement))
+        for force, solution in zip(forces, solutions, strict=True)
+    }
