@@ -14,23 +14,16 @@ from pathlib import Path
 
 from gradedesign.case.schema import Case
 from gradedesign.errors import GradeDesignError
-from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
-from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.ended import why_ended
-from gradedesign.ladder.files import Shown, write_outputs, write_result
-from gradedesign.ladder.finished import finished_result
-from gradedesign.ladder.graded_cells import with_cells
-from gradedesign.ladder.loop import Progress, Stages, run_loop
-from gradedesign.ladder.oriented import oriented
-from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.round import SizingPlan, design_filter, size_round
-from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
-from gradedesign.ladder.run_cost import RunCost
-from gradedesign.ladder.setup import Setup, prepare
-from gradedesign.ladder.size_effects import with_size_effects
-from gradedesign.ladder.solid import solve_solid, with_solid
-from gradedesign.ladder.stages import (
+from gradedesign.limits.verdict import Factors, all_hold
+from gradedesign.loop.accepted import Accepted, accept_design, export_surface
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.ended import why_ended
+from gradedesign.loop.graded_cells import with_cells
+from gradedesign.loop.loop import Progress, Stages, run_loop
+from gradedesign.loop.round import SizingPlan, design_filter, size_round
+from gradedesign.loop.rounds import Analysed, Round, analyse_design, play_round
+from gradedesign.loop.run_cost import RunCost
+from gradedesign.loop.stages import (
     default_folder,
     load_acceptance,
     load_rounds,
@@ -38,14 +31,21 @@ from gradedesign.ladder.stages import (
     save_acceptance,
     save_round,
 )
-from gradedesign.ladder.summary import (
+from gradedesign.output.result import RunResult
+from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.resolve.oriented import oriented
+from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.setup import Setup, prepare
+from gradedesign.resolve.size_effects import with_size_effects
+from gradedesign.resolve.solid import solve_solid, with_solid
+from gradedesign.results.files import Shown, write_outputs, write_result
+from gradedesign.results.finished import finished_result
+from gradedesign.results.summary import (
     best_round,
     infeasible_result,
     partial_result,
     verdict_result,
 )
-from gradedesign.ladder.verdict import Factors, all_hold
-from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.verify.correction import Correction
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder

@@ -26,10 +26,10 @@ from skfem.models.elasticity import lame_parameters
 
 from gradedesign.case.read_case import load_case
 from gradedesign.fe.direct import solve_direct
-from gradedesign.ladder.round import SizingPlan, design_filter, size_round
-from gradedesign.ladder.setup import prepare
 from gradedesign.lattice.density_grid import density_grid_from_elements
+from gradedesign.loop.round import SizingPlan, design_filter, size_round
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.setup import prepare
 from gradedesign.verify.correction import Correction
 
 HERE = Path(__file__).parent

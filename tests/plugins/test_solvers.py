@@ -12,9 +12,9 @@ from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.supports import supports_at
-from gradedesign.ladder.linear_solver import linear_solver
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.linear_solver import linear_solver
 
 PLUGIN = """
 import numpy as np

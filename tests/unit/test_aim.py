@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.ladder.round import TARGET
-from gradedesign.ladder.rounds import MOST_ROOM, aim_of
 from gradedesign.limits.key import LimitKey
+from gradedesign.loop.round import TARGET
+from gradedesign.loop.rounds import MOST_ROOM, aim_of
 from gradedesign.verify.correction import Gap
 
 KEY, OTHER = LimitKey(kind="displacement"), LimitKey(kind="displacement", region="other")

@@ -13,11 +13,11 @@ from gradedesign.cli import check as check_module
 from gradedesign.cli import main
 from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.ladder import resolve_law as law_module
-from gradedesign.ladder import setup as stage_module
-from gradedesign.ladder.setup import prepare
 from gradedesign.material.power_law import power_law
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import resolve_law as law_module
+from gradedesign.resolve import setup as stage_module
+from gradedesign.resolve.setup import prepare
 
 WALLS = CellFamily(
     name="walls",
@@ -94,7 +94,7 @@ def read(folder, text):
 
 
 def checked(folder, text, registry):
-    from gradedesign.ladder.check_case import check_case
+    from gradedesign.check.check_case import check_case
 
     return check_case(read(folder, text), registry)
 

@@ -28,7 +28,7 @@ from gradedesign.errors import (
     ResourceError,
     SolverError,
 )
-from gradedesign.ladder.stages import default_folder
+from gradedesign.loop.stages import default_folder
 from gradedesign.plugin.registry import build_registry
 
 CASES = Path(__file__).parents[2] / "cases"

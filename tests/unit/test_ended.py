@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.ladder import summary
-from gradedesign.ladder.ended import TIGHT_END, Ended
-from gradedesign.ladder.files import write_result
-from gradedesign.ladder.finished import finished_result
-from gradedesign.ladder.result import Iteration, LimitIteration, RunResult, as_json, from_json
-from gradedesign.ladder.saturation import density_gain, needy_at_bound, sentence
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.loop.saturation import density_gain, needy_at_bound, sentence
+from gradedesign.output.result import Iteration, LimitIteration, RunResult, as_json, from_json
+from gradedesign.results import summary
+from gradedesign.results.files import write_result
+from gradedesign.results.finished import finished_result
 from gradedesign.workspace.run_folder import open_run_folder
 
 BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rounds; 300 s more")

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.ladder.exclusion import exclusion_data, share_left_out
+from gradedesign.resolve.exclusion import exclusion_data, share_left_out
 from gradedesign.verify.exclusion import exclusion_zone
 from gradedesign.verify.measures import stress_measures
 

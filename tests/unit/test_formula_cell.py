@@ -11,10 +11,10 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.formula_cell import formula_cell
 from gradedesign.errors import CaseError, PluginError
+from gradedesign.generate.generate import generate
 from gradedesign.homogenise.cell_properties import cell_properties
-from gradedesign.ladder.generate import generate
-from gradedesign.ladder.own_cell import with_own_cell
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.own_cell import with_own_cell
 
 GYROID = "sin(2*pi*x)*cos(2*pi*y) + sin(2*pi*y)*cos(2*pi*z) + sin(2*pi*z)*cos(2*pi*x)"
 P = "cos(2*pi*x) + cos(2*pi*y) + cos(2*pi*z)"

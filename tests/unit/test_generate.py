@@ -10,9 +10,9 @@ from PIL import Image
 from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.ladder.generate import generate
-from gradedesign.ladder.stated_cells import build_cells, stated_cells
-from gradedesign.ladder.stated_density import stated_density
+from gradedesign.generate.generate import generate
+from gradedesign.generate.stated_cells import build_cells, stated_cells
+from gradedesign.generate.stated_density import stated_density
 from gradedesign.lattice.density_grid import evaluate
 from gradedesign.part.stl import read_stl
 from gradedesign.plugin.registry import build_registry

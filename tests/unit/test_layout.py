@@ -5,9 +5,9 @@ import pytest
 from gradedesign.cli import show
 from gradedesign.cli.layout import table_lines, wrapped
 from gradedesign.cli.run import print_verdict
-from gradedesign.ladder.result import RunResult
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.output.result import RunResult
 
 WINDOWS = "explicit analysis times the ratio of 4 windows"
 ROWS = (

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import MeshError
-from gradedesign.ladder import accepted as accepting
-from gradedesign.ladder import ended as ending
-from gradedesign.ladder import loop
-from gradedesign.ladder import round as sizing_round
-from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.ended import Ended
-from gradedesign.ladder.loop import Progress, Stages, run_loop
-from gradedesign.ladder.result import Iteration
-from gradedesign.ladder.rounds import Round
-from gradedesign.ladder.verdict import all_hold, learned_factors, with_factors
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.local_stress import StressLimit
 from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
+from gradedesign.loop import accepted as accepting
+from gradedesign.loop import ended as ending
+from gradedesign.loop import loop
+from gradedesign.loop import round as sizing_round
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.ended import Ended
+from gradedesign.loop.loop import Progress, Stages, run_loop
+from gradedesign.loop.rounds import Round
+from gradedesign.output.result import Iteration
 from gradedesign.verify.correction import Correction, Gap
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore

@@ -8,11 +8,11 @@ import pytest
 from gradedesign import CellFamily
 from gradedesign.cell.cell_map import uniform_map
 from gradedesign.errors import ResourceError
-from gradedesign.ladder import passive_fill as module
-from gradedesign.ladder.passive_fill import passive_fill
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.size_effects import passive_fill as module
+from gradedesign.size_effects.passive_fill import passive_fill
 from gradedesign.sizing.local_fill import LocalFill
 
 

@@ -8,7 +8,6 @@ import pytest
 from matplotlib.image import imread
 
 from gradedesign.case.read_case import load_case
-from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
@@ -27,6 +26,7 @@ from gradedesign.output.pictures import (
 )
 from gradedesign.output.scene import SIZE, Layer, frame_of, hatch, sharp_edges, thinned
 from gradedesign.part.part import read_part
+from gradedesign.results.marks import action_marks, region_marks, warming_note
 
 CASES = Path(__file__).parents[2] / "cases"
 BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.1)

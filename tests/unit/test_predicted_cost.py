@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.ladder.predicted_cost import (
+from gradedesign.loop.predicted_cost import (
     MEASURED,
     WITHIN,
     RunWork,
@@ -64,7 +64,7 @@ def test_a_run_holds_its_rounds_and_one_acceptance():
     assert one.run_s == pytest.approx(
         MEASURED.start + one.round_s + one.second_mesh_s + one.acceptance_s
     )
-    # Sizing plays 10, 20 and 8 iterations (`ladder.round`).
+    # Sizing plays 10, 20 and 8 iterations (`loop.round`).
     rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
     assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)
 

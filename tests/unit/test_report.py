@@ -7,10 +7,10 @@ from html.parser import HTMLParser
 import jinja2
 import pytest
 
-from gradedesign.ladder.result import Iteration, LimitIteration, RunResult
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.output.report import render_report
+from gradedesign.output.result import Iteration, LimitIteration, RunResult
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(20)
 

@@ -7,9 +7,9 @@ from html import unescape
 import pytest
 
 from gradedesign.cli.run import print_verdict
-from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.verdict import LimitRow
 from gradedesign.output.report import render_report
+from gradedesign.output.result import RunResult
 from gradedesign.output.scope_words import scope_words
 
 

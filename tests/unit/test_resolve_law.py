@@ -9,12 +9,12 @@ import pytest
 from gradedesign import CellFamily, power_law
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError
-from gradedesign.ladder import resolve_law as module
-from gradedesign.ladder.resolve_law import resolve_law as resolve
-from gradedesign.ladder.resolve_law import stress_basis, stress_warnings
 from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import resolve_law as module
+from gradedesign.resolve.resolve_law import resolve_law as resolve
+from gradedesign.resolve.resolve_law import stress_basis, stress_warnings
 
 
 def shape(u, bend=0.5):

@@ -13,16 +13,16 @@ from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.fe.element_points import element_points
-from gradedesign.ladder import resolve_law as law_module
-from gradedesign.ladder.graded_cells import with_cells
-from gradedesign.ladder.oriented import oriented
-from gradedesign.ladder.round import build_design, density_grid, explicit_cube
-from gradedesign.ladder.setup import prepare
-from gradedesign.ladder.solid import solve_solid
 from gradedesign.lattice.lattice import density_at
+from gradedesign.loop.graded_cells import with_cells
+from gradedesign.loop.round import build_design, density_grid, explicit_cube
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import resolve_law as law_module
+from gradedesign.resolve.oriented import oriented
+from gradedesign.resolve.setup import prepare
+from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 

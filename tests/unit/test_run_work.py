@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 import gradedesign
-from gradedesign.ladder.predicted_cost import WITHIN, predict_cost
-from gradedesign.ladder.run_work import guessed_density, run_work
-from gradedesign.ladder.setup import prepare
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.predicted_cost import WITHIN, predict_cost
+from gradedesign.loop.run_work import guessed_density, run_work
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.setup import prepare
 
 MINI = Path(__file__).parents[2] / "cases" / "mini"
 

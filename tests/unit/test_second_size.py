@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from gradedesign.errors import MeshError, ResourceError
-from gradedesign.ladder import second_size
-from gradedesign.ladder.second_size import analyse_second_size, unresolved_warnings, with_resolution
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop import second_size
+from gradedesign.loop.second_size import analyse_second_size, unresolved_warnings, with_resolution
 
 
 def row(name, case, value, judged_by="explicit"):

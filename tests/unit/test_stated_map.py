@@ -8,10 +8,10 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError, DensityError, LatticeError
-from gradedesign.ladder.design_domain import design_domain
-from gradedesign.ladder.placed_map import lattice_points
-from gradedesign.ladder.stated_density import stated_density
-from gradedesign.ladder.stated_map import stated_map
+from gradedesign.generate.stated_density import stated_density
+from gradedesign.generate.stated_map import stated_map
+from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.placed_map import lattice_points
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.part.part import read_part
 from gradedesign.part.part_mesh import box_part_mesh

@@ -2,9 +2,9 @@
 
 import pytest
 
-from gradedesign.ladder.verdict import all_hold, learned_factors, scaled_rows, with_factors
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import all_hold, learned_factors, scaled_rows, with_factors
 
 STRESS = LimitKey(kind="stress", region="lattice")
 

@@ -9,7 +9,7 @@ import pytest
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.ladder.generate import MOST_STEPS_PER_CELL, STEPS_PER_WALL
+from gradedesign.generate.generate import MOST_STEPS_PER_CELL, STEPS_PER_WALL
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field

@@ -12,10 +12,10 @@ from gradedesign.fe.elastic_system import prepare_elastic
 from gradedesign.fe.scikit_fem import MOST_UNKNOWNS, SCIKIT_FEM, assemble_scikit_fem
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness, MomentStiffness, pair_products
-from gradedesign.ladder.setup import prepare
-from gradedesign.ladder.solid import solve_solid
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.setup import prepare
+from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised import solve_homogenised
 
 #: 675 unknowns; weight and a temperature change beside the force, a support that moves.

@@ -13,9 +13,6 @@ from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
-from gradedesign.ladder import wall_cells
-from gradedesign.ladder.wall_cells import wall_factors, wall_material
-from gradedesign.ladder.wall_kinds import wall_kinds
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
@@ -24,6 +21,9 @@ from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.plugin.registry import build_registry
+from gradedesign.size_effects import wall_cells
+from gradedesign.size_effects.wall_cells import wall_factors, wall_material
+from gradedesign.size_effects.wall_kinds import wall_kinds
 from gradedesign.sizing.homogenised import (
     homogenised_system,
     lattice_mass,

@@ -10,23 +10,23 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
+from gradedesign.check.check_case import CaseCheck, check_case
 from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
 from gradedesign.cli.show_answer import answer_data, print_answer
 from gradedesign.errors import CaseError
-from gradedesign.ladder.check_case import CaseCheck, check_case
-from gradedesign.ladder.marks import action_marks, region_marks, warming_note
-from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.stages import default_folder
+from gradedesign.loop.stages import default_folder
 from gradedesign.output.pictures import picture_loads
 from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.results.marks import action_marks, region_marks, warming_note
 from gradedesign.workspace.progress import report_step
 
 if TYPE_CHECKING:
-    from gradedesign.ladder.first_answer import FirstAnswer
+    from gradedesign.check.first_answer import FirstAnswer
 
 PICTURE = "loads.png"
 #: Groups of cylinders that are printed; ``--json`` has all.
@@ -75,9 +75,9 @@ def check(
 def estimated(case: Case, registry: Registry) -> FirstAnswer:
     """Mesh and analyse the solid part as a run does, and size it once."""
     # Only here: a check without it needs no finite elements.
-    from gradedesign.ladder.first_answer import first_answer
-    from gradedesign.ladder.setup import prepare
-    from gradedesign.ladder.solid import solve_solid, with_solid
+    from gradedesign.check.first_answer import first_answer
+    from gradedesign.resolve.setup import prepare
+    from gradedesign.resolve.solid import solve_solid, with_solid
 
     setup = prepare(case, registry)
     report_step("solid part")

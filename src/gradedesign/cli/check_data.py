@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.ladder.check_case import CaseCheck
+from gradedesign.check.check_case import CaseCheck
 from gradedesign.part.part import Part
 
 _REPAIRS = (

@@ -11,9 +11,9 @@ from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import holds_only_a_failure, print_result_json
 from gradedesign.cli.show import print_files, print_table, print_text, print_warnings
-from gradedesign.ladder.generate import generate as generate_lattice
-from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.stages import default_folder
+from gradedesign.generate.generate import generate as generate_lattice
+from gradedesign.loop.stages import default_folder
+from gradedesign.output.result import RunResult
 from gradedesign.plugin.read_case import entries_of
 
 

@@ -27,7 +27,6 @@ from gradedesign.homogenise.bounds import check_bounds
 from gradedesign.homogenise.cell_properties import CellProperties, cell_properties
 from gradedesign.homogenise.conductivity import conductivity_bound, extrapolated_conductivity
 from gradedesign.homogenise.critical_stress import CriticalStress, critical_stress
-from gradedesign.ladder.summary import library_versions
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.material.stiffness_constants import relative_errors
 from gradedesign.output.property_plots import (
@@ -36,6 +35,7 @@ from gradedesign.output.property_plots import (
     plot_strength_surface,
 )
 from gradedesign.plugin.registry import lookup
+from gradedesign.results.summary import library_versions
 from gradedesign.workspace.atomic import write_text
 from gradedesign.workspace.progress import report_step
 

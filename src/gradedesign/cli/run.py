@@ -15,12 +15,12 @@ from gradedesign.cli.show import (
     print_text,
     print_warnings,
 )
-from gradedesign.ladder.files import RESULT_NAME
-from gradedesign.ladder.result import RunResult, as_json
-from gradedesign.ladder.stages import default_folder
+from gradedesign.loop.stages import default_folder
+from gradedesign.output.result import RunResult, as_json
 from gradedesign.output.scope_words import scope_words
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.read_case import load_case
+from gradedesign.results.files import RESULT_NAME
 from gradedesign.workspace.atomic import is_folder
 from gradedesign.workspace.manifest import read_manifest
 from gradedesign.workspace.run_folder import STAGES

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gradedesign.cli.show import print_table, print_text
 
 if TYPE_CHECKING:
-    from gradedesign.ladder.first_answer import FirstAnswer
+    from gradedesign.check.first_answer import FirstAnswer
 
 
 def answer_data(answer: FirstAnswer) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text
 from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.ladder.result import as_json as result_data
+from gradedesign.output.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry

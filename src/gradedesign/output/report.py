@@ -12,7 +12,7 @@ from gradedesign.output.scope_words import scope_words
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from gradedesign.ladder.result import RunResult
+    from gradedesign.output.result import RunResult
 
 #: Statuses as the verdict shows them.
 _STATUS = {
