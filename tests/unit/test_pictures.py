@@ -14,9 +14,9 @@ from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.output import _opengl, pictures
 from gradedesign.output.action_mark import SHORTEST, ActionMark
 from gradedesign.output.label_places import label_box
+from gradedesign.mesh.boundary_surface import boundary_surface
 from gradedesign.output.pictures import (
     RegionMark,
-    boundary_surface,
     picture_deformed,
     picture_density,
     picture_lattice,

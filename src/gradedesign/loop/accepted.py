@@ -39,7 +39,7 @@ from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Grid of the exported surface over the cube of the explicit mesh.
+#: Grid of the exported surface over the surface size of the explicit analysis.
 SURFACE_PER_CUBE = 0.5
 
 
@@ -94,14 +94,15 @@ def accept_design(
     announce.took("second mesh", time.perf_counter() - began)
     # Stated budgets alone decide what is judged and how: never the time that is left.
     budget = setup.case.run.time
-    scope = choose_scope(setup.case.run.acceptance, analysed.result.space.element_count, budget)
+    tets = analysed.result.solved.division.surface_tets
+    scope = choose_scope(setup.case.run.acceptance, tets, budget)
     if scope == "whole":
-        acceptance = accept_whole(surface, analysed.judged, analysed.result, time_limit_s=budget)
+        acceptance = accept_whole(surface, analysed.solid, analysed.result, time_limit_s=budget)
         rows, factors = _whole_rows(setup, done, acceptance)
     else:
         acceptance = accept_windows(
             surface,
-            analysed.judged,
+            analysed.solid,
             analysed.result,
             time_limit_s=budget,
             on_window=announce.window,
@@ -132,10 +133,11 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     Raises
     ------
     LatticeError
-        If the file's volume differs from the explicit mesh's by more than 5 %.
+        If the file's volume differs from the analysed solid's by more than 5 %.
     """
     design = analysed.design
-    step = SURFACE_PER_CUBE * analysed.mesh.cube
+    size = analysed.result.solved.division.surface_size
+    step = SURFACE_PER_CUBE * size
     raw = trimmed_surface(design, setup.part.surface, step)
     report_step("loose pieces of the surface")
     surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
@@ -148,8 +150,8 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
-            f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
-            f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
+            f"the exported surface encloses {volume:.6g} mm^3 but the explicit analysis holds "
+            f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
             f"for {setup.cell.name}: raise [run] mesh_cubes_per_wall"
         )
     return back, islands

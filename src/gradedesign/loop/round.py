@@ -40,8 +40,7 @@ from gradedesign.sizing.responses import solve_adjoints
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.sizing.state import SolvedState, solved_state
 from gradedesign.verify.correction import Correction
-from gradedesign.verify.explicit import ExplicitResult, JudgedSolid
-from gradedesign.verify.explicit_mesh import ExplicitMesh
+from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
 
 #: Sizing aims a little below each limit, so that a small gap does not break it.
@@ -183,10 +182,10 @@ def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
     )
 
 
-def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
-    """What every analysis of the printed solid needs besides its mesh."""
+def printed_solid(setup: Setup, design: LatticeDesign) -> PrintedSolid:
+    """A design with the loads, supports and limits of its case."""
     regions = {name: setup.part.regions[name] for name in setup.facets}
-    return JudgedSolid(
+    return PrintedSolid(
         case=setup.case,
         design=design,
         material=setup.material,
@@ -195,13 +194,13 @@ def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
         exclusion_radius=setup.exclusion_radius,
         stress_limit=allowed_stress(setup.case, setup.material),
         percentile=setup.case.limits.percentile,
-        bodies=setup.domain.bodies,
         solver=setup.model.solver,
+        mesher=setup.mesher,
     )
 
 
-def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
-    """Grid of the explicit mesh from the thinnest wall, skin or kept layer of the design, mm.
+def explicit_spacing(setup: Setup, grid: DensityGrid) -> float:
+    """Element size of the explicit analysis from the thinnest wall or layer of a design, mm.
 
     Raises
     ------
@@ -216,15 +215,15 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
             f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
             f"{case.print.min_wall:g} mm; raise the lower density"
         )
-    return explicit_cube_for(setup, thinnest)
+    return explicit_spacing_for(setup, thinnest)
 
 
-def explicit_cube_for(setup: Setup, thinnest: float) -> float:
-    """Grid that the case asks for, or that follows the thinnest wall, skin or kept layer, mm."""
+def explicit_spacing_for(setup: Setup, thinnest: float) -> float:
+    """Element size that the case states, or that follows the thinnest wall or layer, mm."""
     case = setup.case
     if case.run.explicit_mesh_size is not None:
         return case.run.explicit_mesh_size
-    return float(grid_cube(case, thinnest, setup.cubes_per_wall))
+    return float(grid_cube(case, thinnest, setup.cubes_per_wall, setup.analysis))
 
 
 def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction:
@@ -267,14 +266,3 @@ def lattice_share(
     if worst.value <= 0 or shared.sum() <= 0:
         return 0.0, mean
     return float(shared.sum() / worst.value), float(shared @ rho / shared.sum())
-
-
-def explicit_masses(setup: Setup, mesh: ExplicitMesh, result: ExplicitResult) -> dict[str, float]:
-    """Mass of every phase of the explicit mesh, g."""
-    from gradedesign.mesh.tet_mesh import signed_volumes
-
-    volumes = signed_volumes(mesh.mesh) * setup.material.density * 1e6
-    return {
-        name: float(volumes[result.phase == number].sum())
-        for number, name in enumerate(("lattice", "skin", "kept"))
-    }

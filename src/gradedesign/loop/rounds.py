@@ -30,15 +30,15 @@ from gradedesign.loop.round import (
     SizingPlan,
     build_design,
     density_grid,
-    explicit_cube,
-    explicit_masses,
-    judged_solid,
+    explicit_spacing,
     predict,
+    printed_solid,
     size_round,
 )
 from gradedesign.output.result import Iteration, LimitIteration, iteration_from_json
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingStep
+from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.correction import (
     Correction,
     Gap,
@@ -49,13 +49,8 @@ from gradedesign.verify.correction import (
     stiffness_exponent,
     stiffness_update,
 )
-from gradedesign.verify.explicit import (
-    ExplicitResult,
-    JudgedSolid,
-    analyse_printed_solid,
-)
-from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
-from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
+from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
+from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Rounds after which a miss is taken for scatter, and the most room that is left for it.
@@ -102,57 +97,50 @@ class Analysed:
 
     grid: DensityGrid
     design: LatticeDesign
-    judged: JudgedSolid
-    mesh: ExplicitMesh
+    solid: PrintedSolid
     result: ExplicitResult
     layout: CellLayout
 
 
 def analyse_design(
-    setup: Setup, rho: FloatArray, *, cube: float | None = None, on_event: Listener = ignore
+    setup: Setup, rho: FloatArray, *, spacing: float | None = None, on_event: Listener = ignore
 ) -> Analysed:
-    """Build the lattice of element densities, mesh it and solve it.
+    """Build the lattice of element densities and analyse it.
 
-    ``cube``, mm, is taken as it is; without it the grid follows the thinnest wall and is refined
-    until it holds what the field holds.
+    ``spacing``, mm, is taken as it is; without it the resolution follows the thinnest wall and is
+    refined until it holds what the field holds.
     """
-    return analyse_cells(with_cells(setup, rho), rho, cube=cube, on_event=on_event)
+    return analyse_cells(with_cells(setup, rho), rho, spacing=spacing, on_event=on_event)
 
 
 def analyse_cells(
     setup: Setup,
     rho: FloatArray,
     *,
-    cube: float | None = None,
+    spacing: float | None = None,
     finer: float = 1.0,
     on_event: Listener = ignore,
 ) -> Analysed:
-    """Build the lattice of element densities in the cells of the setup, mesh it and solve it.
+    """Build the lattice of element densities in the cells of the setup and analyse it.
 
-    ``finer`` is the share of the grid of the thinnest wall that an earlier round had to go down to.
+    ``finer`` is the share of the spacing of the thinnest wall that an earlier round had to go down
+    to.
     """
     grid = density_grid(setup, rho)
     design = build_design(setup, grid)
-    judged = judged_solid(setup, design)
-    memory, bodies = setup.case.run.memory, setup.domain.bodies
-    if cube is not None:
-        mesh = mesh_lattice(design, cube, memory_limit_bytes=memory, bodies=bodies)
+    solid = printed_solid(setup, design)
+    if spacing is not None:
+        resolution = Resolution(spacing=spacing)
     else:
-        asked = explicit_cube(setup, grid)
-        mesh = mesh_within_budget(
-            design,
-            finer * asked,
-            coarsest=asked * COARSEST,
-            memory_limit_bytes=memory,
-            bodies=bodies,
-            on_refusal=lambda message: on_event(Event(stage="explicit", message=message)),
-        )
+        follows = explicit_spacing(setup, grid)
+        resolution = Resolution(spacing=finer * follows, coarsest=follows * setup.analysis.coarsest)
     result = analyse_printed_solid(
-        mesh.mesh, judged, mesh_size=mesh.cube, surface_tolerance=0.5 * mesh.cube
+        setup.analysis,
+        solid,
+        resolution,
+        lambda message: on_event(Event(stage="explicit", message=message)),
     )
-    return Analysed(
-        grid=grid, design=design, judged=judged, mesh=mesh, result=result, layout=setup.layout
-    )
+    return Analysed(grid=grid, design=design, solid=solid, result=result, layout=setup.layout)
 
 
 def play_round(
@@ -209,7 +197,7 @@ def play_round(
     )
     gaps = (*(r.gap for r in previous), gap)
     learned = _learn(setup, correction, predicted, explicit, gaps, sized.rho)
-    masses = explicit_masses(setup, analysed.mesh, result)
+    masses, division = result.masses_g, result.solved.division
     weights = setup.model.lattice_volumes
     iteration = Iteration(
         round=len(previous) + 1,
@@ -230,9 +218,9 @@ def play_round(
         ),
         use=max((row.use for row in rows), default=0.0),
         passed=all(row.passed for row in rows),
-        dofs=result.space.dof_count,
-        mesh_size_mm=result.mesh_size,
-        grid_share=min(analysed.mesh.asked / explicit_cube(setup, analysed.grid), 1.0),
+        dofs=division.unknowns,
+        mesh_size_mm=division.mesh_size,
+        grid_share=min(division.requested / explicit_spacing(setup, analysed.grid), 1.0),
         seconds=time.perf_counter() - began,
         stiffness_factor=correction.stiffness,
         sizing_iterations=len(sized.history),

@@ -28,6 +28,7 @@ from gradedesign.plugin.format_checks import check_formats
 from gradedesign.plugin.limit_checks import check_limit_keys
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
+from gradedesign.verify.analysis import ExplicitAnalysis
 
 __all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
@@ -51,6 +52,7 @@ Kind = Literal[
     "solvers",
     "meshers",
     "limits",
+    "analyses",
 ]
 
 
@@ -72,6 +74,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
     "meshers": _Shelf(Mesher, _DASHED, "mesher"),
     "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
+    "analyses": _Shelf(ExplicitAnalysis, _DASHED, "explicit analysis"),
 }
 
 
@@ -154,7 +157,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters``, ``solvers``, ``meshers`` or ``limits``.
+        ``exporters``, ``solvers``, ``meshers``, ``limits`` or ``analyses``.
     name : str
 
     Raises

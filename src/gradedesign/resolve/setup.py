@@ -39,6 +39,7 @@ from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
+from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
 
@@ -69,8 +70,11 @@ class Setup:
     clamped : tuple of callable
     exclusion_radius : float, mm
     layout : CellLayout
+    analysis : ExplicitAnalysis
     cubes_per_wall : float
-        Grid cubes of the explicit mesh across the thinnest wall.
+        Elements of the explicit analysis across the thinnest wall.
+    mesher : Mesher
+        Of the acceptance.
     frames : callable, optional
         Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     warnings : tuple of str
@@ -95,7 +99,9 @@ class Setup:
     clamped: tuple[Field, ...]
     exclusion_radius: float
     layout: CellLayout
+    analysis: ExplicitAnalysis
     cubes_per_wall: float
+    mesher: Mesher
     warnings: tuple[str, ...]
     frames: Field | None = None
     solid: tuple[LimitRow, ...] = ()
@@ -126,6 +132,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         cell,
         bounds,
         layout.least,
+        known.analysis,
         latticed=float(volumes @ (1 - shares)),
         solid=float(volumes @ shares),
     )
@@ -177,7 +184,9 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         clamped=clamped,
         exclusion_radius=radius,
         layout=layout,
+        analysis=known.analysis,
         cubes_per_wall=analysable.cubes_per_wall,
+        mesher=known.surface_mesher,
         warnings=(
             *analysable.warnings,
             *(*known.warnings, *law_warnings, *warnings, *limit_warnings),

@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes
+from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes, work_of
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
@@ -16,7 +16,6 @@ from gradedesign.fe.stress import element_von_mises, weighted_percentile
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.verdict import limit_rows
 from gradedesign.resolve.setup import Setup
-from gradedesign.verify.explicit import work_of
 
 
 def solve_solid(setup: Setup) -> tuple[Solution, ...]:
