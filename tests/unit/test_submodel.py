@@ -53,23 +53,9 @@ def analysed(monkeypatch):
         return analyse_window(
             box_surface((SIDE, SIDE, SIDE)),
             WINDOW,
-            SimpleNamespace(
-                space=driving,
-                mesh_size=1.0,
-                solutions=(SimpleNamespace(name=WINDOW.load_case, displacement=displacement),),
-            ),
-            Material(
-                name="test",
-                youngs_modulus=E,
-                poissons_ratio=NU,
-                density=1e-9,
-                yield_strength=100.0,
-                thermal_expansion=0.0,
-                source="by hand",
-            ),
-            percentile=99.5,
+            SimpleNamespace(solved=solved),
+            solid,
             time_limit_s=60.0,
-            memory_limit_bytes=1e9,
         )
 
     return call, asked
