@@ -16,7 +16,8 @@ from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.explicit_analysis import explicit_analysis
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
-from gradedesign.verify.tets import STUFFED_TETS, TetFields
+from gradedesign.verify.tet_fields import TetFields
+from gradedesign.verify.tets import STUFFED_TETS
 
 CASE = """\
 [case]

@@ -25,7 +25,7 @@ from gradedesign.mesh.tetwild import tetrahedralize
 from gradedesign.verify.analysis import SolvedSolid, StressSample
 from gradedesign.verify.explicit import ExplicitResult
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.tets import gauss_stress, solid_stiffness
+from gradedesign.verify.tet_fields import gauss_stress, solid_stiffness
 from gradedesign.verify.windows import (
     Window,
     clip_surface,

@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import IntArray
 from gradedesign.errors import LatticeError
-from gradedesign.fe.element_points import element_points
-from gradedesign.fe.field_eval import interpolate
 from gradedesign.fe.load_case import (
     case_loads,
     load_vector,
     mechanical_force,
-    region_nodes,
     work_of,
 )
-from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import predict_memory_bytes, solve_elastic
-from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.stress import element_stress, element_von_mises, nodal_average
-from gradedesign.material.material import Material
-from gradedesign.mesh.boundary_surface import boundary_surface
-from gradedesign.mesh.point_location import locate
-from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
+from gradedesign.fe.space import tet_space
+from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.part.part_mesh import region_facets
 from gradedesign.part.regions import Region
 from gradedesign.verify.analysis import (
@@ -36,9 +27,6 @@ from gradedesign.verify.analysis import (
     ExplicitAnalysis,
     PlannedSolid,
     Resolution,
-    StressSample,
-    SurfaceFields,
-    VolumeFields,
 )
 from gradedesign.verify.explicit_mesh import (
     fitted_cube,
@@ -49,6 +37,7 @@ from gradedesign.verify.explicit_mesh import (
 from gradedesign.verify.grid_resolution import LAYER_CUBES, cubes_per_wall
 from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
 from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.tet_fields import TetFields, solid_stiffness
 from gradedesign.workspace.progress import report_step
 
 #: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
@@ -59,132 +48,6 @@ TETS_PER_SOLID_CUBE, DOFS_PER_TET = 14.0, 5.1
 #: the latter; they are iterated in pairs, on one hierarchy. Measured in first rounds on two idle
 #: cores: 0.5 to 2.7e-4 and 1.9 to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M.
 CUBE_S, UNKNOWN_S, MORE_CASES = 1.1e-4, 2.4e-5, 0.45
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TetFields:
-    """Solved displacements on the quadratic tetrahedra of a printed solid.
-
-    Attributes
-    ----------
-    space : TetSpace
-    material : Material
-    solutions : dict of load case to Solution
-    thermal_strain : dict of load case to float
-    facets : dict of region to (k, 3) int array
-    work : dict of load case to float, N mm
-    division : Discretisation
-    """
-
-    space: TetSpace
-    material: Material
-    solutions: Mapping[str, Solution]
-    thermal_strain: Mapping[str, float]
-    facets: Mapping[str, IntArray]
-    work: Mapping[str, float]
-    division: Discretisation
-
-    @property
-    def load_cases(self) -> tuple[str, ...]:
-        """Names, in the order of the case."""
-        return tuple(self.solutions)
-
-    @property
-    def points(self) -> FloatArray:
-        """Centroids, ``(3, M)``, mm."""
-        return centroids(self.space.mesh)
-
-    @property
-    def volumes(self) -> FloatArray:
-        """Volumes of the tetrahedra, ``(M,)``, mm^3."""
-        return signed_volumes(self.space.mesh)
-
-    def displacement(self, load_case: str) -> FloatArray:
-        """Nodal displacements, ``(3, N)``, mm."""
-        return self.solutions[load_case].displacement
-
-    def von_mises(self, load_case: str) -> FloatArray:
-        """Von Mises stress at the Gauss points, ``(M, 4)``, MPa."""
-        return element_von_mises(
-            self.space,
-            solid_stiffness(self.space, self.material),
-            self.displacement(load_case),
-            thermal_strain=self.thermal_strain[load_case],
-        )
-
-    def stress_within(self, load_case: str, lower: FloatArray, upper: FloatArray) -> StressSample:
-        """Stress at the Gauss points in the box between two corners, mm."""
-        driving = self.space
-        corners = driving.mesh.points[:, driving.mesh.tets]
-        touching = np.all(
-            (corners.max(axis=1) > lower[:, None]) & (corners.min(axis=1) < upper[:, None]), axis=0
-        )
-        chosen = np.flatnonzero(touching)
-        used, local = np.unique(driving.mesh.tets[:, chosen], return_inverse=True)
-        mesh = TetMesh(points=driving.mesh.points[:, used], tets=np.asarray(local).reshape(4, -1))
-        nodes, inverse = np.unique(driving.elements[:, chosen], return_inverse=True)
-        part = TetSpace(
-            mesh=mesh,
-            order=2,
-            nodes=driving.nodes[:, nodes],
-            elements=np.asarray(inverse, dtype=np.int32).reshape(10, -1),
-        )
-        sample = gauss_stress(
-            part,
-            self.material,
-            self.displacement(load_case)[:, nodes],
-            self.thermal_strain[load_case],
-        )
-        inside = np.all(
-            (sample.points >= lower[:, None]) & (sample.points <= upper[:, None]), axis=0
-        )
-        return StressSample(
-            points=sample.points[:, inside],
-            volumes=sample.volumes[inside],
-            stress=sample.stress[:, :, inside],
-        )
-
-    def displacement_at(self, load_case: str, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Displacement at points, ``(3, m)``, mm, and their distances from the mesh, (m,), mm."""
-        tets, barycentric, distance = locate(self.space.mesh, points)
-        return interpolate(self.space, self.displacement(load_case), tets, barycentric), distance
-
-    def region_displacement(self, region: str, load_case: str) -> FloatArray:
-        """Displacements of the nodes of a region, ``(3, k)``, mm."""
-        nodes = region_nodes(self.space, self.facets[region])
-        return self.displacement(load_case)[:, nodes]
-
-    def largest_displacement(self, load_case: str) -> float:
-        """Largest displacement of any node, mm."""
-        return float(np.linalg.norm(self.displacement(load_case), axis=0).max())
-
-    def surface_fields(self, load_case: str) -> SurfaceFields:
-        """Boundary facets with stress averaged at the vertices."""
-        report_step("stress for the pictures")
-        at_vertices = element_von_mises(
-            self.space,
-            solid_stiffness(self.space, self.material),
-            self.displacement(load_case),
-            thermal_strain=self.thermal_strain[load_case],
-            at="vertices",
-        )
-        surface, used = boundary_surface(self.space.mesh)
-        return SurfaceFields(
-            surface=surface,
-            von_mises=nodal_average(self.space, at_vertices)[used],
-            displacement=self.displacement(load_case)[:, used],
-        )
-
-    def volume_fields(self, sampled: Mapping[str, FloatArray]) -> VolumeFields:
-        """Quadratic tetrahedra with nodal displacements and fields ``(M,)``."""
-        return VolumeFields(
-            points=self.space.nodes,
-            elements=self.space.elements.astype(np.int64),
-            point_data={
-                f"displacement {name} [mm]": self.displacement(name) for name in self.load_cases
-            },
-            element_data=sampled,
-        )
 
 
 def solve_tets(
@@ -230,28 +93,6 @@ def solve_tets(
         facets=facets,
         work=work_of(forces, solutions),
         division=replace(division, unknowns=space.dof_count),
-    )
-
-
-def solid_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
-    """A material in every tetrahedron."""
-    return IsotropicStiffness(
-        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
-    )
-
-
-def gauss_stress(
-    space: TetSpace, material: Material, displacement: FloatArray, thermal_strain: float
-) -> StressSample:
-    """Stress at the four Gauss points of every element."""
-    stress = element_stress(
-        space, solid_stiffness(space, material), displacement, thermal_strain=thermal_strain
-    )
-    volumes = np.repeat(signed_volumes(space.mesh)[:, None] / 4.0, 4, axis=1)
-    return StressSample(
-        points=element_points(space).reshape(3, -1),
-        volumes=volumes.ravel(),
-        stress=stress.reshape(3, 3, -1),
     )
 
 
