@@ -24,7 +24,7 @@ BANDS = {
     "pipeline": "doors",
 }
 
-#: Simple cubic wall, one cell thick, over the periodic lattice: docs/homogenisation.md.
+#: Simple cubic wall, one cell thick, over the periodic lattice: docs/validation.md.
 WALL = {
     "relative density": (0.12, 0.2, 0.3, 0.45, 0.6),
     "membrane": (1.31, 1.21, 1.14, 1.08, 1.05),

@@ -18,6 +18,7 @@ from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.app import app
 from gradedesign.plugin import hookspecs
+from gradedesign.plugin.read_case import entries_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -51,7 +52,7 @@ def within_site(text: str) -> str:
 
 def case_keys() -> Iterator[str]:
     """Every section of a case file with its keys, from the schema that reads it."""
-    both = [schema_json(layout) for layout in (CaseFile, GenerateFile)]
+    both = [schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile)]
     properties = {k: v for schema in reversed(both) for k, v in schema["properties"].items()}
     definitions = {k: v for schema in reversed(both) for k, v in schema["definitions"].items()}
     yield "# Case keys\n\nWritten from the schema that reads case files. Every value of a quantity"
