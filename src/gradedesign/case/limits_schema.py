@@ -173,8 +173,8 @@ class DisplacementLimit(LimitEntry):
 class LimitsSpec(Table):
     """A stress limit, a safety factor or lists of other limits; at least one of them.
 
-    Kinds of limits that bring an entry of their own add a list under their name, see
-    `with_limit_entries`.
+    Kinds of limits that bring an entry of their own add a list under
+    their name.
     """
 
     stress: Annotated[float, Quantity("stress", above=0.0)] | None = None
