@@ -87,14 +87,15 @@ def test_the_commands_of_the_validation_exist():
 def test_the_tutorial_is_the_case_that_it_shows():
     case = load_case(DOCS / "tutorial")
     assert (case.name, case.part.file.name) == ("bar", "bar.stl")
+    for page, name in (("tutorial.md", "case.toml"), ("sweep.md", "sweep.py")):
+        shown = (DOCS / "tutorial" / name).read_text(encoding="utf-8")
+        assert f"\n{shown}```" in (DOCS / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
 def test_every_case_fragment_is_toml_with_keys_that_exist(page, pages):
     schemas = [schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile)]
     for text in re.findall(r"^```toml\n(.*?)^```$", page.read_text("utf-8"), re.M | re.S):
-        if "--8<--" in text:
-            continue
         if page.stem == "limits":
             text = text if text.startswith("[") else f"[limits]\n{text}"
         for section, body in tomllib.loads(text).items():
