@@ -13,6 +13,6 @@ for size in (8, 12):
     variant.write_text(text.replace('size = "12 mm"', f'size = "{size} mm"'))
     case = gradedesign.load_case(variant)
     result = gradedesign.run(case, folder=Path(f"runs/bar-{size}"), overwrite=True)
-    uses = ", ".join(f"{row.name} {row.use:.0%}" for row in result.limits)
-    print(f"{size} mm: {result.mass_g:.2f} g; {uses}")
+    values = ", ".join(f"{row.name} {row.value:.4g} {row.unit}" for row in result.limits)
+    print(f"{size} mm: {result.mass_g:.2f} g; {values}")
     variant.unlink()
