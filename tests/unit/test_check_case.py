@@ -15,8 +15,8 @@ from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.material.power_law import power_law
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import part_tets as mesh_module
 from gradedesign.resolve import resolve_law as law_module
-from gradedesign.resolve import setup as stage_module
 from gradedesign.resolve.setup import prepare
 
 WALLS = CellFamily(
@@ -77,7 +77,7 @@ def nothing_heavy(monkeypatch):
 
     monkeypatch.setattr(law_module, "computed_law", refused)
     for name in ("box_part_mesh", "mesh_part"):
-        monkeypatch.setattr(stage_module, name, refused)
+        monkeypatch.setattr(mesh_module, name, refused)
 
 
 def changed(*pairs):

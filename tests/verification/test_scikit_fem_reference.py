@@ -75,13 +75,14 @@ def solved(folder, registry, cells, solver, spoiled=1.0):
     """Displacements and compliances of the solid and the homogenised part of the case."""
     (folder / "case.toml").write_text(f'{CASE}{cells}[run]\nsolver = "{solver}"\n')
     setup = prepare(load_case(folder), registry)
-    assert setup.space.dof_count == 675
+    assert setup.problem.space.dof_count == 675
     own = setup.model.solver
     if spoiled != 1.0:
         wrong = replace(own, assemble=lambda *given: spoiled * own.assemble(*given))
-        setup = replace(setup, model=replace(setup.model, solver=wrong))
-    rho = np.linspace(0.2, 0.6, setup.space.element_count)
-    return (*solve_solid(setup), *solve_homogenised(setup.model, rho))
+        problem = replace(setup.problem, solver=wrong)
+        setup = replace(setup, problem=problem, model=replace(setup.model, solver=wrong))
+    rho = np.linspace(0.2, 0.6, setup.problem.space.element_count)
+    return (*solve_solid(setup.problem), *solve_homogenised(setup.model, rho))
 
 
 def require_same(theirs, ours):

@@ -21,10 +21,12 @@ from gradedesign.mesh.tetwild import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
+from gradedesign.resolve.problem import Problem, part_volume
 from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
-from gradedesign.resolve.setup import Setup, part_volume
+from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.size_effects import why_periodic
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
+from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.correction import Correction
 
@@ -75,7 +77,7 @@ def partial_result(
             "mass_g": mass,
             "lattice_mass_g": lattice_mass(model, sized.rho) * 1e6,
             "lattice_density": float(weights @ sized.rho / weights.sum()),
-            "relative_density": mass / _solid_mass(setup),
+            "relative_density": mass / _solid_mass(setup.problem),
         }
         measures = {
             "sizing": {
@@ -85,15 +87,15 @@ def partial_result(
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             }
         }
-        found = predict(setup, Correction(), sized.rho).values
-        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.limits)
+        found = predict(model, setup.problem.limits, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.problem.limits)
     return RunResult(
         status="partial",
         lightest=False,
         ended_by="stop_after",
         reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
         limits=rows,
-        measures={**measures, "cell_map": dict(setup.layout.report)},
+        measures={**measures, "cell_map": dict(setup.cells.layout.report)},
         **numbers,
         **common,
     )
@@ -143,13 +145,13 @@ def verdict_result(
         limits=rows,
         mass_g=it.mass_g,
         lattice_mass_g=it.lattice_mass_g,
-        relative_density=it.mass_g / _solid_mass(setup),
-        lattice_density=it.lattice_mass_g / _latticed_mass(setup),
+        relative_density=it.mass_g / _solid_mass(setup.problem),
+        lattice_density=it.lattice_mass_g / _latticed_mass(setup.model),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
-            "cell_map": dict((accepted.analysed if accepted else setup).layout.report),
+            "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
         },
         warnings=tuple(warnings),
         **common,
@@ -159,7 +161,7 @@ def verdict_result(
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
     """What limits say about the densities of a design."""
     volumes = setup.model.lattice_volumes
-    return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
+    return [said for limit in setup.problem.limits for said in limit.notes(volumes, rho)]
 
 
 def best_round(rounds: Sequence[Round]) -> Round:
@@ -256,27 +258,30 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     )
 
 
-def _latticed_mass(setup: Setup) -> float:
+def _latticed_mass(model: HomogenisedModel) -> float:
     """Mass of the lattice's region if it were solid, g."""
-    weights = setup.model.lattice_volumes
-    return float(weights.sum()) * setup.material.density * 1e6
+    return float(model.lattice_volumes.sum()) * model.material.density * 1e6
 
 
-def _solid_mass(setup: Setup) -> float:
-    return part_volume(setup) * setup.material.density * 1e6
+def _solid_mass(problem: Problem) -> float:
+    return part_volume(problem) * problem.material.density * 1e6
 
 
 def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
-    law = setup.law
+    problem, cells = setup.problem, setup.cells
+    law = cells.law
     return {
-        "solid_mass_g": _solid_mass(setup),
+        "solid_mass_g": _solid_mass(problem),
         "solid": setup.solid,
         "warnings": (*setup.warnings, *registry.notes),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
-        "case_hash": setup.case.case_hash,
-        "case_name": setup.case.name,
-        "budget": {"time_s": setup.case.run.time, "max_rounds": setup.case.run.max_rounds},
+        "case_hash": problem.case.case_hash,
+        "case_name": problem.case.name,
+        "budget": {
+            "time_s": problem.case.run.time,
+            "max_rounds": problem.case.run.max_rounds,
+        },
         "law": {
             "name": law.name,
             "source": law.source,
@@ -284,16 +289,16 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
             "kind": law.kind,
             "local_stress": stress_basis(law),
             "buckling": buckling_basis(law),
-            **{name: value for limit in setup.limits for name, value in limit.basis().items()},
+            **{name: value for limit in problem.limits for name, value in limit.basis().items()},
             "size_effects": size_effects_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
-            "cell": setup.cell.name,
-            "cell_source": setup.cell.family.source,
-            "cell_window": list(setup.cell.window),
-            "density_bounds": list(setup.bounds),
-            "material": setup.material.name,
-            "material_source": setup.material.source,
+            "cell": cells.cell.name,
+            "cell_source": cells.cell.family.source,
+            "cell_window": list(cells.cell.window),
+            "density_bounds": list(cells.bounds),
+            "material": problem.material.name,
+            "material_source": problem.material.source,
         },
     }
 
@@ -302,8 +307,8 @@ def size_effects_data(setup: Setup) -> dict[str, Any]:
     """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
     walls = setup.model.walls
     if walls is None:
-        low = setup.bounds[0]
-        reason = why_periodic(setup.case, setup.law.kind, setup.cell, low)
+        low = setup.cells.bounds[0]
+        reason = why_periodic(setup.problem.case, setup.cells.law.kind, setup.cells.cell, low)
         return {"mode": "periodic", **({"reason": reason} if reason else {})}
     weight = setup.model.volumes * (setup.model.solid_share < 1)
     return {
