@@ -17,6 +17,7 @@ from gradedesign.lattice.lattice import density_at
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.round import build_design, density_grid, explicit_cube
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve import resolve_law as law_module
@@ -76,9 +77,13 @@ around = 38
 
 def law(name="walls-law"):
     return power_law(
-        name=name, families=("walls",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.9),
-        kind="computed", source="this test", test="none",
-    )  # fmt: skip
+        name,
+        ("walls",),
+        youngs=(1.0, 2.0),
+        strength=(1.0, 1.5),
+        window=(0.1, 0.9),
+        origin=LawOrigin(kind="computed", source="this test", test="none"),
+    )
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gradedesign import CellFamily, ResourceError, load_case, power_law
+from gradedesign import CellFamily, LawOrigin, ResourceError, load_case, power_law
 from gradedesign.fe.assembly import assemble, assembly_pattern
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.fe.elastic_system import prepare_elastic
@@ -65,9 +65,14 @@ def registry():
     )
     # Shear apart from stretching: as anisotropic as a cubic cell, so that rotations count.
     law = power_law(
-        "walls-law", ("walls",), 0.6, 1.4, 1.0, 1.5, (0.1, 0.9), c2=0.1, n2=2.0,
-        kind="computed", source="this test", test="none",
-    )  # fmt: skip
+        "walls-law",
+        ("walls",),
+        youngs=(0.6, 1.4),
+        strength=(1.0, 1.5),
+        shear=(0.1, 2.0),
+        window=(0.1, 0.9),
+        origin=LawOrigin(kind="computed", source="this test", test="none"),
+    )
     return replace(known, cell_families={"walls": walls}, scaling_laws={"walls-law": law})
 
 
