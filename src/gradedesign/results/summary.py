@@ -17,7 +17,7 @@ from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.round import predict
 from gradedesign.loop.rounds import Round
 from gradedesign.loop.second_size import unresolved_warnings
-from gradedesign.mesh.tetwild import failed_attempts
+from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
