@@ -92,18 +92,14 @@ def size(
     lo, hi = problem.bounds
     model = problem.model
     weights = model.lattice_volumes
-    # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
-    per_asked = solid_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
-    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
-    active = cost > 0
-    felt = problem.filter if active.all() else problem.filter[:, active]
-    sums = np.asarray(problem.filter.sum(axis=0)).ravel()
+    felt = _felt_variables(problem)
+    active = felt.active
     # Variables that no lattice feels stay at the lower bound.
     x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start.copy()
     x = np.where(active, np.clip(x, lo, hi), lo)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
-    by_gradient = [k for k, limit in enumerate(problem.limits) if limit.by_gradient]
+    by_gradient = any(limit.by_gradient for limit in problem.limits)
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     calm = np.ones(x.shape)
@@ -113,24 +109,18 @@ def size(
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
             uses, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
-        floor = np.full(rho.shape, lo)
-        for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
-            if not limit.by_gradient:
-                allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
-                wanted = limit.least_density(state, allowances[k])
-                floor = np.maximum(floor, np.clip(wanted, lo, hi))
+        floor = _density_floor(problem, uses, state, allowances)
         reach = move * calm
-        step_lower = np.maximum(x * (1 - reach), _variable_floor(problem.filter, sums, floor, lo))
-        step_lower = np.clip(np.maximum(step_lower, kept), lo, hi)
+        floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
+        step_lower = np.clip(np.maximum(x * (1 - reach), floor), lo, hi)
         step_upper = np.maximum(np.clip(x * (1 + reach), lo, hi), step_lower)
-        new = x
         if by_gradient:
             new = x.copy()
             new[active] = optimality_step(
                 x[active],
-                cost[active],
+                felt.cost[active],
                 pointwise.use / problem.target,
-                (pointwise.gradients / problem.target) @ felt,
+                (pointwise.gradients / problem.target) @ felt.filter,
                 step_lower[active],
                 step_upper[active],
                 exponent=_mean_exponent(model, rho, weights),
@@ -149,10 +139,8 @@ def size(
         history.append(step)
         if on_step is not None:
             on_step(step)
-        settled = change < tolerance or _mass_settled(history, tolerance)
-        still = change < STILL * tolerance
         holds = step.use <= _near_enough(problem, tolerance)
-        if iteration > 2 and (still or (settled and holds)):
+        if iteration > 2 and _stands_still(history, tolerance, holds=holds):
             return sizing_result(problem, x, history, converged=True)
         if holds and iteration + 1 >= max_iterations:
             break
@@ -163,6 +151,66 @@ def size(
         previous.append(x)
         x = new
     return sizing_result(problem, x, history, converged=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Felt:
+    """The design variables that lattice feels.
+
+    Attributes
+    ----------
+    active : (n,) bool array
+    cost : (n,) array, mm^3
+        Solid volume per unit of each variable.
+    filter : (M, m) sparse matrix
+        Columns of the active ones.
+    sums : (n,) array
+        Column sums of the whole filter.
+    """
+
+    active: BoolArray
+    cost: FloatArray
+    filter: csr_matrix
+    sums: FloatArray
+
+
+def _felt_variables(problem: SizingProblem) -> _Felt:
+    weights = problem.model.lattice_volumes
+    # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
+    middle = np.full(weights.shape, np.sqrt(problem.bounds[0] * problem.bounds[1]))
+    per_asked = solid_slope(problem.model, middle)
+    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
+    active = cost > 0
+    return _Felt(
+        active=active,
+        cost=cost,
+        filter=problem.filter if active.all() else problem.filter[:, active],
+        sums=np.asarray(problem.filter.sum(axis=0)).ravel(),
+    )
+
+
+def _density_floor(
+    problem: SizingProblem,
+    uses: tuple[float, ...],
+    state: SolvedState,
+    allowances: list[float],
+) -> FloatArray:
+    """Least density ``(M,)`` that the limits without gradient ask for; steers ``allowances``."""
+    lo, hi = problem.bounds
+    floor = np.full(state.rho.shape, lo)
+    for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
+        if not limit.by_gradient:
+            allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
+            wanted = limit.least_density(state, allowances[k])
+            floor = np.maximum(floor, np.clip(wanted, lo, hi))
+    return floor
+
+
+def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
+    """Nothing moves at all, or densities, mass and uses settle where the limits hold."""
+    change = history[-1].change
+    settled = change < tolerance or _mass_settled(history, tolerance)
+    return change < STILL * tolerance or (settled and holds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
