@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib import metadata
 from typing import Any
 
 from gradedesign.arrays import FloatArray
@@ -21,17 +19,11 @@ from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
-from gradedesign.resolve.problem import Problem, part_volume
-from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.resolve.setup import Setup
-from gradedesign.resolve.size_effects import why_periodic
+from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
-from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.correction import Correction
-
-#: Libraries whose versions the report names.
-LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
 
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
@@ -48,7 +40,7 @@ def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ..
             f"smaller load or a wider limit would help, a lattice cannot"
         ),
         limits=rows,
-        **_common(setup, registry),
+        **common_entries(setup, registry),
     )
 
 
@@ -63,7 +55,7 @@ def partial_result(
     """Stopped where the case said."""
     numbers: dict[str, Any] = {}
     measures: dict[str, Any] = {}
-    common = _common(setup, registry)
+    common = common_entries(setup, registry)
     if sized is not None and not sized.feasible:
         common["warnings"] += (
             f"the sized lattice breaks a limit: the most used one to {sized.history[-1].use:.1%}, "
@@ -77,7 +69,7 @@ def partial_result(
             "mass_g": mass,
             "lattice_mass_g": lattice_mass(model, sized.rho) * 1e6,
             "lattice_density": float(weights @ sized.rho / weights.sum()),
-            "relative_density": mass / _solid_mass(setup.problem),
+            "relative_density": mass / solid_mass(setup.problem),
         }
         measures = {
             "sizing": {
@@ -109,7 +101,7 @@ def verdict_result(
     ended: Ended,
 ) -> RunResult:
     """Met or not, with the best design that was found."""
-    common = _common(setup, registry)
+    common = common_entries(setup, registry)
     warnings = list(common.pop("warnings"))
     iterations = tuple(r.iteration for r in rounds)
     if accepted is None:
@@ -145,8 +137,8 @@ def verdict_result(
         limits=rows,
         mass_g=it.mass_g,
         lattice_mass_g=it.lattice_mass_g,
-        relative_density=it.mass_g / _solid_mass(setup.problem),
-        lattice_density=it.lattice_mass_g / _latticed_mass(setup.model),
+        relative_density=it.mass_g / solid_mass(setup.problem),
+        lattice_density=it.lattice_mass_g / latticed_mass(setup.model),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
@@ -256,75 +248,3 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
         f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
         f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
     )
-
-
-def _latticed_mass(model: HomogenisedModel) -> float:
-    """Mass of the lattice's region if it were solid, g."""
-    return float(model.lattice_volumes.sum()) * model.material.density * 1e6
-
-
-def _solid_mass(problem: Problem) -> float:
-    return part_volume(problem) * problem.material.density * 1e6
-
-
-def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
-    problem, cells = setup.problem, setup.cells
-    law = cells.law
-    return {
-        "solid_mass_g": _solid_mass(problem),
-        "solid": setup.solid,
-        "warnings": (*setup.warnings, *registry.notes),
-        "plugins": tuple(str(p) for p in registry.plugins),
-        "versions": library_versions(),
-        "case_hash": problem.case.case_hash,
-        "case_name": problem.case.name,
-        "budget": {
-            "time_s": problem.case.run.time,
-            "max_rounds": problem.case.run.max_rounds,
-        },
-        "law": {
-            "name": law.name,
-            "source": law.source,
-            "test": law.test,
-            "kind": law.kind,
-            "local_stress": stress_basis(law),
-            "buckling": buckling_basis(law),
-            **{name: value for limit in problem.limits for name, value in limit.basis().items()},
-            "size_effects": size_effects_data(setup),
-            "window": list(law.window),
-            "coefficients": {name: value for name, value in law.coefficients},
-            "cell": cells.cell.name,
-            "cell_source": cells.cell.family.source,
-            "cell_window": list(cells.cell.window),
-            "density_bounds": list(cells.bounds),
-            "material": problem.material.name,
-            "material_source": problem.material.source,
-        },
-    }
-
-
-def size_effects_data(setup: Setup) -> dict[str, Any]:
-    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
-    walls = setup.model.walls
-    if walls is None:
-        low = setup.cells.bounds[0]
-        reason = why_periodic(setup.problem.case, setup.cells.law.kind, setup.cells.cell, low)
-        return {"mode": "periodic", **({"reason": reason} if reason else {})}
-    weight = setup.model.volumes * (setup.model.solid_share < 1)
-    return {
-        "mode": "walls",
-        "kinds": len(walls.classes),
-        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
-        "densities": [float(walls.density[0]), float(walls.density[-1])],
-    }
-
-
-def library_versions() -> dict[str, str]:
-    """Versions of Python, gradedesign and what it computes with."""
-    versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
-    for name in LIBRARIES:
-        try:
-            versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            versions[name] = "not installed"
-    return versions

@@ -12,7 +12,8 @@ from scipy.sparse import csr_matrix
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.state import Response
-from gradedesign.sizing.homogenised import homogenised_system, lattice_mass, solid_slope
+from gradedesign.sizing.felt_variables import FeltVariables, felt_variables
+from gradedesign.sizing.homogenised import homogenised_system, lattice_mass
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
 from gradedesign.sizing.optimality import optimality_step
@@ -92,14 +93,11 @@ def size(
     lo, hi = problem.bounds
     model = problem.model
     weights = model.lattice_volumes
-    felt = _felt_variables(problem)
+    felt = felt_variables(problem)
     active = felt.active
-    # Variables that no lattice feels stay at the lower bound.
-    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start.copy()
-    x = np.where(active, np.clip(x, lo, hi), lo)
+    x = _first_variables(problem, felt, start)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
-    by_gradient = any(limit.by_gradient for limit in problem.limits)
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     calm = np.ones(x.shape)
@@ -110,23 +108,11 @@ def size(
             uses, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = _density_floor(problem, uses, state, allowances)
-        reach = move * calm
         floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
-        step_lower = np.clip(np.maximum(x * (1 - reach), floor), lo, hi)
-        step_upper = np.maximum(np.clip(x * (1 + reach), lo, hi), step_lower)
-        if by_gradient:
-            new = x.copy()
-            new[active] = optimality_step(
-                x[active],
-                felt.cost[active],
-                pointwise.use / problem.target,
-                (pointwise.gradients / problem.target) @ felt.filter,
-                step_lower[active],
-                step_upper[active],
-                exponent=_mean_exponent(model, rho, weights),
-            )[0]
-        else:
-            new = np.where(active, step_lower, lo)
+        lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
+        upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
+        exponent = _mean_exponent(model, rho, weights)
+        new = _new_variables(problem, felt, x, pointwise, (lower, upper), exponent)
         change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
         step = SizingStep(
             iteration=iteration,
@@ -153,40 +139,39 @@ def size(
     return sizing_result(problem, x, history, converged=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Felt:
-    """The design variables that lattice feels.
-
-    Attributes
-    ----------
-    active : (n,) bool array
-    cost : (n,) array, mm^3
-        Solid volume per unit of each variable.
-    filter : (M, m) sparse matrix
-        Columns of the active ones.
-    sums : (n,) array
-        Column sums of the whole filter.
-    """
-
-    active: BoolArray
-    cost: FloatArray
-    filter: csr_matrix
-    sums: FloatArray
+def _first_variables(
+    problem: SizingProblem, felt: FeltVariables, start: FloatArray | None
+) -> FloatArray:
+    """Variables to begin from; those that no lattice feels stay at the lower bound."""
+    lo, hi = problem.bounds
+    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start
+    return np.where(felt.active, np.clip(x, lo, hi), lo)
 
 
-def _felt_variables(problem: SizingProblem) -> _Felt:
-    weights = problem.model.lattice_volumes
-    # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
-    middle = np.full(weights.shape, np.sqrt(problem.bounds[0] * problem.bounds[1]))
-    per_asked = solid_slope(problem.model, middle)
-    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
-    active = cost > 0
-    return _Felt(
-        active=active,
-        cost=cost,
-        filter=problem.filter if active.all() else problem.filter[:, active],
-        sums=np.asarray(problem.filter.sum(axis=0)).ravel(),
-    )
+def _new_variables(
+    problem: SizingProblem,
+    felt: FeltVariables,
+    x: FloatArray,
+    pointwise: _Pointwise,
+    bounds: tuple[FloatArray, FloatArray],
+    exponent: float,
+) -> FloatArray:
+    """Lightest variables within the bounds of a step that hold the limits by gradient."""
+    lower, upper = bounds
+    active = felt.active
+    if not any(limit.by_gradient for limit in problem.limits):
+        return np.where(active, lower, problem.bounds[0])
+    new = x.copy()
+    new[active] = optimality_step(
+        x[active],
+        felt.cost[active],
+        pointwise.use / problem.target,
+        (pointwise.gradients / problem.target) @ felt.filter,
+        lower[active],
+        upper[active],
+        exponent=exponent,
+    )[0]
+    return new
 
 
 def _density_floor(
