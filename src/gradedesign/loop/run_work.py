@@ -36,22 +36,23 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     -------
     RunWork
     """
-    case = setup.case
+    case = setup.problem.case
     density = guessed_density(setup, solid)
     share = setup.model.solid_share
     volume = float(setup.model.volumes @ (share + (1 - share) * density))
-    points = setup.part.surface.vertices
+    points = setup.problem.part.surface.vertices
     x, y, z = np.ptp(points, axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=volume, load_cases=len(case.load_case))
-    explicit = setup.analysis.estimate(planned, predicted_spacing(setup, density, planned))
+    spacing = predicted_spacing(setup, density, planned)
+    explicit = setup.problem.analysis.estimate(planned, spacing)
     tets = explicit.surface_tets
     scope = choose_scope(case.run.acceptance, tets, case.run.time)
-    edges = np.minimum((1 + 2 * MARGIN) * setup.layout.typical, np.ptp(points, axis=0))
+    edges = np.minimum((1 + 2 * MARGIN) * setup.cells.layout.typical, np.ptp(points, axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / volume)
     return RunWork(
-        part_dofs=setup.space.dof_count,
+        part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in setup.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in setup.problem.limits),
         explicit_dofs=explicit.unknowns,
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
@@ -68,23 +69,24 @@ def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> fl
     Graded designs reach the lower bound somewhere, and the elements follow their thinnest wall, or
     what of it the memory holds.
     """
-    case = setup.case
-    thinnest = density if case.lattice.grading == "uniform" else setup.bounds[0]
-    wall = case.lattice.wall or float(wall_mm(setup.cell, thinnest, setup.layout.least))
-    follows = explicit_spacing_for(setup, wall)
-    return setup.analysis.fitted_spacing(planned, follows, case.run.memory)
+    problem, cells = setup.problem, setup.cells
+    case = problem.case
+    thinnest = density if case.lattice.grading == "uniform" else cells.bounds[0]
+    wall = case.lattice.wall or float(wall_mm(cells.cell, thinnest, cells.layout.least))
+    follows = explicit_spacing_for(problem, cells, wall)
+    return problem.analysis.fitted_spacing(planned, follows, case.run.memory)
 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     """Mean density at which the law loses what the solid part has to spare."""
-    low, high = setup.bounds
+    low, high = setup.cells.bounds
     if not solid:
         return low + (high - low) * USUAL_SHARE
     rho = np.linspace(low, high, SAMPLES)
-    stiffness = np.moveaxis(setup.law.stiffness(rho), -1, 0)
+    stiffness = np.moveaxis(setup.cells.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
-    strength = np.asarray(setup.law.strength(rho), dtype=np.float64)
-    stiff = {limit.key.kind for limit in setup.limits if limit.by_gradient}
+    strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
+    stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
     soft = max((row.use for row in solid if row.key.kind in stiff), default=0.0)
     weak = max((row.use for row in solid if row.key.kind not in stiff), default=0.0)
     return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))
