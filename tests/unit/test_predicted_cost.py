@@ -24,7 +24,6 @@ MINI = RunWork(
     explicit_dofs=282_333,
     explicit_cubes=14_400,
     mesher_tets=mesher_tets(58_401),
-    remeshed="whole",
     rounds=6,
 )
 

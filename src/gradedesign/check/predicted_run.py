@@ -35,8 +35,7 @@ class PredictedGrid:
     set_by : str
         The thinnest thing that it must resolve, in words.
     wall : float, mm
-        Thinnest wall or strut, at ``wall_density``.
-    wall_density : float
+        Thinnest wall or strut.
     cubes : int
         In the box about the part.
     """
@@ -44,7 +43,6 @@ class PredictedGrid:
     cube: float
     set_by: str
     wall: float
-    wall_density: float
     cubes: int
 
 
@@ -131,7 +129,6 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_dofs=int(tets * DOFS_PER_TET),
         explicit_cubes=grid.cubes if explicit else 0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        remeshed=scope,
         rounds=case.run.max_rounds if explicit else 1,
     )
     return PredictedRun(
@@ -168,9 +165,7 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     if case.run.explicit_mesh_size is not None:
         set_by, cube = "[run] explicit_mesh_size", case.run.explicit_mesh_size
     counts = [math.ceil(float(edge) / cube) + 4 for edge in np.ptp(_corners(known), axis=0)]
-    return PredictedGrid(
-        cube=cube, set_by=set_by, wall=wall, wall_density=thin, cubes=math.prod(counts)
-    )
+    return PredictedGrid(cube=cube, set_by=set_by, wall=wall, cubes=math.prod(counts))
 
 
 def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:

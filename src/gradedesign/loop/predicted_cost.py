@@ -48,7 +48,6 @@ class RunWork:
         Cubes of the grid around the lattice, in which its field is sampled.
     mesher_tets : int
         Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
-    remeshed : {"whole", "windows"}
     rounds : int
         That the run may play at most.
     """
@@ -59,7 +58,6 @@ class RunWork:
     explicit_dofs: int
     explicit_cubes: int
     mesher_tets: int
-    remeshed: str
     rounds: int
 
 

@@ -59,7 +59,6 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_dofs=int(tets * DOFS_PER_TET),
         explicit_cubes=cubes,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        remeshed=scope,
         rounds=case.run.max_rounds,
     )
 
