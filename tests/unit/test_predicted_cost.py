@@ -28,7 +28,6 @@ MINI = RunWork(
     explicit_mesh_s=CUBE_S * 14_400,
     explicit_solve_s=solve_seconds(282_333, 1),
     mesher_tets=mesher_tets(58_401),
-    remeshed="whole",
     rounds=6,
 )
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_parts import WALLS
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
@@ -27,12 +28,6 @@ from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
-WALLS = CellFamily(
-    name="walls",
-    shape=lambda u: np.abs(u - np.round(u)).min(axis=0),
-    distance=True,
-    open_void=False,
-)
 CASE = """\
 [case]
 name = "arch"

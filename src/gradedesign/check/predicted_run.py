@@ -37,14 +37,12 @@ class PredictedGrid:
     set_by : str
         The thinnest thing that it must resolve, in words.
     wall : float, mm
-        Thinnest wall or strut, at ``wall_density``.
-    wall_density : float
+        Thinnest wall or strut.
     """
 
     cube: float
     set_by: str
     wall: float
-    wall_density: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +134,6 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        remeshed=scope,
         rounds=case.run.max_rounds if explicit else 1,
     )
     return PredictedRun(
@@ -173,7 +170,7 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     cube = cubes[set_by]
     if case.run.explicit_mesh_size is not None:
         set_by, cube = "[run] explicit_mesh_size", case.run.explicit_mesh_size
-    return PredictedGrid(cube=cube, set_by=set_by, wall=wall, wall_density=thin)
+    return PredictedGrid(cube=cube, set_by=set_by, wall=wall)
 
 
 def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:

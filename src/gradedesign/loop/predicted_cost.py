@@ -42,7 +42,6 @@ class RunWork:
         As the analysis estimates them.
     mesher_tets : int
         Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
-    remeshed : {"whole", "windows"}
     rounds : int
         That the run may play at most.
     """
@@ -55,7 +54,6 @@ class RunWork:
     explicit_mesh_s: float
     explicit_solve_s: float
     mesher_tets: int
-    remeshed: str
     rounds: int
 
 

@@ -33,8 +33,6 @@ from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     homogenised_system,
-    lattice_mass,
-    total_mass,
 )
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
@@ -64,7 +62,6 @@ class Prediction:
     ----------
     values : dict of LimitKey to Predicted
         Of every limit.
-    lattice_mass, total_mass : float, g
     lattice_share : float
         Share of the governing value by gradient that comes from strain of the lattice phase.
     mean_density : float
@@ -73,8 +70,6 @@ class Prediction:
     """
 
     values: dict[LimitKey, Predicted]
-    lattice_mass: float
-    total_mass: float
     lattice_share: float
     mean_density: float
 
@@ -246,8 +241,6 @@ def predict(
     share, carrying = lattice_share(system, state, limits)
     return Prediction(
         values={limit.key: limit.predict(state) for limit in limits},
-        lattice_mass=lattice_mass(model, rho) * 1e6,
-        total_mass=total_mass(model, rho) * 1e6,
         lattice_share=share,
         mean_density=carrying,
     )
