@@ -185,7 +185,7 @@ def loop_stages(
     cost: RunCost,
     rounds: tuple[Round, ...],
 ) -> Stages:
-    """What the loop does with the designs of a part; ``rounds`` were finished by an earlier run."""
+    """Stages of the loop for a prepared part; ``rounds`` were finished by an earlier run."""
     deadline = cost.deadline(rounds)
     matrix = cache(lambda: design_filter(setup))
 

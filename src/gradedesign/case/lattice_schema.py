@@ -270,7 +270,7 @@ class LatticeSpec(CellsSpec):
 
 
 class PrintSpec(Table):
-    """What the printer can make."""
+    """Capabilities of the printer."""
 
     min_wall: Size = Field(examples=["0.8 mm"])
     """Thinnest wall or strut, mm."""

@@ -24,7 +24,7 @@ _DEEPEST, _MOST = 4, 100_000
 
 
 class OwnCellSpec(Table):
-    """What a cell is made of: the maker, and its options by name."""
+    """Definition of a cell by a maker and its options by name."""
 
     # The options are the maker's, so their names are checked when it is known.
     model_config = ConfigDict(**{**Table.model_config, "extra": "allow"})

@@ -74,7 +74,7 @@ def _map_files(content: GenerateFile) -> tuple[Path, ...]:
 
 
 def _problems(file: GenerateFile) -> Iterator[Problem]:
-    """What of different tables contradicts each other."""
+    """Contradictions between different tables."""
     told = file.lattice.orientation
     if told is not None and told.load_case is not None:
         yield Problem(

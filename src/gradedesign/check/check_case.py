@@ -1,4 +1,4 @@
-"""What ``gradedesign check`` finds: everything about a case that needs no law and no mesh."""
+"""Check of a case as by ``gradedesign check``: all that needs no law and no mesh."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Thickness:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseCheck:
-    """What a case asks for and what it will take.
+    """Checked case: its resolved records, and the predicted cost of its run.
 
     Attributes
     ----------

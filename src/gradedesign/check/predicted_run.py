@@ -50,7 +50,7 @@ class PredictedGrid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictedRun:
-    """What a run will take.
+    """Predicted size and cost of a run.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What ``gradedesign check --json`` prints: plain data of a checked case."""
+"""Plain data of a checked case, as ``gradedesign check --json`` prints it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands print: data, texts, tables, the limits and warnings of a result."""
+"""Printed output of commands: data, texts, tables, limits and warnings of a result."""
 
 from __future__ import annotations
 

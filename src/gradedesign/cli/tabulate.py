@@ -134,7 +134,7 @@ def make_folder(output: Path) -> None:
 
 
 def _buckling_text(table: PropertyTable) -> str:
-    """What the critical stresses of a table cover."""
+    """Densities and largest error of the critical stresses of a table; empty without them."""
     found = table.buckling
     if found is None:
         return ""

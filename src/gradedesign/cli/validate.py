@@ -162,7 +162,7 @@ def read_expected(path: Path) -> dict[str, Mapping[str, Any]]:
 
 
 def _problem_of(spec: Any) -> str:
-    """What keeps an entry of expected.toml from being compared; empty if nothing."""
+    """Reason why an entry of expected.toml cannot be compared; empty if it can."""
     if not isinstance(spec, dict):
         return "is not a table"
     missing = [key for key in ("value", "origin") if key not in spec]

@@ -1,4 +1,4 @@
-"""What a displacement amounts to: reactions, energy, and how well everything balances."""
+"""Reactions, strain energy and balance of forces of a displacement solution."""
 
 from __future__ import annotations
 

@@ -234,7 +234,7 @@ def build(
 def generated_result(
     case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
 ) -> RunResult:
-    """What was made, as the result that is written."""
+    """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")

@@ -55,7 +55,7 @@ class StatedCells:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BuiltCells:
-    """What a lattice is built from: shape, its parameters, its coordinates.
+    """Cells of a lattice: shape function, its parameters, its coordinates.
 
     Attributes
     ----------

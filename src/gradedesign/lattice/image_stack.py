@@ -45,7 +45,7 @@ _TYPES = {"L": np.uint8, "I;16": np.uint16, "I;16B": np.uint16, "I;16L": np.uint
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Kind:
-    """What all images of a stack share."""
+    """Format and size that all images of a stack share."""
 
     columns: int
     rows: int

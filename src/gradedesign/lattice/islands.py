@@ -22,7 +22,7 @@ MAX_SHARE = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Islands:
-    """What was found when loose pieces were removed.
+    """Report on the removal of disconnected components and closed pockets.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a lattice is made of, and its field."""
+"""Components of a lattice, and its implicit field."""
 
 from __future__ import annotations
 

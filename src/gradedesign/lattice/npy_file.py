@@ -27,7 +27,7 @@ _MOST_VALUES = 1 << 63
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Header:
-    """What a file says of its array."""
+    """Header of a file: type, order and shape of its array."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]

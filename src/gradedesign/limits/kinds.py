@@ -23,7 +23,7 @@ def builtin_kinds() -> Iterator[LimitKind]:
 
 
 def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]:
-    """What kinds add to ``[limits]``: a list of tables under their name."""
+    """Entries that limit kinds add to ``[limits]``: a list of tables under their name."""
     return {name: kind.entry for name, kind in kinds.items() if kind.entry is not None}
 
 

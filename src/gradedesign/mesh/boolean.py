@@ -1,4 +1,4 @@
-"""What two closed surfaces have in common."""
+"""Intersection of two closed surfaces."""
 
 from __future__ import annotations
 

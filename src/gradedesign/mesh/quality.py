@@ -14,7 +14,7 @@ from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TetReport:
-    """What a tet mesh is like.
+    """Quality of a tetrahedral mesh.
 
     Attributes
     ----------

@@ -64,7 +64,7 @@ class VtuPiece:
 
 @dataclass(slots=True, kw_only=True)
 class _File:
-    """What all arrays of a file share, and the bytes of memory that are left for them."""
+    """State that all arrays of a file share, with the bytes of memory left for them."""
 
     name: str
     order: str

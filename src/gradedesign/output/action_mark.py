@@ -1,4 +1,4 @@
-"""What acts on the part as pictures mark it: arrows by size, one colour for each load case."""
+"""Marks of loads and supports in pictures: arrows by size, one colour for each load case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run returns and writes to result.json."""
+"""Result that a run returns and writes to result.json."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def export_glb(path: Path, lattice: PrintedLattice) -> None:
 
 
 def _lines(lattice: PrintedLattice) -> list[str]:
-    """What is known of a lattice, one printable line each."""
+    """Metadata of a lattice, one printable line each."""
     said = [f"{key}: {value}" for key, value in lattice.metadata.items()]
     return ["".join(c if c.isprintable() else " " for c in line) for line in said]
 

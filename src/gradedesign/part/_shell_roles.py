@@ -1,4 +1,4 @@
-"""What each closed shell is to the part: solid, void, hole, crumb, or nothing."""
+"""Role of each closed shell in the part: solid, void, hole, crumb, or nothing."""
 
 from __future__ import annotations
 

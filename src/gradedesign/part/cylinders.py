@@ -56,7 +56,7 @@ class CylinderGroup:
 
     @property
     def selector(self) -> str:
-        """What a region writes to select these faces."""
+        """Selector by which a region of the case file selects these faces."""
         axis = "" if self.axis_name is None else f', axis = "{self.axis_name}"'
         return f'cylinder = {{diameter = "{self.diameter:.4g} mm"{axis}}}'
 

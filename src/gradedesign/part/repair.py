@@ -39,7 +39,7 @@ _FAR = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairReport:
-    """What was changed between the file and the surface.
+    """Report on the changes between the file and the surface.
 
     Attributes
     ----------

@@ -55,7 +55,7 @@ Kind = Literal[
 
 
 class _Shelf(NamedTuple):
-    """What a hook must return, how its names look and what a person calls it."""
+    """Kind of entry of a hook: its record type, the form of its names and its title."""
 
     record: type
     names: re.Pattern[str]

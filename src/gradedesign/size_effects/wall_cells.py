@@ -44,7 +44,7 @@ _KIND = "wall-ratios"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WallMaterial:
-    """What all walls of a part are made of, at the densities between which sizing chooses."""
+    """Properties that all walls of a part share, at the densities between which sizing chooses."""
 
     cell: Cell
     density: FloatArray

@@ -59,7 +59,7 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
 
 
 def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
-    """What an array of this module stands for, to be assembled or evaluated."""
+    """Stiffness record of an array of this module, to be assembled or evaluated."""
     if C.ndim == 3:
         return AnisotropicStiffness(C=C)
     return GaussStiffness(C=C) if model.rotation.ndim == 4 else MomentStiffness(C=C)
@@ -85,13 +85,13 @@ def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 
 def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """What explicit analyses taught about the lattice's stiffness, ``(M,)``."""
+    """Correction of the lattice's stiffness by explicit analyses, ``(M,)``."""
     grown = (rho / model.reference_density) ** model.stiffness_exponent
     return np.asarray(model.stiffness_factor * grown)
 
 
 def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """What the law's relative stiffness is multiplied by, ``(M,)``, MPa."""
+    """Factor on the law's relative stiffness, ``(M,)``, MPa."""
     return model.material.youngs_modulus * correction_factor(model, rho)
 
 

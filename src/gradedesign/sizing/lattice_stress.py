@@ -22,7 +22,7 @@ _VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LatticeStress:
-    """What the lattice phase of every tetrahedron carries in one load case.
+    """Stress demand of the lattice phase of every tetrahedron in one load case.
 
     Attributes
     ----------

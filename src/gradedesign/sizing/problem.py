@@ -1,4 +1,4 @@
-"""What sizing is asked, one line of its history, and what it answers."""
+"""Problem, history and result of sizing."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SizingStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingProblem:
-    """What is minimised and what must hold.
+    """Sizing problem: least mass at which all limits hold.
 
     Attributes
     ----------

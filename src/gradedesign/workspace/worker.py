@@ -45,7 +45,7 @@ _WEIGHING_S = 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WorkerResult:
-    """What a worker returned.
+    """Arrays and wall time that a worker returned.
 
     Attributes
     ----------
