@@ -67,8 +67,8 @@ class OwnCellSpec(Table):
 
 def own_cell_file(lattice: Any) -> Path | None:
     """File of the case's own cell, whose bytes belong to what is asked."""
-    told: OwnCellSpec | None = lattice.own_cell
-    return None if told is None else told.file
+    own_cell: OwnCellSpec | None = lattice.own_cell
+    return None if own_cell is None else own_cell.file
 
 
 def _entries(value: Any, depth: int) -> float:
