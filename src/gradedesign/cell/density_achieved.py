@@ -92,21 +92,21 @@ def density_achieved(
             f"density is measured at {x.shape[1]} points in {slabs} slabs; expected at least one "
             f"of each"
         )
-    asked, solid = np.zeros(x.shape[1]), np.zeros(x.shape[1])
+    nominal, solid = np.zeros(x.shape[1]), np.zeros(x.shape[1])
     for low in range(0, x.shape[1], _CHUNK):
         part = slice(low, low + _CHUNK)
         at = x[:, part]
-        asked[part] = density(at) if callable(density) else density
+        nominal[part] = density(at) if callable(density) else density
         value = evaluate_shape(cell.family, cell.parameters, cell_map(at))
-        solid[part] = value <= cell.level_of(asked[part])
+        solid[part] = value <= cell.level_of(nominal[part])
     first, last = float(x[axis].min()), float(x[axis].max())
     edges = np.linspace(first, last, slabs + 1)
     number = np.clip(np.searchsorted(edges, x[axis], side="right") - 1, 0, slabs - 1)
     held = np.bincount(number, minlength=slabs)
-    wanted = np.bincount(number, asked, minlength=slabs)
-    found = np.bincount(number, solid, minlength=slabs)
+    wanted = np.bincount(number, nominal, minlength=slabs)
+    held_solid = np.bincount(number, solid, minlength=slabs)
     return DensityAchieved(
-        asked=float(asked.mean()),
+        asked=float(nominal.mean()),
         achieved=float(solid.mean()),
         points=x.shape[1],
         slabs=tuple(
@@ -114,7 +114,7 @@ def density_achieved(
                 low=float(edges[i]),
                 high=float(edges[i + 1]),
                 asked=float(wanted[i] / held[i]),
-                achieved=float(found[i] / held[i]),
+                achieved=float(held_solid[i] / held[i]),
             )
             for i in range(slabs)
             if held[i]

@@ -199,9 +199,9 @@ def _reduced(basis: FloatArray) -> FloatArray:
             continue
         rows[[done, best]] = rows[[best, done]]
         rows[done] /= rows[done, column]
-        for other in range(count):
-            if other != done:
-                rows[other] -= rows[other, column] * rows[done]
+        for row in range(count):
+            if row != done:
+                rows[row] -= rows[row, column] * rows[done]
         done += 1
     return rows[:done].T
 

@@ -146,12 +146,12 @@ def prestress_buckling(
     """
     shape = (3, *fill.shape)
     start = rng.standard_normal(shape)
-    found, _ = weakest_modes(fill, stress, poissons_ratio=poissons_ratio, start=start, both=False)
-    log.info("buckling of %s voxels: 1 / %g", fill.shape, found.value)
-    if found.value <= _NO_BUCKLING * float(np.abs(stress).max()):
+    weakest, _ = weakest_modes(fill, stress, poissons_ratio=poissons_ratio, start=start, both=False)
+    log.info("buckling of %s voxels: 1 / %g", fill.shape, weakest.value)
+    if weakest.value <= _NO_BUCKLING * float(np.abs(stress).max()):
         return Buckling(factor=np.inf, mode=np.zeros(shape), cells=cells)
-    mode = found.vector.reshape(shape)
-    return Buckling(factor=1 / found.value, mode=mode / np.abs(mode).max(), cells=cells)
+    mode = weakest.vector.reshape(shape)
+    return Buckling(factor=1 / weakest.value, mode=mode / np.abs(mode).max(), cells=cells)
 
 
 def weakest_modes(
