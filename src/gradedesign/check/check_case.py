@@ -77,10 +77,10 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         As `resolve_case`.
     """
     known = resolve_case(case, registry)
-    said = [*known.warnings, *known.narrowed]
+    remarks = [*known.warnings, *known.narrowed]
     if known.law.voxels == 0:
         # Taken from the registry: nothing is computed.
-        said += resolve_law(
+        remarks += resolve_law(
             case,
             registry,
             known.cell,
@@ -91,7 +91,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     run = predicted_run(known, inside.shape[1])
     law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
     periodic = why_periodic(case, law_kind, known.cell, run.bounds[0])
-    said += [
+    remarks += [
         *periodic_warnings(case, known.part, known.layout, periodic),
         *_left_out(known),
         *budget_warnings(known, run),
@@ -102,7 +102,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         thickness=thickness,
         run=run,
         periodic=periodic,
-        warnings=tuple(dict.fromkeys(said)),
+        warnings=tuple(dict.fromkeys(remarks)),
     )
 
 

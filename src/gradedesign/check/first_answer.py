@@ -64,9 +64,9 @@ class FirstAnswer:
     @property
     def governing(self) -> ConstantDensity | None:
         """The limit that asks for the greatest density; None where one cannot be met."""
-        if not self.constant or any(one.density is None for one in self.constant):
+        if not self.constant or any(answer.density is None for answer in self.constant):
             return None
-        return max(self.constant, key=lambda one: one.density or 0.0)
+        return max(self.constant, key=lambda answer: answer.density or 0.0)
 
 
 def first_answer(setup: Setup) -> FirstAnswer:

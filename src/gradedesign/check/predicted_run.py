@@ -127,7 +127,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
-        adjoint_solves=sum(one.by_gradient for one in known.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in known.limits),
         explicit_dofs=int(tets * DOFS_PER_TET),
         explicit_cubes=grid.cubes if explicit else 0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
@@ -175,21 +175,21 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
 
 def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
     """Say where a run is predicted to exceed the budgets of its case."""
-    limits, said = known.case.run, list(run.raised)
+    limits, remarks = known.case.run, list(run.raised)
     if run.explicit and run.cost.memory_bytes > limits.memory:
         factor = (run.cost.memory_bytes / limits.memory) ** (1 / 3)
-        said.append(
+        remarks.append(
             f"the explicit analysis is predicted to take {run.cost.memory_bytes / 1e9:.2g} GB, "
             f"more than the {limits.memory / 1e9:.2g} GB of [run] memory; its grid of "
             f"{run.grid.cube:.3g} mm is set by {run.grid.set_by}: a coarser one of "
             f"{factor * run.grid.cube:.3g} mm would fit"
         )
     if run.run_s > limits.time:
-        said.append(
+        remarks.append(
             f"the run is predicted to take {run.run_s / 60:.0f} min, more than the "
             f"{limits.time / 60:.3g} min of [run] time: it may end before its design is accepted"
         )
-    return tuple(said)
+    return tuple(remarks)
 
 
 def _corners(known: ResolvedCase) -> np.ndarray:

@@ -140,12 +140,12 @@ class Limit(ABC):
         )
 
 
-def predicted_row(limit: Limit, found: Predicted) -> LimitRow:
+def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
     """The row of a homogenised prediction."""
     judged_by = "homogenised prediction"
-    if found.place is not None:
-        judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in found.place)}) mm"
-    return limit.row(found.value, judged_by, load_case=found.load_case, homogenised=True)
+    if predicted.place is not None:
+        judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in predicted.place)}) mm"
+    return limit.row(predicted.value, judged_by, load_case=predicted.load_case, homogenised=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

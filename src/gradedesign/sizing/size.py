@@ -188,12 +188,12 @@ def _evaluate(
     allowed: list[float] = []
     for k, limit in enumerate(limits):
         if limit.by_gradient:
-            found, memories[k] = limit.responses(state, memories[k])
-            responses += found
-            allowed += [limit.allowed] * len(found)
-    held = np.array([one.value for one in responses]) / np.array(allowed)
+            predicted, memories[k] = limit.responses(state, memories[k])
+            responses += predicted
+            allowed += [limit.allowed] * len(predicted)
+    held = np.array([response.value for response in responses]) / np.array(allowed)
     reach = _in_reach(held)
-    near = [one for one, chosen in zip(responses, reach, strict=True) if chosen]
+    near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
     gradients = response_gradients(state, system, near) / np.array(allowed)[reach][:, None]
     return uses, _Pointwise(use=held[reach], gradients=gradients), state
 

@@ -116,8 +116,8 @@ def solved_state(
     solutions = solve_homogenised(model, rho, system)
     stress: Mapping[str, LatticeStress] = {}
     if any(limit.needs_stress for limit in limits):
-        found = lattice_stress(model, rho, solutions)
-        stress = {case.name: one for case, one in zip(model.cases, found, strict=True)}
+        stresses = lattice_stress(model, rho, solutions)
+        stress = {case.name: value for case, value in zip(model.cases, stresses, strict=True)}
     return SolvedState(
         model=model,
         rho=rho,

@@ -94,7 +94,7 @@ def size_uniform(
         with np.errstate(divide="ignore"):
             return float(np.log(step.use / problem.target))
 
-    def found(density: float, *, converged: bool) -> SizingResult:
+    def result_at(density: float, *, converged: bool) -> SizingResult:
         if history[-1].mean_density != density:
             excess(density)
         _warn_of_rises(history)
@@ -102,22 +102,22 @@ def size_uniform(
 
     low = _End(density=lo, value=excess(lo))
     if low.value <= 0 or lo == hi:
-        return found(lo, converged=True)
+        return result_at(lo, converged=True)
     # `low` breaks a limit from here on; `high`, once known, holds every one.
     high: _End | None = None
     trial = _beyond(low, hi) if start is None or start <= lo else min(start, hi)
     while len(history) < max_iterations:
         value = excess(trial)
         if -tolerance <= value <= 0 or (value > 0 and trial == hi):
-            return found(trial, converged=True)
+            return result_at(trial, converged=True)
         if value > 0:
             low, high = _End(density=trial, value=value), None if high is None else _kept(high)
         else:
             low, high = _kept(low), _End(density=trial, value=value)
         if high is not None and high.density - low.density <= SAME_DENSITY * high.density:
-            return found(high.density, converged=True)
+            return result_at(high.density, converged=True)
         trial = _beyond(low, hi) if high is None else _between(low, high, -0.5 * tolerance)
-    return found(low.density if high is None else high.density, converged=False)
+    return result_at(low.density if high is None else high.density, converged=False)
 
 
 def _kept(end: _End) -> _End:
@@ -157,11 +157,11 @@ def _evaluate(problem: SizingProblem, density: float, number: int, change: float
 def _warn_of_rises(history: Sequence[SizingStep]) -> None:
     """Log where the largest use rises with density: then a lower density may hold too."""
     steps = sorted(history, key=lambda step: step.mean_density)
-    for one, other in pairwise(steps):
-        if other.use > one.use * (1 + RISE):
+    for earlier, later in pairwise(steps):
+        if later.use > earlier.use * (1 + RISE):
             log.warning(
                 "uniform sizing: the largest use rises from %.4g to %.4g between densities %.4g "
                 "and %.4g; a density below the one found may hold too",
-                one.use, other.use, one.mean_density, other.mean_density,
+                earlier.use, later.use, earlier.mean_density, later.mean_density,
             )  # fmt: skip
             return
