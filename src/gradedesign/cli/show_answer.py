@@ -16,14 +16,14 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
     return {
         "constant_density": [
             {
-                "limit": one.row.name,
-                "load_case": one.row.load_case,
-                "use_when_solid": one.row.use,
-                "density": one.density,
-                "mass_g": one.mass_g,
-                "reason": one.reason or None,
+                "limit": limit.row.name,
+                "load_case": limit.row.load_case,
+                "use_when_solid": limit.row.use,
+                "density": limit.density,
+                "mass_g": limit.mass_g,
+                "reason": limit.reason or None,
             }
-            for one in answer.constant
+            for limit in answer.constant
         ],
         "constant_density_of_all": None if governing is None else governing.density,
         "constant_mass_g": None if governing is None else governing.mass_g,
@@ -44,18 +44,18 @@ def print_answer(answer: FirstAnswer) -> None:
         ("limit", "load case", "used when solid", "density", "mass g"),
         [
             (
-                one.row.name,
-                one.row.load_case,
-                f"{one.row.use:.1%}",
-                "none" if one.density is None else f"{one.density:.3f}",
-                "" if one.mass_g is None else f"{one.mass_g:.4g}",
+                limit.row.name,
+                limit.row.load_case,
+                f"{limit.row.use:.1%}",
+                "none" if limit.density is None else f"{limit.density:.3f}",
+                "" if limit.mass_g is None else f"{limit.mass_g:.4g}",
             )
-            for one in answer.constant
+            for limit in answer.constant
         ],
     )
-    for one in answer.constant:
-        if one.reason:
-            print_text(f"{one.row.name}, {one.row.load_case}: {one.reason}", hang=2)
+    for limit in answer.constant:
+        if limit.reason:
+            print_text(f"{limit.row.name}, {limit.row.load_case}: {limit.reason}", hang=2)
     governing = answer.governing
     if governing is not None:
         print_text(

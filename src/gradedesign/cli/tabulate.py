@@ -135,11 +135,12 @@ def make_folder(output: Path) -> None:
 
 def _buckling_text(table: PropertyTable) -> str:
     """Densities and largest error of the critical stresses of a table; empty without them."""
-    found = table.buckling
-    if found is None:
+    critical = table.buckling
+    if critical is None:
         return ""
     return (
-        f", buckling from {found.density[0]:g} to {found.density[-1]:g} to {found.error.max():.0%}"
+        f", buckling from {critical.density[0]:g} to {critical.density[-1]:g} "
+        f"to {critical.error.max():.0%}"
     )
 
 

@@ -60,12 +60,12 @@ def validate(
             expected = read_expected(folder / "expected.toml")
             data = run_data(folder, registry, progress)
             name = folder.resolve().name
-            found = [compare(name, key, spec, data) for key, spec in expected.items()]
-            comparisons += found
+            compared = [compare(name, key, spec, data) for key, spec in expected.items()]
+            comparisons += compared
             if not as_json:
                 print_text(f"{folder}: {data['status']}; {data['reason']}", hang=2)
             if update and data["status"] != "failed":
-                update_expected(folder / "expected.toml", found, quiet=as_json)
+                update_expected(folder / "expected.toml", compared, quiet=as_json)
     if as_json:
         print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
     else:
@@ -96,15 +96,15 @@ def case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
     CaseError
         If none matches.
     """
-    found = []
+    candidates = []
     for folder in folders:
         below = sorted(p for p in folder.glob("*") if p.is_dir()) if is_folder(folder) else []
         for candidate in (folder, *below):
             if (candidate / "case.toml").is_file() and (candidate / "expected.toml").is_file():
-                found.append(candidate)
-    chosen = [f for f in found if matches(f.resolve().name, keyword)]
+                candidates.append(candidate)
+    chosen = [f for f in candidates if matches(f.resolve().name, keyword)]
     if not chosen:
-        names = ", ".join(f.name for f in found) or "none"
+        names = ", ".join(f.name for f in candidates) or "none"
         raise CaseError(
             f"no case folder matches '{keyword}' in {', '.join(map(str, folders))}; a case folder "
             f"holds case.toml and expected.toml; found: {names}"
@@ -224,13 +224,13 @@ def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: boo
     for number, line in enumerate(lines):
         if header := _HEADER.match(line):
             quantity = header[1] or header[2]
-        found = _VALUE.match(line)
-        if found is None or quantity not in changed:
+        match = _VALUE.match(line)
+        if match is None or quantity not in changed:
             continue
         new = _as_toml(changed[quantity].value)
-        lines[number] = f"{found[1]}{new}{found[3]}\n"
+        lines[number] = f"{match[1]}{new}{match[3]}\n"
         if not quiet:
-            say(f"{path}: {quantity} {found[2]} -> {new}")
+            say(f"{path}: {quantity} {match[2]} -> {new}")
     write_text(path, "".join(lines))
 
 

@@ -127,14 +127,14 @@ def read_vtu_pieces(path: Path, memory_limit_bytes: int) -> list[VtuPiece]:
 def _parse(raw: bytes) -> tuple[ElementTree.Element, bytes, str]:
     """The tree without appended data, and that data with its encoding."""
     appended, encoding = b"", "base64"
-    found = _APPENDED.search(raw)
-    if found:
-        named = _ENCODING.search(found[1])
+    section = _APPENDED.search(raw)
+    if section:
+        named = _ENCODING.search(section[1])
         end = raw.rfind(_END)
-        if named is None or end < found.end():
+        if named is None or end < section.end():
             raise _Damaged("appended data that do not end, or neither raw nor base64")
-        appended, encoding = raw[found.end() : end], named[1].decode("ascii")
-        raw = raw[: found.end() - 1] + raw[end:]
+        appended, encoding = raw[section.end() : end], named[1].decode("ascii")
+        raw = raw[: section.end() - 1] + raw[end:]
     if b"<!" in raw.replace(b"<!--", b"").replace(b"<![CDATA[", b""):
         raise _Damaged("it declares a document type, which a VTU file has not")
     try:
@@ -306,16 +306,16 @@ def _decompressed(compressor: str, part: bytes, length: int, name: str | None) -
     """One block, of the length that is stated and no more."""
     try:
         if compressor == "vtkZLibDataCompressor":
-            found = zlib.decompressobj().decompress(part, length + 1)
+            plain = zlib.decompressobj().decompress(part, length + 1)
         elif compressor == "vtkLZMADataCompressor":
-            found = lzma.LZMADecompressor(memlimit=_MOST_LZMA).decompress(part, length + 1)
+            plain = lzma.LZMADecompressor(memlimit=_MOST_LZMA).decompress(part, length + 1)
         else:
             raise _Damaged(f"it is compressed by {compressor}, expected zlib, lzma or nothing")
     except (zlib.error, lzma.LZMAError) as error:
         raise _Damaged(f"a block of '{name}' cannot be decompressed: {error}") from error
-    if len(found) != length:
+    if len(plain) != length:
         raise _Damaged(f"a block of '{name}' does not have the {length} bytes it states")
-    return found
+    return plain
 
 
 def _require_room(file: _File, length: int, name: str | None) -> None:

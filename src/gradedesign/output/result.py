@@ -92,7 +92,7 @@ class Iteration:
     @property
     def measured(self) -> tuple[LimitIteration, ...]:
         """Limits that the explicit analysis measures."""
-        return tuple(one for one in self.limits if one.explicit is not None)
+        return tuple(limit for limit in self.limits if limit.explicit is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,11 +177,11 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     KeyError, TypeError, ValueError
         If the data is of another layout.
     """
-    known = {one.name for one in fields(RunResult)}
+    known = {entry.name for entry in fields(RunResult)}
     plain = {name: value for name, value in data.items() if name in known}
     for name in ("limits", "solid"):
         plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
-    plain["iterations"] = tuple(iteration_from_json(one) for one in data["iterations"])
+    plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
     for name in ("warnings", "plugins"):
         plain[name] = tuple(data[name])
     return RunResult(**{**plain, "folder": Path(data["folder"])})
@@ -190,7 +190,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
 def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
     """The round that ``dataclasses.asdict`` made plain data of."""
     limits = tuple(
-        LimitIteration(**{**one, "key": LimitKey(**one["key"])}) for one in data["limits"]
+        LimitIteration(**{**entry, "key": LimitKey(**entry["key"])}) for entry in data["limits"]
     )
     return Iteration(**{**data, "limits": limits})
 
