@@ -195,7 +195,7 @@ WRONG = {
     "45 densities reversed": ("[0.2, 0.5]", "[0.5, 0.2]", ["lowest above the highest"]),
     "51 nothing there": ('plane = "x = max"', 'plane = "x = 999 mm"', ["region.tip", "nearest"]),
     "55 zero load": ('"50 N"', '"0 N"', ["loads nothing"]),
-    "unknown format": ('["stl"]', '["obj"]', ["available: stl, vtu, report"]),
+    "unknown format": ('["stl"]', '["step"]', ["available: glb, obj, off, ply, stl, vtu, report"]),
     "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, vtu, report"]),
     "size without a range": ("density =", 'grading = "size"\ndensity =', ["goes with a range"]),
     "unknown cell": ("gyroid-sheet", "gyroid-shet", ['did you mean "gyroid-sheet"?']),

@@ -9,6 +9,7 @@ from gradedesign import (
     CellFamily,
     CellMaker,
     Exporter,
+    LimitKind,
     LinearSolver,
     Material,
     Mesher,
@@ -26,6 +27,7 @@ HOOKS = {
     "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_limits": LimitKind,
     "gradedesign_solvers": LinearSolver,
 }
 
