@@ -41,7 +41,7 @@ def verdict(monkeypatch):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
-    iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, use=1.0)
+    iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
 
     def call(use, ended):
         layout = SimpleNamespace(report={})
@@ -165,7 +165,7 @@ STORED = RunResult(
                     factor=1.0,
                 ),
             ),
-            use=0.94,
+            utilisation=0.94,
             passed=True,
             dofs=10,
             mesh_size_mm=1.0,

@@ -36,7 +36,7 @@ def iteration(number):
         mass_g=2.0,
         mean_density=0.25,
         limits=LIMITS,
-        use=0.98,
+        utilisation=0.98,
         passed=True,
         dofs=12345,
         mesh_size_mm=0.5,

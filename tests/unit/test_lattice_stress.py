@@ -187,7 +187,7 @@ def test_sizing_uses_the_surface(weight):
     expected = (np.sqrt(weight) * 0.5 / 6.0 / 0.4) ** (1 / 1.3)
     assert result.feasible
     np.testing.assert_allclose(result.rho, expected, rtol=0.005)
-    assert result.history[-1].uses[0] == pytest.approx(1.0, rel=0.005)
+    assert result.history[-1].utilisations[0] == pytest.approx(1.0, rel=0.005)
 
 
 def test_the_measure_is_of_the_worst_load_case_and_carries_its_factor():

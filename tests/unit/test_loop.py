@@ -51,7 +51,7 @@ def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
         mass_g=mass,
         mean_density=0.3,
         limits=(),
-        use=max(values),
+        utilisation=max(values),
         passed=all(v <= 1.0 for v in values),
         dofs=1000,
         mesh_size_mm=1.0,

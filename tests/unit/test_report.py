@@ -64,7 +64,7 @@ RESULT = RunResult(
                     factor=1.0,
                 ),
             ),
-            use=0.99,
+            utilisation=0.99,
             passed=True,
             stiffness_factor=1.05,
             dofs=1234567,

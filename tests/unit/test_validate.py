@@ -14,7 +14,7 @@ DATA = {
     "reason": "fine",
     "lightest": True,
     "mass_g": 10.04,
-    "limits": ({"use": 0.98}, {"use": 0.5}),
+    "limits": ({"utilisation": 0.98}, {"utilisation": 0.5}),
     "iterations": ({"gap": (0.01, 0.02)}, {"gap": (0.03,)}),
 }
 
@@ -150,7 +150,7 @@ def test_expressions(expression, chosen):
     ("name", "value"),
     [
         ("mass_g", 10.04),
-        ("limits.1.use", 0.5),
+        ("limits.1.utilisation", 0.5),
         ("iterations.-1.gap.0", 0.03),
         ("iterations.7.gap", None),
         ("iterations.-3.gap", None),

@@ -52,14 +52,14 @@ class FirstAnswer:
         Predicted mass of the graded design; None where the solid part breaks a limit already.
     sized_density : float or None
         Its mean over the lattice.
-    sized_use : float or None
-        Largest predicted use of a limit.
+    sized_utilisation : float or None
+        Largest predicted utilisation of a limit.
     """
 
     constant: tuple[ConstantDensity, ...]
     sized_mass_g: float | None = None
     sized_density: float | None = None
-    sized_use: float | None = None
+    sized_utilisation: float | None = None
 
     @property
     def governing(self) -> ConstantDensity | None:
@@ -98,7 +98,7 @@ def first_answer(setup: Setup) -> FirstAnswer:
         constant=constant,
         sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
         sized_density=float(weights @ sized.rho / weights.sum()),
-        sized_use=sized.history[-1].use,
+        sized_utilisation=sized.history[-1].utilisation,
     )
 
 

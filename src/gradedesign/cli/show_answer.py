@@ -18,7 +18,7 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
             {
                 "limit": limit.row.name,
                 "load_case": limit.row.load_case,
-                "use_when_solid": limit.row.use,
+                "utilisation_when_solid": limit.row.utilisation,
                 "density": limit.density,
                 "mass_g": limit.mass_g,
                 "reason": limit.reason or None,
@@ -32,7 +32,7 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
         else {
             "mass_g": answer.sized_mass_g,
             "mean_density": answer.sized_density,
-            "largest_use": answer.sized_use,
+            "largest_utilisation": answer.sized_utilisation,
         },
     }
 
@@ -46,7 +46,7 @@ def print_answer(answer: FirstAnswer) -> None:
             (
                 limit.row.name,
                 limit.row.load_case,
-                f"{limit.row.use:.1%}",
+                f"{limit.row.utilisation:.1%}",
                 "none" if limit.density is None else f"{limit.density:.3f}",
                 "" if limit.mass_g is None else f"{limit.mass_g:.4g}",
             )
@@ -66,7 +66,7 @@ def print_answer(answer: FirstAnswer) -> None:
     if answer.sized_mass_g is not None:
         print_text(
             f"sized once on the homogenised part: {answer.sized_mass_g:.4g} g at mean density "
-            f"{answer.sized_density:.3f}, the most used limit at {answer.sized_use:.1%}",
+            f"{answer.sized_density:.3f}, the most used limit at {answer.sized_utilisation:.1%}",
             hang=2,
         )
     print_text("no lattice was analysed: a run judges these limits on the printed solid", hang=2)

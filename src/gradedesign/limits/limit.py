@@ -61,7 +61,7 @@ class Limit(ABC):
     explicit: ClassVar[bool] = True
     #: What sizing may multiply the limit of a point by while the value is below its aim.
     most_allowance: ClassVar[float] = 1.0
-    #: Use up to which a miss may still vanish by what changes around it.
+    #: Utilisation up to which a miss may still vanish by what changes around it.
     scatter: ClassVar[float] = 1.0
 
     @property
@@ -92,7 +92,7 @@ class Limit(ABC):
         raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
 
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
-        """Nominal density at which the present macroscopic stress just uses the limit, ``(M,)``.
+        """Nominal density at which the present macroscopic stress just reaches the limit, ``(M,)``.
 
         ``allowance`` scales the limit at a point. The top of the law's window where no density
         suffices; zero where nothing is asked for.

@@ -51,7 +51,7 @@ class LimitRow:
     homogenised: bool = False
 
     @property
-    def use(self) -> float:
+    def utilisation(self) -> float:
         """Value over limit."""
         return self.value / self.limit
 

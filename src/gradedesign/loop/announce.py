@@ -95,8 +95,8 @@ class Announcer:
             self.say(
                 stage,
                 f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}"
-                f"{stated}, {row.use:.1%}{'' if row.passed else '  BROKEN'}",
-                use=row.use,
+                f"{stated}, {row.utilisation:.1%}{'' if row.passed else '  BROKEN'}",
+                utilisation=row.utilisation,
             )
 
     def sizing_step(self, step: SizingStep) -> None:
@@ -104,9 +104,10 @@ class Announcer:
         self.say(
             "sizing",
             f"iteration {step.iteration}: lattice {step.mass_g:.4g} g, density "
-            f"{step.mean_density:.4f}, use {step.use:.1%}, change {step.change:.2%}",
+            f"{step.mean_density:.4f}, utilisation {step.utilisation:.1%}, "
+            f"change {step.change:.2%}",
             mass_g=step.mass_g,
-            use=step.use,
+            utilisation=step.utilisation,
         )
 
     def round(self, done: Round, *, resumed: bool = False) -> None:
@@ -119,10 +120,10 @@ class Announcer:
         self.say(
             "round",
             f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
-            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}{gaps}, "
+            f"{it.lattice_mass_g:.4g} g), utilisation {it.utilisation:.1%}{gaps}, "
             f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
             mass_g=it.mass_g,
-            use=it.use,
+            utilisation=it.utilisation,
         )
 
     def window(self, result: SubmodelResult) -> None:
@@ -138,10 +139,10 @@ class Announcer:
 
 def governing_gaps(done: Round) -> dict[str, float]:
     """Gap of the most used limit of every kind that an explicit analysis measures."""
-    use = {row.key: row.use for row in done.rows}
+    utilisation = {row.key: row.utilisation for row in done.rows}
     gaps: dict[str, tuple[float, float]] = {}
     for one in done.iteration.limits:
         if one.gap is not None:
-            kind, found = one.key.kind, (use[one.key], one.gap)
+            kind, found = one.key.kind, (utilisation[one.key], one.gap)
             gaps[kind] = max(found, gaps.get(kind, found))
     return {kind: gap for kind, (_, gap) in gaps.items()}

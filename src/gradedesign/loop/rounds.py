@@ -228,7 +228,7 @@ def play_round(
             )
             for limit in setup.limits
         ),
-        use=max((row.use for row in rows), default=0.0),
+        utilisation=max((row.utilisation for row in rows), default=0.0),
         passed=all(row.passed for row in rows),
         dofs=result.space.dof_count,
         mesh_size_mm=result.mesh_size,
@@ -269,16 +269,16 @@ def judged_rows(
 
 def _most_used(setup: Setup, explicit: Mapping[LimitKey, float]) -> LimitKey | None:
     """The limit by gradient that is used most; None without any."""
-    uses = {
+    utilisations = {
         limit.key: explicit[limit.key] / limit.allowed
         for limit in setup.limits
         if limit.by_gradient and limit.key in explicit
     }
-    return max(uses, key=lambda key: uses[key], default=None)
+    return max(utilisations, key=lambda key: utilisations[key], default=None)
 
 
 def aim_of(previous: Sequence[Round]) -> float:
-    """Use of the limits that the next sizing aims at.
+    """Utilisation of the limits that the next sizing aims at.
 
     `TARGET`; after three rounds whose last one breaks a limit less, by what its prediction was off:
     designs of one mass then differ by as much, and rounds that aim at the limit miss it again.

@@ -92,6 +92,6 @@ def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
     strength = np.asarray(setup.law.strength(rho), dtype=np.float64)
     stiff = {limit.key.kind for limit in setup.limits if limit.by_gradient}
-    soft = max((row.use for row in solid if row.key.kind in stiff), default=0.0)
-    weak = max((row.use for row in solid if row.key.kind not in stiff), default=0.0)
+    soft = max((row.utilisation for row in solid if row.key.kind in stiff), default=0.0)
+    weak = max((row.utilisation for row in solid if row.key.kind not in stiff), default=0.0)
     return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))

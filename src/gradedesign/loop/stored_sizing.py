@@ -109,16 +109,20 @@ def _packed(result: SizingResult) -> dict[str, FloatArray]:
     return {
         "variables": result.variables,
         "steps": np.array([[float(s[name]) for name in _NUMBERS] for s in steps]),
-        "uses": np.array([s["uses"] for s in steps]).reshape(len(steps), -1),
+        "utilisations": np.array([s["utilisations"] for s in steps]).reshape(len(steps), -1),
         "flags": np.array([result.converged, result.feasible]),
     }
 
 
 def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingResult:
     history = []
-    for number, (row, uses) in enumerate(zip(found["steps"], found["uses"], strict=True)):
+    for number, (row, utilisations) in enumerate(
+        zip(found["steps"], found["utilisations"], strict=True)
+    ):
         fields = dict(zip(_NUMBERS, map(float, row), strict=True))
-        history.append(SizingStep(iteration=number, uses=tuple(map(float, uses)), **fields))
+        history.append(
+            SizingStep(iteration=number, utilisations=tuple(map(float, utilisations)), **fields)
+        )
     return SizingResult(
         rho=np.asarray(problem.filter @ found["variables"]).ravel(),
         variables=found["variables"],

@@ -56,7 +56,7 @@ class Iteration:
     mean_density : float
         That sizing asked of the lattice phase.
     limits : tuple of LimitIteration
-    use : float
+    utilisation : float
         Largest value over limit.
     passed : bool
     dofs : int
@@ -78,7 +78,7 @@ class Iteration:
     mass_g: float
     mean_density: float
     limits: tuple[LimitIteration, ...]
-    use: float
+    utilisation: float
     passed: bool
     dofs: int
     mesh_size_mm: float
@@ -106,10 +106,10 @@ class RunResult:
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design that uses a limit was accepted. ``rounds``, ``time``: that budget.
-        ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice can
-        hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
-        breaks a limit. ``stop_after``: as the case asks. ``error``.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``rounds``, ``time``: that
+        budget. ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice
+        can hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid
+        part breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
@@ -200,5 +200,7 @@ def as_json(result: RunResult) -> dict[str, Any]:
     data = asdict(result)
     data["folder"] = str(result.folder)
     for key, rows in (("limits", result.limits), ("solid", result.solid)):
-        data[key] = [{**asdict(row), "use": row.use, "passed": row.passed} for row in rows]
+        data[key] = [
+            {**asdict(row), "utilisation": row.utilisation, "passed": row.passed} for row in rows
+        ]
     return data

@@ -15,7 +15,7 @@ _COLUMNS = (
     ("mass [g]", "mass_g"),
     ("lattice mass [g]", "lattice_mass_g"),
     ("mean density [-]", "mean_density"),
-    ("largest use [-]", "use"),
+    ("largest utilisation [-]", "utilisation"),
     ("every limit holds [-]", "passed"),
     ("stiffness factor [-]", "stiffness_factor"),
     ("unknowns [-]", "dofs"),

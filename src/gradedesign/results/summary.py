@@ -11,7 +11,7 @@ from typing import Any
 from gradedesign.arrays import FloatArray
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, is_tight, worst_use
+from gradedesign.limits.verdict import all_hold, is_tight, worst_utilisation
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.round import predict
@@ -34,14 +34,14 @@ LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
     """The fully solid part breaks a limit."""
-    worst = max(rows, key=lambda row: row.use)
+    worst = max(rows, key=lambda row: row.utilisation)
     return RunResult(
         status="infeasible",
         lightest=False,
         ended_by="solid",
         reason=(
             f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
-            f"{worst.value:.4g} {worst.unit}, {worst.use:.2f} times the allowed "
+            f"{worst.value:.4g} {worst.unit}, {worst.utilisation:.2f} times the allowed "
             f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
             f"smaller load or a wider limit would help, a lattice cannot"
         ),
@@ -64,8 +64,9 @@ def partial_result(
     common = _common(setup, registry)
     if sized is not None and not sized.feasible:
         common["warnings"] += (
-            f"the sized lattice breaks a limit: the most used one to {sized.history[-1].use:.1%}, "
-            f"by the homogenised prediction; a higher upper density or a wider limit would help",
+            f"the sized lattice breaks a limit: the most used one to "
+            f"{sized.history[-1].utilisation:.1%}, by the homogenised prediction; a "
+            f"higher upper density or a wider limit would help",
         )
     if sized is not None:
         model = setup.model
@@ -121,7 +122,7 @@ def verdict_result(
             status = "met"
             reason = (
                 f"every limit holds in the accepted analysis; the most used one to "
-                f"{worst_use(rows):.1%}"
+                f"{worst_utilisation(rows):.1%}"
             )
             if tight:
                 ended = TIGHT_END
@@ -164,7 +165,7 @@ def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
 
 def best_round(rounds: Sequence[Round]) -> Round:
     """The round whose worst limit is used least."""
-    return min(rounds, key=lambda r: r.iteration.use)
+    return min(rounds, key=lambda r: r.iteration.utilisation)
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
@@ -249,10 +250,10 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     """Which limit fails, what ended the loop, and what would help."""
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
-    worst = max(rows, key=lambda row: row.use)
+    worst = max(rows, key=lambda row: row.utilisation)
     return (
         f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
-        f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
+        f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
     )
 
 

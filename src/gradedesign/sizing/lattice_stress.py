@@ -31,8 +31,8 @@ class LatticeStress:
         any macroscopic one, its profile over the k densities of the law; else one row, the
         macroscopic von Mises stress.
     buckling : (b, M) array
-        Use of the resistance against buckling at the b densities of the law of buckling, mean over
-        the quadrature points; no rows without such a law.
+        Utilisation of the resistance against buckling at the b densities of the law of buckling,
+        mean over the quadrature points; no rows without such a law.
     """
 
     demand: FloatArray
