@@ -161,7 +161,7 @@ STORED = RunResult(
                     unit="mm",
                     predicted=0.9,
                     explicit=0.94,
-                    gap=0.04,
+                    discrepancy=0.04,
                     factor=1.0,
                 ),
             ),

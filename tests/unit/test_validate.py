@@ -15,7 +15,7 @@ DATA = {
     "lightest": True,
     "mass_g": 10.04,
     "limits": ({"utilisation": 0.98}, {"utilisation": 0.5}),
-    "iterations": ({"gap": (0.01, 0.02)}, {"gap": (0.03,)}),
+    "iterations": ({"discrepancy": (0.01, 0.02)}, {"discrepancy": (0.03,)}),
 }
 
 EXPECTED = """\
@@ -29,7 +29,7 @@ value = 10.0        # g
 tolerance = 0.01
 origin = "value = 9 in [an older] commit"
 
-["iterations.-1.gap.0"]
+["iterations.-1.discrepancy.0"]
 value = 0.03
 at_most = 0.05
 origin = "acceptance criterion"
@@ -151,9 +151,9 @@ def test_expressions(expression, chosen):
     [
         ("mass_g", 10.04),
         ("limits.1.utilisation", 0.5),
-        ("iterations.-1.gap.0", 0.03),
-        ("iterations.7.gap", None),
-        ("iterations.-3.gap", None),
+        ("iterations.-1.discrepancy.0", 0.03),
+        ("iterations.7.discrepancy", None),
+        ("iterations.-3.discrepancy", None),
         ("iterations.x", None),
         ("mass_g.x", None),
         ("absent", None),

@@ -25,7 +25,7 @@ from gradedesign.workspace.scratch import scratch_folder
 
 DEVIATES = 1
 
-#: ``["iterations.-1.limits.0.gap"]`` or ``[status]``, and ``value = 1.5  # comment``.
+#: ``["iterations.-1.limits.0.discrepancy"]`` or ``[status]``, and ``value = 1.5  # comment``.
 _HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')
 _VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
@@ -201,7 +201,7 @@ def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, An
 
 
 def value_at(data: Mapping[str, Any], name: str) -> Any:
-    """Follow ``iterations.-1.limits.0.gap``; None where it leads nowhere."""
+    """Follow ``iterations.-1.limits.0.discrepancy``; None where it leads nowhere."""
     value: Any = data
     for key in name.split("."):
         if isinstance(value, Mapping):

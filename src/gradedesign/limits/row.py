@@ -16,7 +16,7 @@ class LimitRow:
     Attributes
     ----------
     key : LimitKey
-        Under which factors and gaps of this value are known.
+        Under which factors and discrepancies of this value are known.
     name : str
     load_case : str
         Load case that governs.

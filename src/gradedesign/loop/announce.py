@@ -116,11 +116,14 @@ class Announcer:
         if not resumed:
             for name, seconds in it.timing_s.items():
                 self.took(name, seconds)
-        gaps = "".join(f", {kind} gap {gap:+.1%}" for kind, gap in governing_gaps(done).items())
+        discrepancies = "".join(
+            f", {kind} discrepancy {value:+.1%}"
+            for kind, value in governing_discrepancies(done).items()
+        )
         self.say(
             "round",
             f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
-            f"{it.lattice_mass_g:.4g} g), utilisation {it.utilisation:.1%}{gaps}, "
+            f"{it.lattice_mass_g:.4g} g), utilisation {it.utilisation:.1%}{discrepancies}, "
             f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
             mass_g=it.mass_g,
             utilisation=it.utilisation,
@@ -132,17 +135,18 @@ class Announcer:
             "acceptance",
             f"window at {tuple(round(c, 1) for c in result.window.centre)} mm: "
             f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the explicit "
-            f"analysis; force {result.force_gap:.1%}, energy {result.energy_gap:.1%}, "
+            f"analysis; force {result.force_discrepancy:.1%}, "
+            f"energy {result.energy_discrepancy:.1%}, "
             f"{result.tets} tets, mesher {result.seconds:.0f} s",
         )
 
 
-def governing_gaps(done: Round) -> dict[str, float]:
-    """Gap of the most used limit of every kind that an explicit analysis measures."""
+def governing_discrepancies(done: Round) -> dict[str, float]:
+    """Discrepancy of the most used limit of every kind that an explicit analysis measures."""
     utilisation = {row.key: row.utilisation for row in done.rows}
-    gaps: dict[str, tuple[float, float]] = {}
+    discrepancies: dict[str, tuple[float, float]] = {}
     for one in done.iteration.limits:
-        if one.gap is not None:
-            kind, found = one.key.kind, (utilisation[one.key], one.gap)
-            gaps[kind] = max(found, gaps.get(kind, found))
-    return {kind: gap for kind, (_, gap) in gaps.items()}
+        if one.discrepancy is not None:
+            kind, found = one.key.kind, (utilisation[one.key], one.discrepancy)
+            discrepancies[kind] = max(found, discrepancies.get(kind, found))
+    return {kind: discrepancy for kind, (_, discrepancy) in discrepancies.items()}

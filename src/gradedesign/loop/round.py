@@ -44,7 +44,7 @@ from gradedesign.verify.explicit import ExplicitResult, JudgedSolid
 from gradedesign.verify.explicit_mesh import ExplicitMesh
 from gradedesign.workspace.progress import report_step
 
-#: Sizing aims a little below each limit, so that a small gap does not break it.
+#: Sizing aims a little below each limit, so that a small discrepancy does not break it.
 TARGET = 0.985
 #: Sizing iterations of the first rounds. Each goes on from the last one's variables. The first
 #: design only teaches the correction, which changes more than further iterations would win.

@@ -41,10 +41,10 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingStep
 from gradedesign.verify.correction import (
     Correction,
-    Gap,
+    Discrepancy,
     damped,
     damping_for,
-    gap_between,
+    discrepancy_between,
     kept_share,
     stiffness_exponent,
     stiffness_update,
@@ -80,7 +80,7 @@ class Round:
     rho : (M,) array
         Density of every tetrahedron.
     at_lower_bound : bool
-    gap : Gap
+    discrepancy : Discrepancy
     """
 
     iteration: Iteration
@@ -89,7 +89,7 @@ class Round:
     variables: FloatArray
     rho: FloatArray
     at_lower_bound: bool
-    gap: Gap
+    discrepancy: Discrepancy
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,)))
@@ -186,7 +186,7 @@ def play_round(
                 else TUNING_ITERATIONS
             ),
             target=aim_of(previous),
-            keep=kept_share([done.gap for done in previous]),
+            keep=kept_share([done.discrepancy for done in previous]),
         ),
         on_step,
     )
@@ -202,13 +202,13 @@ def play_round(
     report_step("learning from the explicit analysis")
     rows = judged_rows(setup, result, predicted)
     explicit = {row.key: row.value for row in rows if not row.homogenised}
-    gap = gap_between(
+    discrepancy = discrepancy_between(
         {key: found.value for key, found in predicted.values.items()},
         explicit,
         governing=_most_used(setup, explicit),
     )
-    gaps = (*(r.gap for r in previous), gap)
-    learned = _learn(setup, correction, predicted, explicit, gaps, sized.rho)
+    discrepancies = (*(r.discrepancy for r in previous), discrepancy)
+    learned = _learn(setup, correction, predicted, explicit, discrepancies, sized.rho)
     masses = explicit_masses(setup, analysed.mesh, result)
     weights = setup.model.lattice_volumes
     iteration = Iteration(
@@ -223,7 +223,7 @@ def play_round(
                 unit=limit.unit,
                 predicted=float(predicted.values[limit.key].value),
                 explicit=explicit.get(limit.key),
-                gap=dict(gap.values).get(limit.key),
+                discrepancy=dict(discrepancy.values).get(limit.key),
                 factor=correction.factor(limit.key),
             )
             for limit in setup.limits
@@ -248,7 +248,7 @@ def play_round(
         variables=sized.variables,
         rho=sized.rho,
         at_lower_bound=bool(sized.rho[active].max(initial=low) <= low * (1 + AT_BOUND)),
-        gap=gap,
+        discrepancy=discrepancy,
     )
     return done, analysed
 
@@ -285,9 +285,9 @@ def aim_of(previous: Sequence[Round]) -> float:
     """
     if len(previous) < SCATTERED_ROUNDS or previous[-1].iteration.passed:
         return TARGET
-    gap = previous[-1].gap
-    others = max((abs(value) for _, value in gap.values), default=0.0)
-    off = others if gap.governing is None else abs(gap.of(gap.governing))
+    discrepancy = previous[-1].discrepancy
+    others = max((abs(value) for _, value in discrepancy.values), default=0.0)
+    off = others if discrepancy.governing is None else abs(discrepancy.of(discrepancy.governing))
     return TARGET * (1.0 - min(off, MOST_ROOM))
 
 
@@ -296,16 +296,16 @@ def _learn(
     correction: Correction,
     predicted: Prediction,
     explicit: Mapping[LimitKey, float],
-    gaps: tuple[Gap, ...],
+    discrepancies: tuple[Discrepancy, ...],
     rho: FloatArray,
 ) -> Correction:
     """Factors that make the homogenised model agree with this explicit analysis."""
-    damping, gap = damping_for(gaps), gaps[-1]
+    damping, discrepancy = damping_for(discrepancies), discrepancies[-1]
     factors = {limit.key: correction.factor(limit.key) for limit in setup.limits if limit.explicit}
     bounds = [one.key for one in setup.limits if one.explicit and not one.by_gradient]
     for key in bounds:
-        factors[key] = damped(factors[key], factors[key] * (1.0 + gap.of(key)), damping)
-    worst = gap.governing
+        factors[key] = damped(factors[key], factors[key] * (1.0 + discrepancy.of(key)), damping)
+    worst = discrepancy.governing
     if worst is None:
         return replace(correction, factors=tuple(factors.items()))
     before = {key: found.value for key, found in predicted.values.items()}
@@ -338,17 +338,17 @@ def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
         "rows": [asdict(row) for row in done.rows],
         "correction": asdict(done.correction),
         "at_lower_bound": done.at_lower_bound,
-        "gap": asdict(done.gap),
+        "discrepancy": asdict(done.discrepancy),
     }
     return {"variables": done.variables, "rho": done.rho}, meta
 
 
 def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) -> Round:
     """The round that `round_to_stage` stored."""
-    correction, gap = dict(meta["correction"]), dict(meta["gap"])
+    correction, discrepancy = dict(meta["correction"]), dict(meta["discrepancy"])
     correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
     correction["factors"] = keyed_from_json(correction["factors"])
-    governing = gap["governing"]
+    governing = discrepancy["governing"]
     return Round(
         iteration=iteration_from_json(meta["iteration"]),
         rows=tuple(row_from_json(row) for row in meta["rows"]),
@@ -356,8 +356,8 @@ def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) 
         variables=arrays["variables"],
         rho=arrays["rho"],
         at_lower_bound=bool(meta["at_lower_bound"]),
-        gap=Gap(
-            values=keyed_from_json(gap["values"]),
+        discrepancy=Discrepancy(
+            values=keyed_from_json(discrepancy["values"]),
             governing=None if governing is None else LimitKey(**governing),
         ),
     )

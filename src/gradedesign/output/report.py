@@ -93,7 +93,11 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
             for label, name, form in _MASSES
             if (value := getattr(result, name)) is not None
         ],
-        gap_names=[f"gap of {one.label}" for it in result.iterations[:1] for one in it.measured],
+        discrepancy_names=[
+            f"discrepancy of {limit.label}"
+            for iteration in result.iterations[:1]
+            for limit in iteration.measured
+        ],
         scope_words=scope_words(result.acceptance),
         stresses=stresses,
         judged_stresses=[

@@ -23,7 +23,7 @@ class LimitIteration:
         By the corrected homogenised part, before the analysis.
     explicit : float or None
         None where no explicit analysis measures it.
-    gap : float or None
+    discrepancy : float or None
         explicit / predicted - 1.
     factor : float
         Correction of the prediction that this round's sizing used.
@@ -34,7 +34,7 @@ class LimitIteration:
     unit: str
     predicted: float
     explicit: float | None
-    gap: float | None
+    discrepancy: float | None
     factor: float
 
     @property

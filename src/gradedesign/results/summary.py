@@ -204,8 +204,8 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
                 "load_case": w.window.load_case,
                 "value_MPa": w.value,
                 "explicit_MPa": w.driving_value,
-                "force_gap": w.force_gap,
-                "energy_gap": w.energy_gap,
+                "force_discrepancy": w.force_discrepancy,
+                "energy_discrepancy": w.energy_discrepancy,
                 "matches": w.matches,
                 "tets": w.tets,
                 "mesher_seconds": w.seconds,
@@ -232,8 +232,8 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
         if not w.matches:
             warnings.append(
                 f"the window at {tuple(round(c, 1) for c in w.window.centre)} mm differs from the "
-                f"explicit analysis by {w.force_gap:.1%} in boundary force and "
-                f"{w.energy_gap:.1%} in strain energy, more than 3 %"
+                f"explicit analysis by {w.force_discrepancy:.1%} in boundary force and "
+                f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
             )
     warnings += accepted.second.refused
     if accepted.second.mesh_size is None:

@@ -2,7 +2,7 @@
 
 Every tetrahedron holds a share ``solid_share`` of fully dense material (skin, kept regions) and
 the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin loaded
-in its plane; what it misses elsewhere is part of the gap that the correction measures.
+in its plane; what it misses elsewhere is part of the discrepancy that the correction measures.
 """
 
 from __future__ import annotations

@@ -57,10 +57,10 @@ class SubmodelResult:
         Stress percentile in the judged cube.
     driving_value : float, MPa
         The same percentile of the driving analysis in the same cube.
-    force_gap, energy_gap : float
+    force_discrepancy, energy_discrepancy : float
         Relative difference of cut-face forces and strain energy from the driving analysis.
     matches : bool
-        Both gaps are within 3 %.
+        Both discrepancies are within 3 %.
     volume : float, mm^3
         Solid in the judged cube.
     tets : int
@@ -73,8 +73,8 @@ class SubmodelResult:
     window: Window
     value: float
     driving_value: float
-    force_gap: float
-    energy_gap: float
+    force_discrepancy: float
+    energy_discrepancy: float
     matches: bool
     volume: float
     tets: int
@@ -159,16 +159,16 @@ def analyse_window(
     report_step("comparing stress and energy")
     fine = gauss_field(space, stiffness, solution.displacement)
     coarse = _window_field(driving, displacement, material, lower, upper)
-    force_gap = _force_gap(fine, coarse, lower, upper, cube)
+    force_discrepancy = _force_discrepancy(fine, coarse, lower, upper, cube)
     energy = [float((f.weights * f.energy).sum()) for f in (fine, coarse)]
-    energy_gap = abs(energy[0] / energy[1] - 1.0)
+    energy_discrepancy = abs(energy[0] / energy[1] - 1.0)
     return SubmodelResult(
         window=window,
         value=_percentile(fine, window, percentile),
         driving_value=_percentile(coarse, window, percentile),
-        force_gap=force_gap,
-        energy_gap=energy_gap,
-        matches=force_gap <= MATCH and energy_gap <= MATCH,
+        force_discrepancy=force_discrepancy,
+        energy_discrepancy=energy_discrepancy,
+        matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
         volume=float(fine.weights[inside_cube(fine.points, window)].sum()),
         tets=mesh.tets.shape[1],
         mesh_size=1.2 * cube,
@@ -299,12 +299,12 @@ def _slab_force(field: GaussField, inside: BoolArray, axis: int, thickness: floa
     return field.stress[:, axis][:, inside] @ field.weights[inside] / thickness
 
 
-def _force_gap(
+def _force_discrepancy(
     fine: GaussField, coarse: GaussField, lower: FloatArray, upper: FloatArray, cube: float
 ) -> float:
     """Difference of the forces through the six cut planes over the largest of them."""
     thickness = 2 * cube
-    gaps, sizes = [], []
+    discrepancies, sizes = [], []
     for axis in range(3):
         for bound, sign in ((lower[axis], 1.0), (upper[axis], -1.0)):
             forces = []
@@ -313,9 +313,9 @@ def _force_gap(
                 forces.append(
                     _slab_force(field, (depth >= 0) & (depth <= thickness), axis, thickness)
                 )
-            gaps.append(float(np.linalg.norm(forces[0] - forces[1])))
+            discrepancies.append(float(np.linalg.norm(forces[0] - forces[1])))
             sizes.append(float(np.linalg.norm(forces[1])))
-    return max(gaps) / max(sizes) if max(sizes) > 0 else float("inf")
+    return max(discrepancies) / max(sizes) if max(sizes) > 0 else float("inf")
 
 
 def _percentile(field: GaussField, window: Window, percentile: float) -> float:
