@@ -135,7 +135,7 @@ def require_held(space: TetSpace, fixed: BoolArray, name: str) -> None:
     rest = f"; and {more} more pieces" if more > 0 else ""
     raise SolverError(
         f"load case '{name}': the supports leave rigid motions free: {'. '.join(lines)}{rest}. "
-        f"Fix more faces or components, or remove loose pieces from the mesh"
+        f"Fix more faces or components, or remove disconnected components from the mesh"
     )
 
 

@@ -137,7 +137,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     design = analysed.design
     step = SURFACE_PER_CUBE * analysed.mesh.cube
     raw = trimmed_surface(design, setup.part.surface, step)
-    report_step("loose pieces of the surface")
+    report_step("disconnected components of the surface")
     surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
     report_step("writing and reading back the surface")
     path = out.path_of(STL_NAME)

@@ -33,7 +33,8 @@ class PrintedLattice:
         Of what the surface encloses, g; None where the case states no material.
     field : callable or None
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
-        when it is first called. Loose pieces, which the surface leaves out, are still in it.
+        when it is first called. Disconnected components, which the surface leaves out, are still in
+        it.
     unit : str
         Always ``"mm"``.
     """

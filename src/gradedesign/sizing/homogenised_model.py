@@ -1,6 +1,6 @@
 """The part as a homogenised solid: its tetrahedra, material, law and cell axes.
 
-Every tetrahedron holds a share ``solid_share`` of fully dense material (skin, kept regions) and
+Every tetrahedron holds a share ``solid_share`` of fully dense material (skin, passive regions) and
 the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin loaded
 in its plane; what it misses elsewhere is part of the discrepancy that the correction measures.
 """

@@ -32,7 +32,7 @@ def solid_stiffness(model: HomogenisedModel) -> FloatArray:
 
 
 def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Corrected stiffness of the endless lattice in global axes, ``(6, 6, [4,] M)``, MPa.
+    """Corrected stiffness of the periodic lattice in global axes, ``(6, 6, [4,] M)``, MPa.
 
     What local stress follows from: a member in a face of a wall is strained as the wall is there.
     """
@@ -107,7 +107,7 @@ def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 def _law_stiffness(model: HomogenisedModel, held: FloatArray) -> FloatArray:
     """Stiffness of the law, in proportion to the solid beyond the ends of its window.
 
-    Only densities held beside kept regions leave the window; what is asked for never does.
+    Only densities held beside passive regions leave the window; what is asked for never does.
     """
     if model.fill is None:
         return model.law.stiffness(held)

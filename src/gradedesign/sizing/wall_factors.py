@@ -36,7 +36,7 @@ class WallClass:
     Attributes
     ----------
     solid : (k,) array
-        Density of the wall over that of the endless lattice.
+        Density of the wall over that of the periodic lattice.
     mean, outward, inward : (k, 3) arrays
         Uniform part of the profiles and their parts towards the faces and the middle: along the
         first in-plane axis, the second, and shear between them.
