@@ -104,12 +104,7 @@ def remove_islands(
     _refuse_large(report.dropped, share, max_share)
     if kept.all():
         return surface, report
-    log.info(
-        "dropped %d disconnected components, %.3g mm^3 (%.2g of the volume)",
-        len(loose),
-        gone,
-        share,
-    )
+    log.info("dropped %d components, %.3g mm^3 (%.2g of the volume)", len(loose), gone, share)
     return _faces_only(surface, kept[shell]), report
 
 
@@ -161,8 +156,8 @@ def _refuse_large(dropped: int, share: float, max_share: float) -> None:
     if share > max_share:
         raise LatticeError(
             f"the lattice falls apart: {dropped} disconnected components hold "
-            f"{100 * share:.3g} % of its volume, at most {100 * max_share:.3g} % may be dropped; raise the lower density, "
-            f"enlarge the cells or use a finer grid, or add a skin"
+            f"{100 * share:.3g} % of its volume, at most {100 * max_share:.3g} % may be dropped; "
+            f"raise the lower density, enlarge the cells or use a finer grid, or add a skin"
         )
 
 

@@ -1,4 +1,4 @@
-"""What ended the loop, and what more of it would bring.
+"""Reason why the loop ended, and advice on how to go further.
 
 Budgets end a run and say so; they do not steer it. So the clock is read here only, and the only
 answer that it gives is that no further round is begun.

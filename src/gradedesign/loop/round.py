@@ -57,7 +57,7 @@ NODES_PER_CELL = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """What the corrected homogenised model says of a design before its explicit analysis.
+    """Prediction of the corrected homogenised model for a design, before its explicit analysis.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
 
 
 def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
-    """What every analysis of the printed solid needs besides its mesh."""
+    """Input of an analysis of the printed solid, besides its mesh."""
     regions = {name: setup.part.regions[name] for name in setup.facets}
     return JudgedSolid(
         case=setup.case,

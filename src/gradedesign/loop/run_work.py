@@ -1,4 +1,4 @@
-"""What a prepared case will ask of the machine, in the plain numbers of `predicted_cost`."""
+"""Amount of work of a prepared case, in the plain numbers of `predicted_cost`."""
 
 from __future__ import annotations
 

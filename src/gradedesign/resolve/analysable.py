@@ -145,7 +145,7 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
 
 
 def _refusal(case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray) -> str:
-    """What does not fit, and what would."""
+    """Message on walls too thin for the memory, with settings that would fit."""
     best = int(np.argmin(need))
     layers = min(solid_layers(case), default=np.inf)
     larger = (need[best] / case.run.memory) ** (1 / 3)

@@ -49,7 +49,7 @@ class SolidStress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidAnalysis:
-    """What limits read of the fully solid part.
+    """Analysis of the fully solid part, as limits read it.
 
     Attributes
     ----------

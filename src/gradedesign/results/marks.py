@@ -1,4 +1,4 @@
-"""What the picture of the loading marks: regions of a case and what acts on them."""
+"""Marks in the picture of the loading: regions of a case with their loads and supports."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def verdict_result(
 
 
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
-    """What limits say about the densities of a design."""
+    """Remarks of the limits on the densities of a design."""
     volumes = setup.model.lattice_volumes
     return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
 
@@ -169,7 +169,7 @@ def best_round(rounds: Sequence[Round]) -> Round:
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
-    """What the verdict rests on, per limit."""
+    """Evidence for the verdict, by limit."""
     a = accepted.acceptance
     sizes = [accepted.analysed.result.mesh_size]
     if accepted.second.mesh_size is not None:

@@ -42,7 +42,7 @@ MESHER_SHARE = 1.0 / 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Acceptance:
-    """What the independent route says, of the whole printed surface or of windows of it.
+    """Result of the independent analysis, of the whole printed surface or of submodels of it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the exclusion radius around held regions leaves out of the stress limit."""
+"""Evaluation mask of stress: points within the exclusion radius of supports are left out."""
 
 from __future__ import annotations
 

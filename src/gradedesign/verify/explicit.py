@@ -37,7 +37,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JudgedSolid:
-    """What every analysis of a printed solid needs besides its mesh.
+    """Input of an analysis of a printed solid, besides its mesh.
 
     Attributes
     ----------

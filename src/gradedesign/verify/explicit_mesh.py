@@ -176,12 +176,7 @@ def mesh_lattice(
         report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     _require_solve(report.count, cube, memory_limit_bytes)
-    log.info(
-        "lattice mesh: %d tets, cube %.3g mm, %d disconnected components",
-        report.count,
-        cube,
-        dropped,
-    )
+    log.info("lattice mesh: %d tets, cube %.3g mm, dropped %d components", report.count, cube, dropped)
     return ExplicitMesh(
         mesh=mesh,
         report=report,
