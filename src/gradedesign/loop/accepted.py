@@ -45,7 +45,7 @@ SURFACE_PER_CUBE = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Accepted:
-    """The judged design.
+    """Design with the result of its acceptance.
 
     Attributes
     ----------

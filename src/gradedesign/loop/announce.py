@@ -19,7 +19,7 @@ from gradedesign.workspace.progress import Event, Listener, stepping
 
 @dataclass(slots=True)
 class Announcer:
-    """Turns what happens into events; collects how long each stage took."""
+    """Sender of progress events, which also adds up the seconds of each stage."""
 
     listener: Listener
     seconds: dict[str, float] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class Announcer:
         self.listener(Event(stage=stage, message=message, values=values))
 
     def part(self, setup: Setup) -> None:
-        """Say what was read and found."""
+        """Report the size of the part, the cell and the law."""
         mesh = setup.space.mesh
         self.say(
             "part",
@@ -89,7 +89,7 @@ class Announcer:
             self.say("warning", warning)
 
     def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:
-        """Say how much of each limit is used."""
+        """Report the utilisation of each limit."""
         for row in rows:
             stated = f" ({row.stated})" if row.stated else ""
             self.say(
@@ -130,7 +130,7 @@ class Announcer:
         )
 
     def window(self, result: SubmodelResult) -> None:
-        """Report one accepted window."""
+        """Report one analysed submodel."""
         self.say(
             "acceptance",
             f"window at {tuple(round(c, 1) for c in result.window.centre)} mm: "

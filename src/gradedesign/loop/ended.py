@@ -29,7 +29,7 @@ TIME_STEP = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """Why no further round is played.
+    """Reason why no further iteration is made, and advice.
 
     Attributes
     ----------

@@ -188,7 +188,7 @@ def predict_cost(
 
 
 def iterations_of(played: int) -> int:
-    """Sizing iterations of the round after ``played`` others."""
+    """Sizing iterations of the round after ``played`` finished ones."""
     return FIRST_ITERATIONS[played] if played < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
 
 

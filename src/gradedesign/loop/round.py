@@ -79,7 +79,7 @@ class Prediction:
 
 
 def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
-    """The homogenised model with the stiffness that explicit analyses taught."""
+    """Homogenised model with the stiffness corrected by explicit analyses."""
     return replace(
         setup.model,
         stiffness_factor=correction.stiffness,
@@ -113,7 +113,7 @@ def design_filter(setup: Setup) -> csr_matrix:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingPlan:
-    """How one sizing is run.
+    """Settings of one sizing.
 
     Attributes
     ----------

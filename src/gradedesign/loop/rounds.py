@@ -1,4 +1,4 @@
-"""The loop: rounds until limits hold with a limit used, then acceptance, then again if it misses.
+"""Iterations of the loop: sizing, explicit analysis, correction; acceptance of the result.
 
 State between rounds is small (factors, densities, history), so a killed run resumes from the last
 finished round.
@@ -66,7 +66,7 @@ AT_BOUND = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Round:
-    """A finished round: its design, what it taught and how it compares.
+    """Finished iteration: its design, the correction learned from it and its discrepancies.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ def play_round(
     on_step: Callable[[SizingStep], None] | None = None,
     on_event: Listener = ignore,
 ) -> tuple[Round, Analysed]:
-    """Size with what earlier rounds taught, analyse explicitly, and learn.
+    """Size with the correction so far, analyse explicitly and update the correction.
 
     ``factors`` are accepted over explicit values: sizing leaves that much room. ``matrix`` is the
     design filter.

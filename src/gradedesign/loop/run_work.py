@@ -83,7 +83,7 @@ def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, 
 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
-    """Mean density at which the law loses what the solid part has to spare."""
+    """Mean density at which the lattice, by the law, uses up the margin of the solid part."""
     low, high = setup.bounds
     if not solid:
         return low + (high - low) * USUAL_SHARE

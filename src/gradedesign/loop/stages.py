@@ -1,4 +1,4 @@
-"""Rounds in the run folder: what a killed run resumes from."""
+"""Finished iterations in the run folder, from which an interrupted run resumes."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def save_round(out: RunFolder, setup: Setup, done: Round) -> None:
 
 
 def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
-    """Store what acceptance taught: rounds whose design it refused, and factors on limits."""
+    """Store the outcome of acceptance: iterations that it refused, and factors on limits."""
     meta = {
         "refused": list(refused),
         "factors": [[asdict(key), value] for key, value in factors.items()],

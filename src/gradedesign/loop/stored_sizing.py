@@ -1,4 +1,4 @@
-"""Sizing found again in the user's cache: of the same case, whatever its grids and budgets."""
+"""Results of sizing in the user's cache, reused for the same model whatever grids and budgets."""
 
 from __future__ import annotations
 

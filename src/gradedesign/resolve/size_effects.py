@@ -62,7 +62,7 @@ def why_periodic(case: Case, law_kind: str, cell: Cell, low: float) -> str:
 
 
 def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
-    """Say what it means that few cells across the part are taken for a periodic lattice.
+    """Warning on walls of few cells that sizing takes for a periodic lattice.
 
     Nothing where the case wants it so, or half of the lattice has `FEW_CELLS` cells across.
     """
@@ -81,7 +81,7 @@ def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -
 
 
 def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
-    """The setup whose model knows its walls of few cells, with warnings where it does not.
+    """Setup with size effects in its model, and warnings where they are left out.
 
     Beside walls, cells are as full as passive regions leave them: a sleeve in the void of a cell
     leaves its struts whole, in less room.

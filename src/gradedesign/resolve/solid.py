@@ -1,4 +1,4 @@
-"""The fully solid part, which must hold every limit before any lattice is worth making."""
+"""Analysis of the fully solid part, which must hold every limit."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def solid_analysis(setup: Setup, solutions: tuple[Solution, ...]) -> SolidAnalys
 
 
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """The setup with what the solid part shows: its rows, and limits relative to it resolved.
+    """Setup with the rows of the solid part, and with limits relative to it resolved.
 
     Raises
     ------

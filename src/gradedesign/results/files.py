@@ -78,7 +78,7 @@ def write_outputs(
     rho: FloatArray | None = None,
     shown: Shown | None = None,
 ) -> RunResult:
-    """Write what exists at this point and return the result with its files named."""
+    """Write the files of what was computed, and return the result with their names."""
     files: dict[str, str] = {}
     warnings: list[str] = list(result.warnings)
     with announce.stage("output"):

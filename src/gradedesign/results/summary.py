@@ -1,4 +1,4 @@
-"""From what the loop found to the result that is written."""
+"""Result records from the outcome of the loop."""
 
 from __future__ import annotations
 
@@ -300,7 +300,7 @@ def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
 
 
 def size_effects_data(setup: Setup) -> dict[str, Any]:
-    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
+    """Size effects in sizing: share of the lattice in such walls, or why they are left out."""
     walls = setup.model.walls
     if walls is None:
         low = setup.bounds[0]

@@ -1,4 +1,4 @@
-"""Acceptance: the exported surface, whole or in windows, meshed by an independent route.
+"""Acceptance: analysis of the exported surface, whole or in submodels, on an independent mesh.
 
 Whole, its analysis judges every limit. Windows judge stress only, in a few cells.
 """
@@ -124,7 +124,7 @@ def accept_windows(
     time_limit_s: float,
     on_window: Callable[[SubmodelResult], None] | None = None,
 ) -> Acceptance:
-    """Re-mesh and analyse the most stressed windows as submodels.
+    """Re-mesh and analyse the most stressed cells as submodels.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Space mapping: bend the homogenised prediction onto the explicit result.
+"""Space mapping: factors that map the homogenised prediction onto the explicit result.
 
 After each explicit analysis the ratio explicit over homogenised corrects what the next sizing
 believes: a factor on the lattice stiffness from the most used limit by gradient, and a factor on

@@ -14,7 +14,7 @@ from gradedesign.verify.measures import PHASES
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExclusionZone:
-    """Volume that is not judged, and the stress with it.
+    """Volume outside the evaluation mask, and the stress with and without it.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ def exclusion_zone(
     radius: float,
     percentile: float,
 ) -> ExclusionZone:
-    """Measure what a radius leaves out.
+    """Measure the volume and stress that an exclusion radius leaves out.
 
     Parameters
     ----------

@@ -176,7 +176,9 @@ def mesh_lattice(
         report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     _require_solve(report.count, cube, memory_limit_bytes)
-    log.info("lattice mesh: %d tets, cube %.3g mm, dropped %d components", report.count, cube, dropped)
+    log.info(
+        "lattice mesh: %d tets, cube %.3g mm, dropped %d components", report.count, cube, dropped
+    )
     return ExplicitMesh(
         mesh=mesh,
         report=report,
@@ -218,7 +220,7 @@ def fitted_cube(design: LatticeDesign, cube: float, least: float = 0.0) -> float
 
 
 def _exact_division(size: FloatArray, cube: float) -> float:
-    """Nudge a cube so that it divides the axis it misses least exactly."""
+    """Grid spacing changed so that it divides exactly the axis it nearly divides."""
     count = size / cube
     whole = np.maximum(np.round(count), 1)
     best = int(np.argmin(np.abs(count - whole)))

@@ -1,4 +1,4 @@
-"""A window of the exported surface, meshed anew and driven by the explicit displacements."""
+"""Submodel of the exported surface, driven by displacements of the explicit analysis."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ ENVELOPE = 0.06
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubmodelResult:
-    """One window, analysed on pytetwild's mesh of the exported surface.
+    """Result of one submodel, analysed on an independent mesh of the exported surface.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ def analyse_window(
     memory_limit_bytes: float,
     solver: LinearSolver = MULTIGRID,
 ) -> SubmodelResult:
-    """Cut, mesh, drive and compare one window.
+    """Cut, mesh and solve one submodel, and compare it with the driving analysis.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def _held_pieces(
     tolerance: float,
     reach: float,
 ) -> TetMesh:
-    """Drop pieces that the driving analysis does not hold: they carry nothing."""
+    """Drop components that no driven boundary holds: they carry nothing."""
     labels = piece_labels(mesh)
     facets, _ = boundary_facets(mesh)
     cut, _ = cut_facets(mesh.points, facets, lower, upper, tolerance)
