@@ -20,26 +20,26 @@ class SlabAchieved:
 
     low: float
     high: float
-    asked: float
-    achieved: float
+    nominal: float
+    effective: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DensityAchieved:
-    """Mean densities asked for and achieved, of the part and of its slabs.
+    """Mean nominal and effective densities, of the part and of its slabs.
 
     Attributes
     ----------
-    asked, achieved : float
+    nominal, effective : float
         Means over the part.
     points : int
-        Places looked at; the error of the achieved mean is about half of ``1 / sqrt(points)``.
+        Sample points; the error of the effective mean is about half of ``1 / sqrt(points)``.
     slabs : tuple of SlabAchieved
         Along one axis; those without a point are left out.
     """
 
-    asked: float
-    achieved: float
+    nominal: float
+    effective: float
     points: int
     slabs: tuple[SlabAchieved, ...]
 
@@ -106,15 +106,15 @@ def density_achieved(
     wanted = np.bincount(number, nominal, minlength=slabs)
     held_solid = np.bincount(number, solid, minlength=slabs)
     return DensityAchieved(
-        asked=float(nominal.mean()),
-        achieved=float(solid.mean()),
+        nominal=float(nominal.mean()),
+        effective=float(solid.mean()),
         points=x.shape[1],
         slabs=tuple(
             SlabAchieved(
                 low=float(edges[i]),
                 high=float(edges[i + 1]),
-                asked=float(wanted[i] / held[i]),
-                achieved=float(held_solid[i] / held[i]),
+                nominal=float(wanted[i] / held[i]),
+                effective=float(held_solid[i] / held[i]),
             )
             for i in range(slabs)
             if held[i]

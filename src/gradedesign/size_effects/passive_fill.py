@@ -81,7 +81,7 @@ def passive_fill(
         lattice_share = np.maximum(share, _NO_LATTICE)
         held_share = np.where(share > _NO_LATTICE, there / lattice_share, solid.mean())
         row[:] = rho * np.maximum(held_share / solid.mean(), LEAST_SHARE)
-    return LocalFill(asked=nominal, held=_increasing(held))
+    return LocalFill(nominal=nominal, effective=_increasing(held))
 
 
 def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:

@@ -119,4 +119,4 @@ def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: flo
     else:
         window = model.law.window
         held = model.law.local_stress.least_density(stress.demand, permitted, window)
-    return held if model.fill is None else model.fill.asked_for(held)
+    return held if model.fill is None else model.fill.nominal_for(held)

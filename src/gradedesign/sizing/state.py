@@ -100,7 +100,7 @@ class SolvedState:
 
     def nominal_density(self, held: FloatArray) -> FloatArray:
         """Nominal density of cells that hold an effective density, ``(M,)``."""
-        return held if self.model.fill is None else self.model.fill.asked_for(held)
+        return held if self.model.fill is None else self.model.fill.nominal_for(held)
 
 
 def solved_state(
