@@ -95,7 +95,7 @@ def test_plates_that_end_at_a_region_hold_what_is_asked_for():
     clear = np.abs(x - 5) > 10 / 12
     assert 20 < clear.sum() < clear.size
     np.testing.assert_allclose(
-        fill.held[:, clear].T, np.tile(fill.asked, (clear.sum(), 1)), rtol=1e-5
+        fill.effective[:, clear].T, np.tile(fill.nominal, (clear.sum(), 1)), rtol=1e-5
     )
 
 

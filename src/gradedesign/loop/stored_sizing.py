@@ -87,7 +87,7 @@ def sizing_key(
         model.solid_share,
         np.asarray(model.rotation),
         np.zeros(0) if model.walls is None else model.walls.kind,
-        np.zeros(0) if model.fill is None else model.fill.held,
+        np.zeros(0) if model.fill is None else model.fill.effective,
         repr(correction),
         repr(limits),
         repr((*problem.bounds, problem.target, max_iterations, keep)),
