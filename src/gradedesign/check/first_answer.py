@@ -93,7 +93,7 @@ def first_answer(setup: Setup) -> FirstAnswer:
         return FirstAnswer(constant=constant)
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
-    weights = setup.model.volumes * (1.0 - setup.model.solid_share)
+    weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
     return FirstAnswer(
         constant=constant,
         sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,

@@ -45,7 +45,7 @@ def block_data(
         **cell_header(family, parameters, density, poissons_ratio, apparent.resolution),
         "boundary": apparent.boundary,
         "cells": apparent.cells,
-        "solid_share": digits(apparent.solid),
+        "solid_volume_fraction": digits(apparent.solid),
         "void_stiffness": apparent.void,
         "C": rounded(apparent.stiffness),
         **moduli_data(apparent.stiffness),

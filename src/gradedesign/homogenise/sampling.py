@@ -61,7 +61,7 @@ def cell_fill(
     Returns
     -------
     (N, N, N) array
-        Solid share of each voxel; of the shape `voxel_counts` where edges differ.
+        Solid volume fraction of each voxel; of the shape `voxel_counts` where edges differ.
 
     Raises
     ------

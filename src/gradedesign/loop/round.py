@@ -107,7 +107,7 @@ def design_filter(setup: Setup) -> csr_matrix:
     if setup.case.lattice.grading == "uniform":
         return uniform_filter(mesh.tets.shape[1])
     radius = setup.case.lattice.filter_radius * setup.layout.typical
-    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
+    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_fraction, 1e-6)
     return cone_filter(centroids(mesh), weights, radius)
 
 
@@ -262,7 +262,7 @@ def lattice_share(
     worst, _ = max(found, key=lambda pair: pair[0].value / pair[1])
     adjoint = solve_adjoints(model, system, [worst])[0]
     u = state.displacement(worst.load_case)
-    lattice = as_stiffness(model, (1 - model.solid_share) * lattice_stiffness(model, rho))
+    lattice = as_stiffness(model, (1 - model.solid_fraction) * lattice_stiffness(model, rho))
     shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
     if worst.value <= 0 or shared.sum() <= 0:
         return 0.0, mean

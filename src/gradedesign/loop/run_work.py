@@ -44,7 +44,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     """
     case = setup.case
     density = guessed_density(setup, solid)
-    share = setup.model.solid_share
+    share = setup.model.solid_fraction
     volume = float(setup.model.volumes @ (share + (1 - share) * density))
     cube, cubes = predicted_grid(setup, density, volume)
     tets = TETS_PER_SOLID_CUBE * volume / cube**3

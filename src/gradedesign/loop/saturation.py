@@ -118,7 +118,7 @@ def density_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]
 
 def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
     """Whether tetrahedra ask for more density than they have, and all are at the upper bound."""
-    lattice = setup.model.solid_share < 1
+    lattice = setup.model.solid_fraction < 1
     needy = lattice & (wanted > rho * (1 + AT_BOUND))
     return bool(needy.any() and (rho[needy] >= setup.bounds[1] * (1 - AT_BOUND)).all())
 

@@ -84,7 +84,7 @@ def sizing_key(
         law.strength(densities),
         model.space.mesh.points,
         model.space.mesh.tets,
-        model.solid_share,
+        model.solid_fraction,
         np.asarray(model.rotation),
         np.zeros(0) if model.walls is None else model.walls.kind,
         np.zeros(0) if model.fill is None else model.fill.effective,

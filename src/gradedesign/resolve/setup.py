@@ -118,7 +118,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     bounds, warnings = density_bounds(case, cell, law, layout.least)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, part, known.mesher)
-    report_step("supports, loads and solid shares of the part")
+    report_step("supports, loads and solid volume fractions of the part")
     shares = solid_fraction(domain, mesh)
     volumes = signed_volumes(mesh)
     analysable = analysable_bounds(

@@ -19,7 +19,7 @@ def thinnest_wall(setup: Setup, grid: DensityGrid) -> float:
     if layout.cell_map.name == "uniform":
         least = float(grid.values.min())
         return float(wall_mm(setup.cell, least, layout.least))
-    lattice = setup.model.solid_share < 1
+    lattice = setup.model.solid_fraction < 1
     if not lattice.any():
         return float(wall_mm(setup.cell, setup.bounds[0], layout.typical))
     places = centroids(setup.space.mesh)[:, lattice]

@@ -160,7 +160,7 @@ def _solid_vtu(
 def _density_files(
     out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
 ) -> tuple[str, ...]:
-    shown = np.where(setup.model.solid_share >= 1.0, 1.0, rho)
+    shown = np.where(setup.model.solid_fraction >= 1.0, 1.0, rho)
     files["density"] = "density.png"
     warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
     _adopt_drawn(out, files, "density")
@@ -172,7 +172,7 @@ def _density_files(
             setup.space.mesh,
             cell_data={
                 "relative_density [-]": rho,
-                "solid_share [-]": setup.model.solid_share,
+                "solid_volume_fraction [-]": setup.model.solid_fraction,
             },
         )
         out.adopt("density.vtu")

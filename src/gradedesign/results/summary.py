@@ -306,7 +306,7 @@ def size_effects_data(setup: Setup) -> dict[str, Any]:
         low = setup.bounds[0]
         reason = why_periodic(setup.case, setup.law.kind, setup.cell, low)
         return {"mode": "periodic", **({"reason": reason} if reason else {})}
-    weight = setup.model.volumes * (setup.model.solid_share < 1)
+    weight = setup.model.volumes * (setup.model.solid_fraction < 1)
     return {
         "mode": "walls",
         "kinds": len(walls.classes),

@@ -76,7 +76,7 @@ def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Stiffness of both phases in parallel, shaped as `lattice_stiffness`, MPa."""
-    share = model.solid_share
+    share = model.solid_fraction
     lattice = (1 - share) * lattice_stiffness(model, rho)
     solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
     if model.walls is not None:

@@ -138,4 +138,4 @@ def force_slope(
     if not np.any(case.acceleration):
         return np.zeros(len(rho))
     work = body_force_work(model.space, case.acceleration, displacement)
-    return work * model.material.density * (1 - model.solid_share) * solid_slope(model, rho)
+    return work * model.material.density * (1 - model.solid_fraction) * solid_slope(model, rho)
