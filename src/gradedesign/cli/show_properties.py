@@ -78,7 +78,8 @@ def print_block(data: Mapping[str, Any]) -> None:
         f"{data['cell']} at relative density {data['density']:g}, Poisson's ratio "
         f"{data['poissons_ratio']:g}: boundary {data['boundary']} on {piece}{data['cells']}^3 "
         f"cells of {data['resolution']}^3 voxels, "
-        f"{data['solid_volume_fraction']:.4g} of them solid, void {'with ' + format(void, 'g') + ' of the stiffness' if void else 'empty'}"
+        f"{data['solid_volume_fraction']:.4g} of them solid, "
+        f"void {'with ' + format(void, 'g') + ' of the stiffness' if void else 'empty'}"
     )
     print_text("moduli in % of the base material's Young's modulus; nothing is extrapolated")
     for title, stiffness in (("this block", data), ("the periodic lattice", data["periodic"])):
