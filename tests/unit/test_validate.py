@@ -55,7 +55,7 @@ def test_everything_as_expected(cli, suite):
     ended = cli("validate", folder)
     assert ended.code == 0
     assert ended.out.count(" ok ") == 6
-    assert "9.9 to 10.1" in ended.out
+    assert "9.9 to" in ended.out
     assert {"acceptance", "criterion"} <= set(ended.out.split())  # wrapped in its column
 
 
