@@ -138,10 +138,10 @@ def shape(text):
     return re.sub(r"[+-]?\d+([.:]\d+)*(e[+-]?\d+)?%?", "#", " ".join(text.split()))
 
 
-def filled(record, limits):
-    """A record of numbers, whatever its fields, with these limits."""
-    values = {int: 3, float: 2.5, bool: True, Mapping[str, float]: {},
-              tuple[LimitIteration, ...]: limits}  # fmt: skip
+def filled(record, count):
+    """A record of numbers, whatever its fields."""
+    values = {int: 3, float: 2.5, bool: True, tuple[float, ...]: (2.5,) * count,
+              Mapping[str, float]: {}, tuple[LimitIteration, ...]: ()}  # fmt: skip
     hints = typing.get_type_hints(record)
     return record(**{name: values[typing.get_args(h)[0] if h == float | None else h]
                      for name, h in hints.items()})  # fmt: skip
@@ -159,16 +159,18 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     case = load_case("cases/bracket")
     result = run(case, on_event=ProgressLines())
     rows = tuple(replace(row, resolution_error=-0.029) for row in result.limits)
-    rows += (replace(rows[0], key=LimitKey(kind="stress"), name="stress in lattice", unit="MPa"),)
+    key = LimitKey(kind="stress", region="lattice")
+    rows += (replace(rows[0], key=key, name="stress in lattice", unit="MPa"),)
     limits = tuple(
         LimitIteration(
-            key=row.key, name=row.name, unit=row.unit, predicted=1.0, explicit=1.1,
-            discrepancy=0.1, factor=1.0,
+            key=r.key, name=r.name, unit=r.unit, predicted=1, explicit=2, gap=1, factor=1
         )
-        for row in rows
-    )  # fmt: skip
+        for r in rows
+    )
     announce = Announcer(ProgressLines())
-    announce.round(SimpleNamespace(iteration=filled(Iteration, limits), rows=rows))
+    announce.round(
+        SimpleNamespace(iteration=replace(filled(Iteration, 1), limits=limits), rows=rows)
+    )
     sample = block("text", "Limits\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))
     reason = verdict.removeprefix("MET, lightest: ")

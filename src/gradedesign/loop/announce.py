@@ -11,7 +11,8 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.predicted_cost import CostPrediction
 from gradedesign.loop.rounds import Round
-from gradedesign.resolve.setup import Setup, part_volume
+from gradedesign.resolve.problem import part_volume
+from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingStep
 from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import Event, Listener, stepping
@@ -76,14 +77,14 @@ class Announcer:
         self.listener(Event(stage=stage, message=message, values=values))
 
     def part(self, setup: Setup) -> None:
-        """Report the size of the part, the cell and the law."""
-        mesh = setup.space.mesh
+        """Say what was read and found."""
+        mesh = setup.problem.space.mesh
         self.say(
             "part",
-            f"{part_volume(setup):.6g} mm^3, {mesh.tets.shape[1]} tets, "
-            f"{setup.space.dof_count} dof; cell {setup.cell.name} of "
-            f"{setup.case.lattice.size_words}, law {setup.law.name}, density "
-            f"{setup.bounds[0]:.3g} to {setup.bounds[1]:.3g}",
+            f"{part_volume(setup.problem):.6g} mm^3, {mesh.tets.shape[1]} tets, "
+            f"{setup.problem.space.dof_count} dof; cell {setup.cells.cell.name} of "
+            f"{setup.problem.case.lattice.size_words}, law {setup.cells.law.name}, density "
+            f"{setup.cells.bounds[0]:.3g} to {setup.cells.bounds[1]:.3g}",
         )
         for warning in setup.warnings:
             self.say("warning", warning)
