@@ -118,7 +118,7 @@ def lattice(skin=None, window=0.8):
             cell=SimpleNamespace(window=(0.1, 0.9)),
             law=SimpleNamespace(window=(0.1, window)),
         ),
-        model=SimpleNamespace(solid_share=np.array([0.0, 0.0, 1.0])),
+        model=SimpleNamespace(solid_fraction=np.array([0.0, 0.0, 1.0])),
     )
 
 

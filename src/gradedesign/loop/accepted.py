@@ -139,7 +139,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     design, problem = analysed.design, setup.problem
     step = SURFACE_PER_CUBE * analysed.mesh.cube
     raw = trimmed_surface(design, problem.part.surface, step)
-    report_step("loose pieces of the surface")
+    report_step("disconnected components of the surface")
     surface, islands = remove_islands(
         raw, keep=setup.problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )

@@ -77,7 +77,7 @@ class Announcer:
         self.listener(Event(stage=stage, message=message, values=values))
 
     def part(self, setup: Setup) -> None:
-        """Say what was read and found."""
+        """Report the size of the part, the cell and the law."""
         mesh = setup.problem.space.mesh
         self.say(
             "part",

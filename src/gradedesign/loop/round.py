@@ -83,7 +83,7 @@ class Prediction:
 
 
 def corrected_model(model: HomogenisedModel, correction: Correction) -> HomogenisedModel:
-    """The homogenised model with the stiffness that explicit analyses taught."""
+    """Homogenised model with the stiffness corrected by explicit analyses."""
     return replace(
         model,
         stiffness_factor=correction.stiffness,
@@ -111,7 +111,7 @@ def design_filter(setup: Setup) -> csr_matrix:
     if setup.problem.case.lattice.grading == "uniform":
         return uniform_filter(mesh.tets.shape[1])
     radius = setup.problem.case.lattice.filter_radius * setup.cells.layout.typical
-    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
+    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_fraction, 1e-6)
     return cone_filter(centroids(mesh), weights, radius)
 
 
@@ -189,7 +189,7 @@ def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> Latt
 
 
 def judged_solid(problem: Problem, design: LatticeDesign) -> JudgedSolid:
-    """What every analysis of the printed solid needs besides its mesh."""
+    """Input of an analysis of the printed solid, besides its mesh."""
     regions = {name: problem.part.regions[name] for name in problem.facets}
     return JudgedSolid(
         case=problem.case,

@@ -35,7 +35,7 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingResult, SizingStep
 from gradedesign.verify.correction import (
     Correction,
-    Gap,
+    Discrepancy,
     kept_share,
 )
 from gradedesign.verify.explicit import (
@@ -181,7 +181,7 @@ def play_round(
     lesson = learn(
         setup.model,
         setup.problem.limits,
-        Prior(correction=correction, gaps=tuple(done.gap for done in previous)),
+        Prior(correction=correction, discrepancies=tuple(done.discrepancy for done in previous)),
         predicted,
         analysed.result,
         sized.rho,
@@ -199,7 +199,7 @@ def play_round(
         variables=sized.variables,
         rho=sized.rho,
         at_lower_bound=touches_lower_bound(setup, sized.rho),
-        gap=lesson.gap,
+        discrepancy=lesson.discrepancy,
     )
     return done, analysed
 
@@ -213,7 +213,7 @@ def sizing_plan(previous: Sequence[Round]) -> SizingPlan:
             FIRST_ITERATIONS[number] if number < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
         ),
         target=aim_of(previous),
-        keep=kept_share([done.gap for done in previous]),
+        keep=kept_share([done.discrepancy for done in previous]),
     )
 
 
@@ -227,7 +227,7 @@ def compared(
 ) -> Iteration:
     """Predicted beside explicit values of a design; its number and seconds are not known here."""
     result, rows = analysed.result, lesson.rows
-    explicit, gaps = lesson.explicit, dict(lesson.gap.values)
+    explicit, discrepancies = lesson.explicit, dict(lesson.discrepancy.values)
     masses = explicit_masses(setup.problem.material, analysed.mesh, result)
     weights = setup.model.lattice_volumes
     asked = explicit_cube(setup.problem, setup.cells, analysed.grid)
@@ -243,7 +243,7 @@ def compared(
                 unit=limit.unit,
                 predicted=float(predicted.values[limit.key].value),
                 explicit=explicit.get(limit.key),
-                gap=gaps.get(limit.key),
+                discrepancy=discrepancies.get(limit.key),
                 factor=correction.factor(limit.key),
             )
             for limit in setup.problem.limits

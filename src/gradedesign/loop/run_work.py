@@ -85,7 +85,7 @@ def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, 
 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
-    """Mean density at which the law loses what the solid part has to spare."""
+    """Mean density at which the lattice, by the law, uses up the margin of the solid part."""
     low, high = setup.cells.bounds
     if not solid:
         return low + (high - low) * USUAL_SHARE
@@ -94,6 +94,6 @@ def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
     strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
     stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
-    soft = max((row.use for row in solid if row.key.kind in stiff), default=0.0)
-    weak = max((row.use for row in solid if row.key.kind not in stiff), default=0.0)
+    soft = max((row.utilisation for row in solid if row.key.kind in stiff), default=0.0)
+    weak = max((row.utilisation for row in solid if row.key.kind not in stiff), default=0.0)
     return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))

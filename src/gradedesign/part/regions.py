@@ -137,7 +137,7 @@ def _resolve(
     fits = np.asarray(np.all([match.fits for match in filters] or [_everything(part)], axis=0))
     miss = np.sum([match.miss for match in filters], axis=0) if filters else np.zeros(len(fits))
     if not fits.any():
-        raise CaseError(nothing_found(part, name, found, miss))
+        raise CaseError(nothing_found(part, name, filters, miss))
     if spec.nearest is not None:
         fits = _nearest(part, fits, np.array(spec.nearest))
     clips = tuple(box for operand in spec.all for box in named[operand].clips)
@@ -147,7 +147,7 @@ def _resolve(
         clips += (spec.box,)
     triangles &= fits[part.faces.label]
     if not triangles.any():
-        raise CaseError(nothing_found(part, name, found, miss))
+        raise CaseError(nothing_found(part, name, filters, miss))
     done[name] = _Selection(faces=fits, triangles=triangles, clips=clips)
     return done[name]
 

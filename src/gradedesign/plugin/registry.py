@@ -188,7 +188,7 @@ def absent(registry: Registry, message: str) -> CaseError | PluginError:
     return CaseError(message)
 
 
-_Found = dict[str, dict[str, tuple[Any, PluginSource]]]
+_Entries = dict[str, dict[str, tuple[Any, PluginSource]]]
 
 
 def _collect(

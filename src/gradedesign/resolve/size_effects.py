@@ -123,7 +123,7 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
             problem.part,
             domain,
             mesh,
-            model.solid_share < 1,
+            model.solid_fraction < 1,
             wall_material(cells.cell, cells.bounds, model.material.poissons_ratio),
             lambda wall: on_event(
                 Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")

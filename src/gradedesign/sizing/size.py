@@ -108,7 +108,7 @@ def size(
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
-        floor = _density_floor(problem, uses, state, allowances)
+        floor = _density_floor(problem, utilisations, state, allowances)
         floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
         lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
         upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
@@ -126,7 +126,7 @@ def size(
         history.append(step)
         if on_step is not None:
             on_step(step)
-        holds = step.use <= _near_enough(problem, tolerance)
+        holds = step.utilisation <= _near_enough(problem, tolerance)
         if iteration > 2 and _stands_still(history, tolerance, holds=holds):
             return sizing_result(problem, x, history, converged=True)
         if holds and iteration + 1 >= max_iterations:
@@ -166,7 +166,7 @@ def _new_variables(
     new[active] = optimality_step(
         x[active],
         felt.cost[active],
-        pointwise.use / problem.target,
+        pointwise.utilisation / problem.target,
         (pointwise.gradients / problem.target) @ felt.filter,
         lower[active],
         upper[active],
@@ -177,23 +177,23 @@ def _new_variables(
 
 def _density_floor(
     problem: SizingProblem,
-    uses: tuple[float, ...],
+    utilisations: tuple[float, ...],
     state: SolvedState,
     allowances: list[float],
 ) -> FloatArray:
     """Least density ``(M,)`` that the limits without gradient ask for; steers ``allowances``."""
     lo, hi = problem.bounds
     floor = np.full(state.rho.shape, lo)
-    for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
+    for k, (limit, utilisation) in enumerate(zip(problem.limits, utilisations, strict=True)):
         if not limit.by_gradient:
-            allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
+            allowances[k] = _next_allowance(limit, allowances[k], problem.target, utilisation)
             wanted = limit.least_density(state, allowances[k])
             floor = np.maximum(floor, np.clip(wanted, lo, hi))
     return floor
 
 
 def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
-    """Nothing moves at all, or densities, mass and uses settle where the limits hold."""
+    """Nothing moves at all, or densities, mass and utilisations settle where the limits hold."""
     change = history[-1].change
     settled = change < tolerance or _mass_settled(history, tolerance)
     return change < STILL * tolerance or (settled and holds)

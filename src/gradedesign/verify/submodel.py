@@ -1,4 +1,4 @@
-"""A window of the exported surface, meshed anew and driven by the explicit displacements.
+"""Submodel of the exported surface, meshed anew, driven by displacements of the explicit analysis.
 
 Above 300 lines: cut, mesh, drive and compare are one method, and nothing else uses its parts.
 """
