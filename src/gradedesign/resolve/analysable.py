@@ -51,7 +51,7 @@ class Analysable:
 
 
 def solid_layers(case: Case) -> list[float]:
-    """Thicknesses of the skin and of the margins of kept regions, mm."""
+    """Thicknesses of the skin and of the margins of passive regions, mm."""
     skin = case.lattice.skin
     return [k.margin for k in case.keep if k.margin > 0] + ([skin] if skin else [])
 
