@@ -36,11 +36,14 @@ cell = "gyroid-sheet"
 size = "12 mm"
 law = "gyroid-sheet-computed"
 density = [0.2, 0.7]
+size_effects = {size_effects}
 """
 
 
-def answer(cli, folder, force):
-    (folder / "case.toml").write_text(CASE.format(force=force))
+def answer(cli, folder, force, *, size_effects=False):
+    (folder / "case.toml").write_text(
+        CASE.format(force=force, size_effects="true" if size_effects else "false")
+    )
     ended = cli("check", folder, "--estimate", "--no-picture", "--json")
     assert ended.code == 0, ended.err
     return json.loads(ended.out)["first_answer"]
@@ -73,3 +76,11 @@ def test_what_no_density_meets_has_a_reason(cli, tmp_path):
     rows = answer(cli, tmp_path, 14000)["constant_density"]
     assert [row["density"] for row in rows if row["limit"].startswith("stress")] == [None]
     assert all(row["reason"] for row in rows if row["density"] is None)
+
+
+def test_the_sizing_knows_what_walls_of_one_cell_keep(cli, tmp_path):
+    # Sheets cut to one cell are softer than the periodic lattice: about a tenth more is needed.
+    periodic = answer(cli, tmp_path, 3000)
+    walls = answer(cli, tmp_path, 3000, size_effects=True)
+    assert walls["sized"]["mass_g"] > 1.03 * periodic["sized"]["mass_g"]
+    assert walls["constant_density"] == periodic["constant_density"]
