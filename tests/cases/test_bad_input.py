@@ -313,7 +313,7 @@ def install(folder, monkeypatch, source):
 
 CELL = """
 import numpy as np
-from gradedesign import CellFamily, hookimpl, power_law
+from gradedesign import CellFamily, LawOrigin, hookimpl, power_law
 
 def shape(u):
     return {value}
@@ -324,8 +324,8 @@ def gradedesign_cell_families():
 
 @hookimpl
 def gradedesign_scaling_laws():
-    yield power_law("acme-law", ("acme-cell",), 1.0, 2.0, 1.0, 2.0, (0.1, 0.9),
-                    kind="fe", source="none", test="none")
+    yield power_law("acme-law", ("acme-cell",), youngs=(1.0, 2.0), strength=(1.0, 2.0),
+                    window=(0.1, 0.9), origin=LawOrigin(kind="fe", source="none", test="none"))
 """
 
 

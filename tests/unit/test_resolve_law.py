@@ -11,6 +11,7 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError
 from gradedesign.limits.local_stress import percentile_warnings
 from gradedesign.material.local_stress_law import LocalStressLaw
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve import resolve_law as module
@@ -27,9 +28,13 @@ FAMILY = CellFamily(name="cube", shape=shape, parameters={"bend": 0.5})
 
 def law(kind="fe", name="written"):
     return power_law(
-        name=name, families=("cube",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.6),
-        kind=kind, source="this test", test="none",
-    )  # fmt: skip
+        name,
+        ("cube",),
+        youngs=(1.0, 2.0),
+        strength=(1.0, 1.5),
+        window=(0.1, 0.6),
+        origin=LawOrigin(kind=kind, source="this test", test="none"),
+    )
 
 
 def build_registry_with(laws):

@@ -81,7 +81,7 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
     setup = prepare(case, registry)
     report_step("solid part")
-    solutions = solve_solid(setup)
+    solutions = solve_solid(setup.problem)
     return first_answer(with_solid(setup, solutions), solutions)
 
 
