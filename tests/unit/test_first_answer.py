@@ -52,12 +52,16 @@ def test_constant_densities_invert_the_law(cli, tmp_path):
     by_limit = {row["limit"].split()[0]: row for row in found["constant_density"]}
     bar = by_limit["displacement"]
     # F L / (A E) = 3000 * 24 / (144 * 110e3) mm over 0.02 mm; the clamped end makes it stiffer.
-    assert bar["use_when_solid"] == pytest.approx(3000 * 24 / (144 * 110e3) / 0.02, rel=0.05)
+    assert bar["utilisation_when_solid"] == pytest.approx(
+        3000 * 24 / (144 * 110e3) / 0.02, rel=0.05
+    )
     rho = np.asarray(bar["density"])
-    assert 1 / np.linalg.inv(law.stiffness(rho))[0, 0] == pytest.approx(bar["use_when_solid"])
+    assert 1 / np.linalg.inv(law.stiffness(rho))[0, 0] == pytest.approx(
+        bar["utilisation_when_solid"]
+    )
     stress = by_limit["stress"]
     assert float(law.strength(np.asarray(stress["density"]))) == pytest.approx(
-        stress["use_when_solid"]
+        stress["utilisation_when_solid"]
     )
     worst = max(bar["density"], stress["density"])
     assert found["constant_density_of_all"] == worst

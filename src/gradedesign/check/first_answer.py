@@ -52,21 +52,21 @@ class FirstAnswer:
         Predicted mass of the graded design; None where the solid part breaks a limit already.
     sized_density : float or None
         Its mean over the lattice.
-    sized_use : float or None
-        Largest predicted use of a limit.
+    sized_utilisation : float or None
+        Largest predicted utilisation of a limit.
     """
 
     constant: tuple[ConstantDensity, ...]
     sized_mass_g: float | None = None
     sized_density: float | None = None
-    sized_use: float | None = None
+    sized_utilisation: float | None = None
 
     @property
     def governing(self) -> ConstantDensity | None:
         """The limit that asks for the greatest density; None where one cannot be met."""
-        if not self.constant or any(one.density is None for one in self.constant):
+        if not self.constant or any(answer.density is None for answer in self.constant):
             return None
-        return max(self.constant, key=lambda one: one.density or 0.0)
+        return max(self.constant, key=lambda answer: answer.density or 0.0)
 
 
 def first_answer(setup: Setup) -> FirstAnswer:
@@ -93,12 +93,12 @@ def first_answer(setup: Setup) -> FirstAnswer:
         return FirstAnswer(constant=constant)
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
-    weights = setup.model.volumes * (1.0 - setup.model.solid_share)
+    weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
     return FirstAnswer(
         constant=constant,
         sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
         sized_density=float(weights @ sized.rho / weights.sum()),
-        sized_use=sized.history[-1].use,
+        sized_utilisation=sized.history[-1].utilisation,
     )
 
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
-from gradedesign.errors import GradeDesignError
 from gradedesign.generate.generate_files import write_generated
 from gradedesign.generate.stated_cells import (
     BuiltCells,
@@ -42,7 +41,7 @@ from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.common import library_versions
-from gradedesign.results.files import write_result
+from gradedesign.results.failed import recording_failure
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -65,7 +64,7 @@ class Generated:
     surface : SurfaceMesh
         What is printed.
     islands : Islands
-        Loose pieces that were removed from it.
+        Disconnected components that were removed from it.
     slabs : tuple of SlabDensities
         Across x, y and z.
     step : float, mm
@@ -125,20 +124,8 @@ def generate(
     target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=False, overwrite=overwrite) as out:
         announce = Announcer(on_event)
-        try:
+        with recording_failure(out, case, announce.timing):
             return _generate(case, registry, out, announce, density)
-        except GradeDesignError as error:
-            failed = RunResult(
-                status="failed",
-                lightest=False,
-                reason=str(error),
-                case_hash=case.case_hash,
-                case_name=case.name,
-                folder=out.path,
-                timing_s=announce.timing(),
-            )
-            write_result(out, failed)
-            raise
 
 
 def _generate(
@@ -196,7 +183,7 @@ def _design(
 def build(
     case: GenerateCase, part: Part, cells: StatedCells, built: BuiltCells, design: LatticeDesign
 ) -> Generated:
-    """Surface of a lattice without loose pieces, and its densities.
+    """Surface of a lattice without disconnected components, and its densities.
 
     Raises
     ------
@@ -208,7 +195,7 @@ def build(
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     raw = trimmed_surface(design, part.surface, step)
-    report_step("loose pieces of the surface")
+    report_step("disconnected components of the surface")
     surface, islands = remove_islands(
         raw, keep=design.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
@@ -234,7 +221,7 @@ def build(
 def generated_result(
     case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
 ) -> RunResult:
-    """What was made, as the result that is written."""
+    """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")

@@ -1,4 +1,4 @@
-"""What is sized: the part with its loads and limits, which no round changes."""
+"""Design problem: the part with its loads and limits, which no iteration changes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from gradedesign.fe.space import TetSpace
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.limits.limit import Limit
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.resolve.lattice_files import LatticeFile
+from gradedesign.verify.analysis import ExplicitAnalysis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,7 +31,7 @@ class Problem:
     domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
-    solid_share : (M,) array
+    solid_fraction : (M,) array
         Share of each tetrahedron that stays fully dense, 0 to 1.
     facets : dict of region to (k, 3) int array
     loads : tuple of PartLoadCase
@@ -41,6 +43,9 @@ class Problem:
     clamped : tuple of callable
         Distances to the regions that are supported, mm.
     exclusion_radius : float, mm
+    analysis : ExplicitAnalysis
+    mesher : Mesher
+        Of the acceptance.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     """
@@ -50,7 +55,7 @@ class Problem:
     part: Part
     domain: DesignDomain
     space: TetSpace
-    solid_share: FloatArray
+    solid_fraction: FloatArray
     facets: dict[str, IntArray]
     loads: tuple[PartLoadCase, ...]
     solver: LinearSolver
@@ -58,6 +63,8 @@ class Problem:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
+    analysis: ExplicitAnalysis
+    mesher: Mesher
     lattice_files: tuple[LatticeFile, ...] = ()
 
 

@@ -1,4 +1,4 @@
-"""The fully solid part, which must hold every limit before any lattice is worth making."""
+"""Analysis of the fully solid part, which must hold every limit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes
+from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes, work_of
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
@@ -19,7 +19,6 @@ from gradedesign.limits.verdict import limit_rows
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
-from gradedesign.verify.explicit import work_of
 
 
 def solve_solid(problem: Problem) -> tuple[Solution, ...]:
@@ -52,7 +51,7 @@ class SolidStress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidAnalysis:
-    """What limits read of the fully solid part.
+    """Analysis of the fully solid part, as limits read it.
 
     Attributes
     ----------
@@ -104,7 +103,7 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
 
 
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """The setup with what the solid part shows: its rows, and limits relative to it resolved.
+    """Setup with the rows of the solid part, and with limits relative to it resolved.
 
     Raises
     ------

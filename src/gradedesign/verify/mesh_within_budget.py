@@ -26,8 +26,8 @@ log = logging.getLogger(__name__)
 #: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
 #: mesh must hold its volume on it as on any other.
 COARSEST = 1.25
-#: What keeps this share on a finer grid, loose pieces or a difference of volume, is no fault of the
-#: grid.
+#: What keeps this share on a finer grid, disconnected components or a difference of volume, is no
+#: fault of the grid.
 SAME_LOSS = 0.8
 
 
@@ -64,7 +64,8 @@ def mesh_within_budget(
         If the lattice falls apart on a finer grid as it does on a coarser one.
     """
     with stepping("volume of the lattice"):
-        volume = field_volume(design, fitted_cube(design, cube))
+        box = design.domain.upper - design.domain.lower
+        volume = field_volume(design, fitted_cube(box, cube))
     fitting = fitting_cube(volume, memory_limit_bytes)
     refused: list[str] = []
 
