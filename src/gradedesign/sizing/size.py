@@ -112,29 +112,14 @@ def size(
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
-<<<<<<< HEAD
-        floor = _density_floor(problem, uses, state, allowances)
-        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
-=======
         floor = _density_floor(problem, utilisations, state, allowances)
-        floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
->>>>>>> 750cafd168863c95e0a9a5af0a6c4cb3370ded5a
+        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
         lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
         upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
         exponent = _mean_exponent(model, rho, weights)
         new = _new_variables(problem, felt, x, pointwise, (lower, upper), exponent)
         change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
-<<<<<<< HEAD
-        step = _step(problem, rho, iteration, uses, change, move)
-=======
-        step = SizingStep(
-            iteration=iteration,
-            mass_g=lattice_mass(model, rho) * 1e6,
-            mean_density=float(weights @ rho / weights.sum()),
-            utilisations=utilisations,
-            change=change,
-        )
->>>>>>> 750cafd168863c95e0a9a5af0a6c4cb3370ded5a
+        step = _step(problem, rho, iteration, utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
@@ -156,18 +141,16 @@ def _step(
     problem: SizingProblem,
     rho: FloatArray,
     iteration: int,
-    uses: tuple[float, ...],
+    utilisations: tuple[float, ...],
     change: float,
-    move: float,
 ) -> SizingStep:
     weights = problem.model.lattice_volumes
     return SizingStep(
         iteration=iteration,
         mass_g=lattice_mass(problem.model, rho) * 1e6,
         mean_density=float(weights @ rho / weights.sum()),
-        uses=uses,
+        utilisations=utilisations,
         change=change,
-        move=move,
     )
 
 
