@@ -55,7 +55,12 @@ def verdict(monkeypatch):
             rows=(row(use),),
             holds=use <= 1.0,
             analysed=SimpleNamespace(
-                layout=layout, mesh=SimpleNamespace(refused=("a grid of 1 mm was refined",))
+                layout=layout,
+                result=SimpleNamespace(
+                    solved=SimpleNamespace(
+                        division=SimpleNamespace(refused=("a grid of 1 mm was refined",))
+                    )
+                ),
             ),
         )
         return summary.verdict_result(setup, None, [played], accepted, ended)

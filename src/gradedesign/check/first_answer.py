@@ -7,12 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.errors import DensityError
+from gradedesign.fe.solution import Solution
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.round import SizingPlan, design_filter, size_round
 from gradedesign.material.constant_density import density_for_displacement, density_for_stress
+from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.sizing.homogenised import total_mass
 from gradedesign.verify.correction import Correction
+from gradedesign.workspace.progress import report_step
 
 #: Iterations of the sizing: as in the second round of a run, whose mass changes little after.
 SIZING_ITERATIONS = 20
@@ -69,13 +73,15 @@ class FirstAnswer:
         return max(self.constant, key=lambda answer: answer.density or 0.0)
 
 
-def first_answer(setup: Setup) -> FirstAnswer:
+def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
     """Constant densities that meet the limits, and one sizing of the homogenised part.
 
     Parameters
     ----------
     setup : Setup
         Its solid part analysed, see `solid.with_solid`.
+    solutions : tuple of Solution
+        Of the solid part, one per load case.
 
     Returns
     -------
@@ -91,6 +97,8 @@ def first_answer(setup: Setup) -> FirstAnswer:
     constant = tuple(_constant(setup, row) for row in setup.solid)
     if not all(row.passed for row in setup.solid):
         return FirstAnswer(constant=constant)
+    setup = with_size_effects(oriented(setup, solutions))
+    report_step("sizing")
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
     weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)

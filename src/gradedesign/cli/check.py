@@ -81,9 +81,8 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
     setup = prepare(case, registry)
     report_step("solid part")
-    setup = with_solid(setup, solve_solid(setup.problem))
-    report_step("sizing")
-    return first_answer(setup)
+    solutions = solve_solid(setup.problem)
+    return first_answer(with_solid(setup, solutions), solutions)
 
 
 def picture_path(checked: CaseCheck) -> Path:

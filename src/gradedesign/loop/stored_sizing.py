@@ -20,7 +20,7 @@ from gradedesign.workspace.program_key import program_key
 
 KIND = "sizing"
 #: Fields of a step of the history that are one number, beside its own.
-_NUMBERS = ("mass_g", "mean_density", "change", "move")
+_NUMBERS = ("mass_g", "mean_density", "change")
 
 
 def stored_sizing(

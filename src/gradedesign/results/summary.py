@@ -163,7 +163,7 @@ def best_round(rounds: Sequence[Round]) -> Round:
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
-    """What the verdict rests on, per limit."""
+    """Analyses that the verdict rests on, per limit."""
     a, analysed = accepted.acceptance, accepted.analysed
     division = analysed.result.solved.division
     sizes = [division.mesh_size]

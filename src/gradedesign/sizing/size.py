@@ -67,9 +67,8 @@ def size(
         Three times as many while a utilisation is above its aim.
     tolerance : float
         Converged when no density changes by more, relative to the upper bound, or mass and
-        utilisations stand still, and no utilisation is farther above its aim; or when nothing moves
-        at all, as where bounds keep a limit from being met. Whether the limits hold is
-        `SizingResult.feasible`.
+        utilisations stand still, none farther above its aim; or when nothing moves at all.
+        Whether the limits hold is `SizingResult.feasible`.
     move : float
         Largest relative change of a variable per iteration.
     keep : float
