@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.state import Response
-from gradedesign.sizing.felt_variables import FeltVariables, felt_variables
+from gradedesign.sizing.felt_variables import (
+    FeltVariables,
+    felt_variables,
+    first_variables,
+    variable_floor,
+)
 from gradedesign.sizing.homogenised import homogenised_system, lattice_mass
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
@@ -95,7 +99,7 @@ def size(
     weights = model.lattice_volumes
     felt = felt_variables(problem)
     active = felt.active
-    x = _first_variables(problem, felt, start)
+    x = first_variables(problem, felt, start)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
     allowances = [1.0] * len(problem.limits)
@@ -108,19 +112,13 @@ def size(
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = _density_floor(problem, utilisations, state, allowances)
-        floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
+        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
         lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
         upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
         exponent = _mean_exponent(model, rho, weights)
         new = _new_variables(problem, felt, x, pointwise, (lower, upper), exponent)
         change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
-        step = SizingStep(
-            iteration=iteration,
-            mass_g=lattice_mass(model, rho) * 1e6,
-            mean_density=float(weights @ rho / weights.sum()),
-            utilisations=utilisations,
-            change=change,
-        )
+        step = _step(problem, rho, iteration, utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
@@ -138,13 +136,21 @@ def size(
     return sizing_result(problem, x, history, converged=False)
 
 
-def _first_variables(
-    problem: SizingProblem, felt: FeltVariables, start: FloatArray | None
-) -> FloatArray:
-    """Variables to begin from; those that no lattice feels stay at the lower bound."""
-    lo, hi = problem.bounds
-    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start
-    return np.where(felt.active, np.clip(x, lo, hi), lo)
+def _step(
+    problem: SizingProblem,
+    rho: FloatArray,
+    iteration: int,
+    utilisations: tuple[float, ...],
+    change: float,
+) -> SizingStep:
+    weights = problem.model.lattice_volumes
+    return SizingStep(
+        iteration=iteration,
+        mass_g=lattice_mass(problem.model, rho) * 1e6,
+        mean_density=float(weights @ rho / weights.sum()),
+        utilisations=utilisations,
+        change=change,
+    )
 
 
 def _new_variables(
@@ -248,17 +254,6 @@ def _next_allowance(limit: Limit, allowance: float, target: float, utilisation: 
     if utilisation <= 0:
         return allowance
     return float(np.clip(allowance * np.sqrt(target / utilisation), 0.5, limit.most_allowance))
-
-
-def _variable_floor(
-    matrix: csr_matrix, sums: FloatArray, floor: FloatArray, lo: float
-) -> FloatArray:
-    """Lower bound of each variable: the filter-weighted mean of what its elements need.
-
-    ``sums`` are the filter's column sums.
-    """
-    mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
-    return np.maximum(np.where(sums > 0, mean, lo), floor)
 
 
 def _near_enough(problem: SizingProblem, tolerance: float) -> float:
