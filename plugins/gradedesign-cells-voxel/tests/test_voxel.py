@@ -330,7 +330,9 @@ def test_voxels_that_do_not_repeat_are_refused():
     message = r"repeat along z: .*differ in 40\.0% of the face, .* inside in \d\.\d% at most"
     with pytest.raises(PluginError, match=message):
         voxel_surface(plate)
-    assert voxel_surface(plate, VoxelReading(tolerance=0.45)).density == pytest.approx(0.2, abs=0.01)
+    assert voxel_surface(plate, VoxelReading(tolerance=0.45)).density == pytest.approx(
+        0.2, abs=0.01
+    )
 
 
 def test_a_table_that_loses_material_is_refused():
