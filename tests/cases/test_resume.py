@@ -30,7 +30,7 @@ density = [0.45, 0.60]
 size_effects = false
 [run]
 max_rounds = 2
-mesh_cubes_per_wall = 1.0
+elements_per_wall = 1.0
 [output]
 formats = ["report"]
 """

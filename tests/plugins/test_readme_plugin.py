@@ -36,7 +36,7 @@ displacement = [{region = "tip", magnitude = "0.2 mm"}]
 [run]
 time = "5 min"
 max_rounds = 1
-mesh_cubes_per_wall = 2.0
+elements_per_wall = 2.0
 acceptance = "whole"
 [output]
 formats = ["stl", "ply", "voxels"]

@@ -130,7 +130,7 @@ def test_defaults_of_optional_tables(load):
     assert case.print is None
     assert (case.run.memory, case.run.time) == (8_000_000_000, 3600.0)
     assert (case.run.acceptance, case.run.max_rounds, case.run.stop_after) == ("auto", 6, "verdict")
-    assert (case.run.mesh_cubes_per_wall, case.run.window_count) == (None, 2)
+    assert (case.run.elements_per_wall, case.run.window_count) == (None, 2)
     assert case.run.explicit_mesh_size is None
     assert case.output.formats == ("stl", "vtu", "report")
     assert case.limits.exclusion == Exclusion(mesh_sizes=2.0)

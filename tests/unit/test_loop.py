@@ -248,7 +248,7 @@ def test_a_lattice_that_cannot_reach_a_limit_ends_the_loop(monkeypatch):
 def a_stress_limit():
     return StressLimit(
         key=STRESS, name="stress in lattice", allowed=100.0, percentile=99.5,
-        considered=np.ones(1, dtype=bool),
+        evaluated=np.ones(1, dtype=bool),
     )  # fmt: skip
 
 

@@ -13,10 +13,10 @@ from gradedesign.loop.predicted_cost import (
     mesher_tets,
     predict_cost,
 )
-from gradedesign.verify.acceptance import EDGE_PER_CUBE, choose_scope
+from gradedesign.verify.acceptance import EDGE_PER_SPACING, choose_scope
 from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
-from gradedesign.verify.tets import CUBE_S, estimate, solve_seconds
+from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_GRID_CELL
+from gradedesign.verify.tets import GRID_CELL_S, estimate, solve_seconds
 
 #: Of `cases/mini`: its own numbers of the second round, whole lattice re-meshed.
 MINI = RunWork(
@@ -25,7 +25,7 @@ MINI = RunWork(
     adjoint_solves=1,
     explicit_dofs=282_333,
     explicit_memory=7,
-    explicit_mesh_s=CUBE_S * 14_400,
+    explicit_mesh_s=GRID_CELL_S * 14_400,
     explicit_solve_s=solve_seconds(282_333, 1),
     mesher_tets=mesher_tets(58_401),
     rounds=6,
@@ -94,18 +94,20 @@ def test_a_stage_that_is_missing_teaches_nothing():
 def test_tetrahedra_are_estimated_before_they_are_made():
     # A box of 8 x 4 x 4 mm on cubes of 1 mm, two to spare at every face, 100 mm^3 of it solid.
     found = estimate(PlannedSolid(box=(8.0, 4.0, 4.0), volume=100.0, load_cases=3), 1.0)
-    assert found.mesh_s == pytest.approx(CUBE_S * 12 * 8 * 8)
+    assert found.mesh_s == pytest.approx(GRID_CELL_S * 12 * 8 * 8)
     # 14 tetrahedra a cube of solid and 5.1 unknowns each are expected, 5.4 are allowed for.
     assert found.surface_tets == pytest.approx(1400.0)
     assert found.unknowns == pytest.approx(7140, abs=1)
-    assert found.memory_bytes == predict_memory_bytes(int(100 * TETS_PER_CUBE * DOFS_PER_TET), 2)
+    assert found.memory_bytes == predict_memory_bytes(
+        int(100 * TETS_PER_GRID_CELL * DOFS_PER_TET), 2
+    )
     # Two further load cases add 45 % each.
     assert found.solve_s == pytest.approx(1.9 * solve_seconds(found.unknowns, 1))
 
 
 def test_scope_follows_stated_budgets():
     # 400 tetrahedra a second, a sixth of the stated time: by definition.
-    most = 400.0 * EDGE_PER_CUBE**3 * 1200.0 / 6.0
+    most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 6.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
     assert choose_scope("auto", 1.01 * most, 1200.0) == "windows"
     assert choose_scope("whole", 1e9, 1.0) == "whole"

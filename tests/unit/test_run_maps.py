@@ -130,7 +130,7 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     widest = 2 * np.pi * np.hypot(x, z) / 38
     own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
     narrowest = wall_mm(calibrate(WALLS), 0.25, least)
-    wall = cube * setup.cells.cubes_per_wall
+    wall = cube * setup.cells.elements_per_wall
     assert wall == pytest.approx(float(own), rel=0.06)
     assert wall > 1.04 * narrowest
     design = build_design(setup.problem, setup.cells, grid)
@@ -250,7 +250,7 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     assert report["size_error"]["error"]["p95"] < 0.15
     grid = density_grid(made.problem, rho)
     # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
-    wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.cubes_per_wall
+    wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.elements_per_wall
     assert 1.7 < wall <= 2.0
     places = centroids(setup.problem.space.mesh)
     for q in range(4):

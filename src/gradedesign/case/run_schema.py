@@ -98,13 +98,13 @@ class RunSpec(Table):
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""
-    mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
-    """Grid cubes of the explicit mesh across the thinnest wall; measured on the cell by default:
+    elements_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
+    """Elements of the explicit grid across the thinnest wall; measured on the cell by default:
     1.25 for walls, 2 to 2.5 for struts."""
     window_count: Annotated[int, Whole(1, 64)] = 2
     """Windows analysed for acceptance."""
     explicit_mesh_size: Size | None = None
-    """Cube edge of the explicit mesh in mm, instead of ``mesh_cubes_per_wall``."""
+    """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""
 
 
 class OutputSpec(Table):

@@ -19,7 +19,7 @@ from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
-from gradedesign.verify.phases import considered_at
+from gradedesign.verify.phases import evaluated_at
 
 #: Places at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
@@ -127,4 +127,4 @@ def _left_out(known: ResolvedCase) -> tuple[str, ...]:
     radius = exclusion_radius(case)
     names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
     clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
-    return share_warnings(1.0 - float(considered_at(places, clamped, radius).mean()), radius)
+    return share_warnings(1.0 - float(evaluated_at(places, clamped, radius).mean()), radius)

@@ -163,7 +163,7 @@ def _prediction(checked: CaseCheck) -> dict[str, Any]:
         "density": list(checked.known.bounds),
         "mean_density": run.density,
         "thinnest_wall_mm": run.grid.wall,
-        "cube_mm": run.grid.cube,
+        "spacing_mm": run.grid.spacing,
         "grid_set_by": run.grid.set_by,
         "part_dofs": run.cost.part_dofs,
         "explicit_dofs": run.cost.explicit_dofs,

@@ -157,7 +157,7 @@ class PlacedCase:
     case : Case
     material : Material
     law : ScalingLaw
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Tetrahedra outside the exclusion radius around clamped regions.
     lattice_volumes : (M,) array, mm^3
     exclusion_radius : float, mm
@@ -169,7 +169,7 @@ class PlacedCase:
     case: Case
     material: Material
     law: ScalingLaw
-    considered: BoolArray
+    evaluated: BoolArray
     lattice_volumes: FloatArray
     exclusion_radius: float
     nodes: Mapping[str, IntArray]

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from gradedesign.loop.round import FIRST_ITERATIONS, TUNING_ITERATIONS
-from gradedesign.verify.acceptance import EDGE_PER_CUBE
+from gradedesign.verify.acceptance import EDGE_PER_SPACING
 from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
 #: Rounds that a run is predicted to play where it may: most reach a used limit in two to four.
@@ -191,7 +191,7 @@ def mesher_seconds(tets: int, speed: Speed = MEASURED) -> float:
 
 def mesher_tets(explicit_tets: float, share: float = 1.0) -> int:
     """Tetrahedra of the acceptance's mesher for a share of the lattice's volume."""
-    return int(share * explicit_tets / EDGE_PER_CUBE**3)
+    return int(share * explicit_tets / EDGE_PER_SPACING**3)
 
 
 def learned_speed(

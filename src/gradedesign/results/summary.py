@@ -234,7 +234,7 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
     if accepted.second.mesh_size is None:
         warnings.append(
             "no second mesh size could be analysed, so the resolution error of this verdict is "
-            "unknown; raise [run] mesh_cubes_per_wall or memory"
+            "unknown; raise [run] elements_per_wall or memory"
         )
     for attempt in failed_attempts(accepted.acceptance.attempts):
         warnings.append(f"the mesher of the acceptance was asked again after: {attempt}")
