@@ -35,7 +35,7 @@ cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.45, 0.60]
 [run]
-max_rounds = 2
+max_iterations = 2
 stop_after = "verdict"
 elements_per_wall = 1.5
 acceptance = "whole"

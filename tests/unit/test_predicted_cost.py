@@ -28,7 +28,7 @@ MINI = RunWork(
     explicit_mesh_s=GRID_CELL_S * 14_400,
     explicit_solve_s=solve_seconds(282_333, 1),
     mesher_tets=mesher_tets(58_401),
-    rounds=6,
+    iterations=6,
 )
 
 
@@ -39,7 +39,7 @@ def test_a_measured_round_is_predicted_within_the_factor():
         (found.sizing_s, 3.7),
         (found.explicit_mesh_s, 2.6),
         (found.explicit_solve_s, 8.2),
-        (found.round_s, 15.2),
+        (found.iteration_s, 15.2),
     ):
         assert measured / WITHIN < value < measured * WITHIN
 
@@ -56,20 +56,20 @@ def test_work_counts_where_it_is_done():
     assert base.acceptance_s < more.acceptance_s < 3 * base.acceptance_s
     assert more.sizing_s == pytest.approx(2 * base.sizing_s)  # 4 solves instead of 2
     # Ten iterations size; prediction and correction take the time of two more.
-    assert base.round_s == pytest.approx(
+    assert base.iteration_s == pytest.approx(
         1.2 * base.sizing_s + base.explicit_mesh_s + base.explicit_solve_s
     )
 
 
 def test_a_run_holds_its_rounds_and_one_acceptance():
-    one, many = predict_cost(replace(MINI, rounds=1)), predict_cost(MINI)
-    assert (one.rounds, many.rounds) == (1, 3)
+    one, many = predict_cost(replace(MINI, iterations=1)), predict_cost(MINI)
+    assert (one.iterations, many.iterations) == (1, 3)
     assert one.run_s == pytest.approx(
-        MEASURED.start + one.round_s + one.second_mesh_s + one.acceptance_s
+        MEASURED.start + one.iteration_s + one.second_mesh_s + one.acceptance_s
     )
     # Sizing plays 10, 20 and 8 iterations (`loop.round`).
     rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
-    assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)
+    assert many.run_s - one.run_s == pytest.approx(rounds - one.iteration_s)
 
 
 def test_the_first_round_replaces_the_measured_speeds():
@@ -79,7 +79,7 @@ def test_the_first_round_replaces_the_measured_speeds():
     assert found.sizing_s == pytest.approx(40.0)
     assert found.explicit_mesh_s == pytest.approx(30.0)
     assert found.explicit_solve_s == pytest.approx(100.0)
-    assert found.round_s == pytest.approx(178.0)
+    assert found.iteration_s == pytest.approx(178.0)
     assert found.learned
     # No round runs the mesher: it is as much slower as the solve was.
     slower = 100.0 / predict_cost(MINI).explicit_solve_s

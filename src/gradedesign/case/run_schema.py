@@ -84,9 +84,9 @@ class RunSpec(Table):
     time: Annotated[float, Quantity("time", at_least=1.0)] = 3600.0
     """Budget in seconds."""
     acceptance: Annotated[str, Choice(("auto", "whole", "windows"))] = "auto"
-    """Whether the whole lattice or its most stressed windows are meshed again for the verdict."""
-    max_rounds: Annotated[int, Whole(1, 100)] = 6
-    """Rounds of correction."""
+    """Whether the whole lattice or its most stressed submodels are meshed again for the verdict."""
+    max_iterations: Annotated[int, Whole(1, 100)] = 6
+    """Iterations of the loop, each a sizing and an explicit analysis, at most."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
@@ -102,7 +102,7 @@ class RunSpec(Table):
     """Elements of the explicit grid across the thinnest wall; measured on the cell by default:
     1.25 for walls, 2 to 2.5 for struts."""
     window_count: Annotated[int, Whole(1, 64)] = 2
-    """Windows analysed for acceptance."""
+    """Submodels analysed for acceptance."""
     explicit_mesh_size: Size | None = None
     """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""
 

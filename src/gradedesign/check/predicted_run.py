@@ -82,9 +82,9 @@ class PredictedRun:
         return self.law_s + self.cost.run_s
 
     @property
-    def round_s(self) -> float:
-        """One round, s."""
-        return self.cost.round_s
+    def iteration_s(self) -> float:
+        """One iteration, s."""
+        return self.cost.iteration_s
 
 
 def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
@@ -94,7 +94,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     ----------
     known : ResolvedCase
     inside : int
-        How many of the places that fill the part's box lie in it; `ResolvedCase.layout` has those
+        How many of the points that fill the part's box lie in it; `ResolvedCase.layout` has those
         of the lattice.
 
     Returns
@@ -102,7 +102,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     PredictedRun
     """
     case = known.case
-    share = known.layout.places.shape[1] / max(inside, 1)
+    share = known.layout.points.shape[1] / max(inside, 1)
     able = analysable_bounds(
         case,
         known.cell,
@@ -134,7 +134,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        rounds=case.run.max_rounds if explicit else 1,
+        iterations=case.run.max_iterations if explicit else 1,
     )
     return PredictedRun(
         density=density,

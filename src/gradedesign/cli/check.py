@@ -253,7 +253,7 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
         yield f'explicit lattice: none, [run] stop_after = "{budget.stop_after}"'
     yield (
         f"time: about {_duration(run.run_s)} of {_duration(budget.time)} allowed, "
-        f"{_duration(run.round_s)} a round on two idle cores"
+        f"{_duration(run.iteration_s)} an iteration on two idle cores"
     )
 
 

@@ -169,7 +169,7 @@ def _prediction(checked: CaseCheck) -> dict[str, Any]:
         "explicit_dofs": run.cost.explicit_dofs,
         "memory_GB": run.cost.memory_bytes / 1e9,
         "memory_allowed_GB": budget.memory / 1e9,
-        "seconds_per_round": run.round_s,
+        "seconds_per_iteration": run.iteration_s,
         "seconds": run.run_s,
         "seconds_allowed": budget.time,
         "law_seconds": run.law_s,

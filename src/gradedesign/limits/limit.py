@@ -1,4 +1,4 @@
-"""The protocol of limits: what sizing, rounds, acceptance, report and check know of them.
+"""The protocol of limits: what sizing, the loop, acceptance, report and check know of them.
 
 A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
 the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density

@@ -26,7 +26,7 @@ from gradedesign.workspace.progress import counted, report_step, stepping
 log = logging.getLogger(__name__)
 
 #: Disconnected components may hold this share of the volume before the mesh is refused.
-LOOSE_SHARE = 0.01
+DISCONNECTED_SHARE = 0.01
 #: The mesh's volume may differ from the field's by this share.
 VOLUME_TOLERANCE = 0.04
 #: Points per cube edge when the field's volume is counted.
@@ -193,14 +193,14 @@ def mesh_lattice(
 
 
 def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
-    """The largest piece of every body; more than crumbs beside them may be the grid's fault."""
+    """The largest piece of every body; more than fragments beside them may be the grid's fault."""
     if raw.tets.shape[1] == 0:
         raise CoarseGridError("no tetrahedron is left on this grid", step=PLAIN_STEP)
     mesh, dropped, share = largest_pieces(raw, keep=bodies, max_share=1.0)
-    if share > LOOSE_SHARE:
+    if share > DISCONNECTED_SHARE:
         raise CoarseGridError(
             f"the lattice falls apart: {dropped} disconnected components hold {share:.2%} "
-            f"of its volume, at most {LOOSE_SHARE:.0%} may be dropped",
+            f"of its volume, at most {DISCONNECTED_SHARE:.0%} may be dropped",
             step=PLAIN_STEP,
             pieces=share,
         )
