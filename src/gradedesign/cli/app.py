@@ -353,7 +353,7 @@ def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
     try:
         app(words)
     except Exception as error:
-        if interruption.asked:
+        if interruption.stop_requested:
             raise Interrupted from error
         _end(error, debug=debug)
     sys.exit(0)
