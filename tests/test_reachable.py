@@ -35,7 +35,6 @@ ALLOWED = {
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     # Interfaces for code of others.
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
-    "gradedesign.fe.eigen_solver.ExtremeValue.bound": "an answer of every eigenvalue solver",
     "gradedesign.fe.linear_solver.LinearSystem.near_null_space": "linear solvers of plugins",
     "gradedesign.plugin.records.Registry.analyses": "looked up by the name of the shelf",
     "gradedesign.plugin.records.Registry.meshers": "looked up by the name of the shelf",
