@@ -1,6 +1,6 @@
 """Our Lanczos iteration against scipy's eigsh and lobpcg for the buckling loads of a cell.
 
-All solve with the same preconditioned conjugate gradients, one solve more for the check of each end;
+All solve with the same preconditioned conjugate gradients, one solve more to check each end;
 run with a number of voxels across.
 """
 
