@@ -25,6 +25,8 @@ from gradedesign.workspace.progress import Event, Step, Watch, watching
 
 #: Seconds without a line after which one is printed, where there is no terminal.
 SILENCE = 7.0
+#: Seconds to the first of these lines: Python took some to start, in silence.
+FIRST = 3.0
 #: Seconds without a line after which one is printed before a step that lets no thread run.
 BLOCKED = 2.0
 #: Seconds between looks at the steps.
@@ -86,7 +88,8 @@ class ProgressLines:
                 redirect_stderr=sys.stderr.isatty(),
             )
             self._exits.enter_context(self._live)
-        self._began = self._spoke = time.monotonic()
+        self._began = time.monotonic()
+        self._spoke = self._began - (SILENCE - FIRST)
         self._thread = threading.Thread(target=self._beat, name="progress", daemon=True)
         self._thread.start()
         return self
