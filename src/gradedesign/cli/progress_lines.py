@@ -38,7 +38,7 @@ STAGE = 12
 
 
 class ProgressLines:
-    """A listener that prints a line per stage and round, and while a step takes long.
+    """A listener that prints a line per stage and iteration, and while a step takes long.
 
     Use it as a context manager around the computation, or as a mere listener, which shows no steps.
 

@@ -122,10 +122,10 @@ def wall_factors(
             known[number] = len(classes) - 1
     kind = known[kind]
     corners = cell_map(mesh.points)[:, mesh.tets]
-    places = np.einsum("dcm,qc->dqm", corners, points)
+    sample_points = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
     half = np.maximum(0.5 * (faces[1] - faces[0])[:, None], 1e-9)
-    height = np.where(kind[:, None] >= 0, (places - middle) / half, 0.0)
+    height = np.where(kind[:, None] >= 0, (sample_points - middle) / half, 0.0)
     factors = WallFactors(
         density=cells.density,
         classes=tuple(classes),
