@@ -149,7 +149,7 @@ def cycle(levels: Preconditioner) -> Callable[[FloatArray], FloatArray]:
         correction = coarse(g.astype(np.float64)).astype(np.float32)
         product(levels.prolong, correction, levels.keep.ravel(), 1.0, x.reshape(1, -1))
         _smooth(levels, x, f, y, d, r, z, from_zero=False)
-        return x * scale
+        return x.astype(np.float64) * scale
 
     return run
 
