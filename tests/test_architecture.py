@@ -21,7 +21,7 @@ SOURCE = ROOT / "src" / "gradedesign"
 #: Direction of imports: a module imports only from above itself, or its own package.
 ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
-    "voxel", "homogenise", "sizing", "lattice", "verify", "output", "plugin", "ladder",
+    "voxel", "homogenise", "sizing", "lattice", "finite_cell", "verify", "output", "plugin", "ladder",
     "pipeline", "testing", "cli", "__main__",
 )  # fmt: skip
 

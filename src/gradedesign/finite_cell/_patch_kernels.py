@@ -10,57 +10,56 @@ from numba import njit, prange
 
 @njit(parallel=True, cache=True, nogil=True)
 def assemble_patches(
-    weak: Any, nodes: Any, chosen: Any, row_of: Any, first: Any, near: Any, matrices: Any,
-    offsets: Any, out: Any,
+    weak: Any, nodes: Any, place: Any, position: Any, chosen: Any, row_of: Any, first: Any,
+    near: Any, matrices: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Stiffness of the weak nodes of every chosen element, all elements around them included.
+    """Stiffness of the weak nodes of some elements, all elements around them included.
 
     Parameters
     ----------
     weak : (N,) bool array
     nodes : (n, 27) int32 array
+    place : (N, 3) int32 array
+        Of the nodes, in half edges.
+    position : (n, 3) int32 array
+        Of the elements.
     chosen : (k,) int array
-        Elements with weak nodes.
+        Elements of equal numbers of weak nodes.
     row_of : (n,) int array
-        Row of every element in `matrices`, -1 where it has no weak node.
+        Row of an element in `matrices`.
     first, near : int arrays
-        Elements of every weak node (empty for the others).
-    matrices : (k, 81, 81) array
-    offsets : (k + 1,) int array
-        Of every patch in `out`.
-    out : (total,) array
+        Elements of every weak node (none for the others).
+    matrices : (m, 81, 81) array
+    out : (k, w, w) array
         Written: symmetric matrices, unknowns in the order of the element's weak nodes.
     """
     for r in prange(chosen.size):
         e = chosen[r]
-        local = np.zeros(27, np.int64)
+        own = np.zeros(27, np.int64)
         size = 0
         for a in range(27):
             if weak[nodes[e, a]]:
-                local[size] = a
+                own[size] = nodes[e, a]
                 size += 1
-        width = 3 * size
-        begin = offsets[r]
+        local = np.zeros(27, np.int64)
         for i in range(size):
-            ni = nodes[e, local[i]]
-            for j in range(size):
-                nj = nodes[e, local[j]]
-                for q in range(first[ni], first[ni + 1]):
-                    other = near[q]
-                    ai = -1
-                    aj = -1
-                    for a in range(27):
-                        if nodes[other, a] == ni:
-                            ai = a
-                        if nodes[other, a] == nj:
-                            aj = a
-                    if aj < 0:
-                        continue
-                    m = row_of[other]
-                    for c in range(3):
-                        at = begin + (3 * i + c) * width + 3 * j
-                        for d in range(3):
-                            out[at + d] += matrices[m, 3 * ai + c, 3 * aj + d]
+            n = own[i]
+            for q in range(first[n], first[n + 1]):
+                other = near[q]
+                for j in range(size):
+                    x = place[own[j], 0] - 2 * position[other, 0]
+                    y = place[own[j], 1] - 2 * position[other, 1]
+                    z = place[own[j], 2] - 2 * position[other, 2]
+                    inside = 0 <= x <= 2 and 0 <= y <= 2 and 0 <= z <= 2
+                    local[j] = x + 3 * y + 9 * z if inside else -1
+                m = row_of[other]
+                for j in range(size):
+                    if local[j] >= 0:
+                        for c in range(3):
+                            for d in range(3):
+                                out[r, 3 * i + c, 3 * j + d] += matrices[
+                                    m, 3 * local[i] + c, 3 * local[j] + d
+                                ]
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
@@ -68,11 +67,16 @@ def add_patches(
     weak: Any, nodes: Any, chosen: Any, colours: Any, offsets: Any, inverse: Any, scale: Any,
     r: Any, z: Any,
 ) -> None:  # fmt: skip
-    """Add the scaled patch solutions of the residual r to z; both are ``(N, 3)``."""
+    """Add the scaled patch solutions of the residual r to z; both are ``(N, 3)``.
+
+    `inverse` holds the upper triangles of symmetric matrices row by row, `offsets` where each
+    begins.
+    """
     for c in range(8):
         for p in prange(colours[c], colours[c + 1]):
             e = chosen[p]
             f = np.zeros(81, r.dtype)
+            g = np.zeros(81, r.dtype)
             local = np.zeros(27, np.int64)
             size = 0
             for a in range(27):
@@ -83,14 +87,19 @@ def add_patches(
                         f[3 * size + d] = r[n, d]
                     size += 1
             width = 3 * size
-            begin = offsets[p]
+            at = offsets[p]
+            for i in range(width):
+                fi = f[i]
+                total = inverse[at] * fi
+                for j in range(1, width - i):
+                    t = inverse[at + j]
+                    total += t * f[i + j]
+                    g[i + j] += t * fi
+                g[i] += total
+                at += width - i
             for i in range(size):
                 for d in range(3):
-                    at = begin + (3 * i + d) * width
-                    total = r.dtype.type(0)
-                    for j in range(width):
-                        total += inverse[at + j] * f[j]
-                    z[local[i], d] += scale * total
+                    z[local[i], d] += scale * g[3 * i + d]
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)

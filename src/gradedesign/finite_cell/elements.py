@@ -22,6 +22,9 @@ log = logging.getLogger(__name__)
 
 #: Sub-cells along the edge of an element, between whose corners the field is linear.
 SUBCELLS = 4
+#: A field this close to 0, over the shortest edge of an element, counts as inside: where an edge of
+#: the solid runs along corners of sub-cells, all corners of a tetrahedron inside may be 0.
+ON_SURFACE = 1e-10
 #: Elements with a smaller share of solid are left out: their solid carries nothing.
 LEAST_SHARE = 1e-6
 #: Share of the volume that loose pieces may hold.
@@ -191,12 +194,14 @@ def _classify(
     solid = np.zeros((z.size, y.size, x.size), dtype=bool)
     layer = np.zeros((subcells + 1, y.size, x.size))
     layer[-1] = _sample(field, x, y, z[:1])[0]
+    near = ON_SURFACE * float(grid.edges.min())
     window = (subcells + 1,) * 3
     whole, cut, samples = [], [], []
     for k in range(grid.shape[2]):
         report_step("finite cells of the field", k / grid.shape[2])
         layer[0] = layer[-1]
         layer[1:] = _sample(field, x, y, z[k * subcells + 1 : (k + 1) * subcells + 1])
+        layer[np.abs(layer) <= near] = -near
         solid[k * subcells : (k + 1) * subcells + 1] = layer < 0.0
         view = sliding_window_view(layer, window)[0, ::subcells, ::subcells]
         inside = sliding_window_view(layer < 0.0, window)[0, ::subcells, ::subcells]

@@ -1,0 +1,255 @@
+"""Finite cells against exact solutions. Every expected number is analytic."""
+
+import numpy as np
+import pytest
+from finite_cell_solids import (
+    STEEL,
+    box_face,
+    box_field,
+    box_regions,
+    gyroid_sheet,
+    load_case,
+    newtons,
+    problem,
+    region,
+)
+
+from gradedesign.errors import CaseError, LatticeError, SolverError
+from gradedesign.finite_cell import (
+    Accuracy,
+    analyse,
+    displacement_at,
+    displacement_on,
+    extrapolated,
+    stress_sample,
+)
+from gradedesign.material.material import Material
+
+TENSION = load_case(
+    "tension",
+    [("x0", "x"), ("y0", "y"), ("z0", "z")],
+    [("x1", {"force": newtons(6.0e3, 0, 0)})],
+)
+#: Softness far below the accuracy that the patch test asks for.
+HARD = Accuracy(softness=1e-11, residual=1e-11)
+
+
+def patch(offset, steps=(0, 0)):
+    """A cuboid of 3 x 2 x 1 mm in bricks of 0.5 mm that it cuts at any place in x."""
+    low = np.array([0.5 * offset, 0.125 * steps[0], 0.125 * steps[1]])
+    high = low + (3.0, 2.0, 1.0)
+    return low, problem(
+        box_field(low, high), (0, 0, 0), (4.0, 3.0, 2.0), [TENSION], box_regions(low, high)
+    )
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.013, 0.11, 0.27, 0.39, 0.5, 0.61, 0.77, 0.93, 0.999])
+def test_a_cut_cuboid_in_tension_is_strained_evenly(offset):
+    # Planes across y and z cut at corners of sub-cells, where edges of the cuboid stay sharp.
+    low, cuboid = patch(offset, (int(8 * offset) % 4, int(5 * offset) % 4))
+    result = analyse(cuboid, 0.5, accuracy=HARD)
+    sample = stress_sample(result, "tension")
+    expected = np.zeros((3, 3, 1))
+    expected[0, 0] = 6.0e3 / 2.0  # force over the section of 2 mm^2
+    assert np.abs(sample.stress - expected).max() <= 1e-8 * 3.0e3
+    assert result.volume == pytest.approx(6.0, rel=1e-9)
+    ends = low[:, None] + np.array([[0.3, 2.7], [0.2, 1.8], [0.2, 0.8]])
+    u = displacement_at(result, "tension", ends)
+    strain = 3.0e3 / STEEL.youngs_modulus
+    assert u[0, 1] - u[0, 0] == pytest.approx(2.4 * strain, rel=1e-8)
+    assert u[1, 1] - u[1, 0] == pytest.approx(-0.3 * 1.6 * strain, rel=1e-8)
+
+
+def test_pure_bending_is_exact():
+    low, high = (0.0, -1.0, 0.0), (4.0, 1.0, 1.0)
+    regions = box_regions(low, high)
+    moment = 100.0
+    case = load_case(
+        "bending", [("x0", "xyz")], [("x1", {"moment": ["0 N*mm", "0 N*mm", f"{moment} N*mm"]})]
+    )
+    # Without Poisson's effect the clamp restrains nothing: u_y = m x^2 / (2 E I), I = 2/3.
+    cork = Material(
+        name="cork", youngs_modulus=1e3, poissons_ratio=0.0, density=1e-9, yield_strength=1.0
+    )
+    bar = problem(box_field(low, high), low, high, [case], regions, material=cork)
+    result = analyse(bar, 1.0, accuracy=HARD)
+    tip = displacement_at(result, "bending", np.array([[4.0], [0.0], [0.5]]))
+    assert tip[1, 0] == pytest.approx(moment * 16.0 / (2 * 1e3 * 2 / 3), rel=1e-8)
+
+
+def ring(inner, outer, segments, height):
+    """Inner face of a quarter cylinder about z, normal to the axis."""
+    angle = np.linspace(0.0, np.pi / 2, segments + 1)
+    x, y = inner * np.cos(angle), inner * np.sin(angle)
+    a, b = np.stack([x[:-1], y[:-1]], 1), np.stack([x[1:], y[1:]], 1)
+
+    def at(p, z):
+        return np.column_stack([p, np.full(len(p), z)])
+
+    low = np.stack([at(a, 0.0), at(a, height), at(b, 0.0)], axis=1)
+    high = np.stack([at(b, 0.0), at(a, height), at(b, height)], axis=1)
+    return region("bore", np.concatenate([low, high]))
+
+
+def thick_cylinder(spacing, **accuracy):
+    """A quarter of a cylinder of 100 and 200 mm, plane strain, 60 MPa inside."""
+    height = spacing
+
+    def field(p):
+        r = np.hypot(p[0], p[1])
+        return np.maximum(100.0 - r, r - 200.0)
+
+    low, high = (0.0, 0.0, 0.0), (200.0, 200.0, height)
+    regions = box_regions(low, high) | {"bore": ring(100.0, 200.0, 256, height)}
+    regions = {k: v for k, v in regions.items() if k not in {"x1", "y1"}}
+    case = load_case(
+        "pressure",
+        [("x0", "x"), ("y0", "y"), ("z0", "z"), ("z1", "z")],
+        [("bore", {"pressure": "60 MPa"})],
+    )
+    result = analyse(problem(field, low, high, [case], regions), spacing, **accuracy)
+    at = np.array([[150.0 / 2**0.5], [150.0 / 2**0.5], [height / 2]])
+    middle = float(np.linalg.norm(displacement_at(result, "pressure", at)))
+    return result, middle
+
+
+def lame_displacement(r):
+    """Radial displacement, plane strain, Timoshenko and Goodier, section 28."""
+    E, nu, a, b, p = 200e3, 0.3, 100.0, 200.0, 60.0
+    return (1 + nu) * p * a**2 / (E * (b**2 - a**2)) * ((1 - 2 * nu) * r + b**2 / r)
+
+
+def test_thick_cylinder_converges_with_second_order():
+    exact = lame_displacement(150.0)
+    errors = [abs(thick_cylinder(h)[1] / exact - 1.0) for h in (50.0, 25.0, 12.5)]
+    assert errors[2] < 1e-3
+    assert np.log2(errors[0] / errors[2]) / 2 > 1.8
+
+
+def test_thick_cylinder_stress_at_the_bore():
+    result, _ = thick_cylinder(12.5)
+    sample = stress_sample(result, "pressure")
+    r = np.hypot(sample.points[0], sample.points[1])
+    tangent = np.stack([-sample.points[1], sample.points[0]]) / r
+    hoop = np.einsum("im,ijm,jm->m", tangent, sample.stress[:2, :2], tangent)
+    exact = 60.0 / 3.0 * (1.0 + (200.0 / r) ** 2)  # 100 MPa at the bore
+    error = np.average(np.abs(hoop - exact), weights=sample.volume)
+    assert error < 0.5
+    near = r < 106.0
+    assert np.average(hoop[near] / exact[near], weights=sample.volume[near]) == pytest.approx(
+        1.0, abs=5e-3
+    )
+
+
+def sheet(offset=0.0, cells=(1, 1, 1), level=0.46392741360636486):
+    """A gyroid sheet between plates, the grid shifted across by a part of its spacing."""
+    low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
+    regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}
+    cases = [
+        load_case("press", [("x0", "xyz")], [("x1", {"force": newtons(-1, 0, 0)})]),
+        load_case("shear", [("x0", "xyz")], [("x1", {"force": newtons(0, 0, 1)})]),
+    ]
+    shift = offset / 6.0
+    return problem(
+        gyroid_sheet(level, cells),
+        (0.0, -shift, -shift),
+        (high[0], high[1] + 1 / 6 - shift, high[2] + 1 / 6 - shift),
+        cases,
+        regions,
+    )
+
+
+def test_iterations_do_not_depend_on_how_the_grid_is_cut():
+    counts = [
+        max(s.iterations for s in analyse(sheet(offset), 1 / 6).solutions)
+        for offset in (0.0, 0.21, 0.37, 0.58, 0.83)
+    ]
+    assert max(counts) <= 1.2 * np.mean(counts) + 1
+    assert max(counts) < 50
+
+
+def test_an_earlier_solution_is_a_start():
+    first = analyse(sheet(), 1 / 6)
+    again = analyse(sheet(), 1 / 6, start=first)
+    assert max(s.iterations for s in again.solutions) <= 1
+
+
+def test_loads_have_the_resultant_of_the_part():
+    from gradedesign.finite_cell.loads import case_force
+    from gradedesign.finite_cell.space import node_points
+
+    lattice = sheet(0.37)
+    case = load_case(
+        "all",
+        [("x0", "xyz")],
+        [("x1", {"force": newtons(1, 2, 3), "pressure": "0.5 MPa", "moment":
+          ["4 N*mm", "5 N*mm", "6 N*mm"]})],
+    )  # fmt: skip
+    result = analyse(lattice, 1 / 6)
+    force = case_force(
+        result.elements, result.space, case, lattice.regions, result.places, STEEL
+    )
+    np.testing.assert_allclose(force.sum(axis=0), (1 - 0.5, 2, 3), rtol=1e-9)
+    arm = node_points(result.elements, result.space).T - lattice.regions["x1"].centroid
+    np.testing.assert_allclose(np.cross(arm, force).sum(axis=0), (4, 5, 6), rtol=1e-9)
+
+
+def test_weight_is_that_of_the_solid():
+    from gradedesign.finite_cell.loads import case_force
+
+    low, block = patch(0.3)
+    case = block.cases[0].model_copy(update={"acceleration": (0.0, 0.0, -9810.0)})
+    result = analyse(block, 0.5)
+    weight = case_force(
+        result.elements, result.space, case.model_copy(update={"load": ()}), block.regions,
+        result.places, STEEL,
+    )  # fmt: skip
+    assert weight.sum(axis=0)[2] == pytest.approx(-9810.0 * 6.0 * 7.8e-9, rel=1e-3)
+
+
+def test_free_expansion_is_without_stress():
+    hot = Material(
+        name="hot", youngs_modulus=100e3, poissons_ratio=0.25, density=1e-9, yield_strength=1.0,
+        thermal_expansion=1e-5,
+    )  # fmt: skip
+    low, high = (0.0, 0.0, 0.0), (3.0, 2.0, 1.0)
+    case = load_case("hot", [("x0", "x"), ("y0", "y"), ("z0", "z")], [])
+    case = case.model_copy(update={"temperature_change": 50.0})
+    result = analyse(
+        problem(box_field(low, high), low, high, [case], box_regions(low, high), material=hot), 1.0
+    )
+    assert np.abs(stress_sample(result, "hot").stress).max() < 1e-6 * 100e3 * 5e-4
+    assert displacement_on(result, "x1", "hot", 0) == pytest.approx(3.0 * 5e-4, rel=1e-6)
+
+
+def test_what_cannot_be_analysed_is_named():
+    low, block = patch(0.3)
+    nothing = problem(lambda p: p[0] + 1.0, low, low + 1.0, block.cases, block.regions)
+    with pytest.raises(LatticeError, match="no finite cell holds solid"):
+        analyse(nothing, 0.5)
+    apart = problem(
+        lambda p: np.abs(np.abs(p[0] - 2.0) - 1.0) - 0.4, (0, 0, 0), (4.0, 3.0, 2.0),
+        block.cases, block.regions,
+    )  # fmt: skip
+    with pytest.raises(LatticeError, match="falls apart"):
+        analyse(apart, 0.5)
+    with pytest.raises(CaseError, match="names region 'x0'"):
+        analyse(
+            problem(block.field, block.lower, block.upper, block.cases, {}),
+            0.5,
+        )
+    loose = [load_case("loose", [("x0", "x"), ("y0", "y")], [("x1", {"pressure": "1 MPa"})])]
+    with pytest.raises(SolverError, match="free to translate along z"):
+        analyse(problem(block.field, block.lower, block.upper, loose, block.regions), 0.5)
+    far = block.regions | {"x1": box_face("x1", (8, 0, 0), (9, 1, 1), 0, 1)}
+    with pytest.raises(LatticeError, match="region 'x1' carries no solid"):
+        analyse(problem(block.field, block.lower, block.upper, block.cases, far), 0.5)
+
+
+def test_two_spacings_give_a_band():
+    found = extrapolated((2.0, 9.0), (1.0, 9.75))
+    assert found.low == 9.75 + 0.75 / 7.0 or found.low == 9.75
+    assert found.high == 10.5
+    assert found.unfavourable == 10.5
+    with pytest.raises(CaseError, match="cannot extrapolate"):
+        extrapolated((1.0, 9.0), (1.0, 9.75))
