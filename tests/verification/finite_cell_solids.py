@@ -64,12 +64,13 @@ def newtons(*values):
     return [f"{v!r} N" for v in values]
 
 
-def load_case(name, fix, load):
+def load_case(name, fix, load, **others):
     """A load case from (region, components) and (region, keys) pairs."""
     return LoadCaseSpec(
         name=name,
         fix=[FixSpec(region=r, components=c) for r, c in fix],
         load=[LoadSpec(region=r, **keys) for r, keys in load],
+        **others,
     )
 
 

@@ -36,23 +36,26 @@ RULE = np.array(
 )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+#: Numbers of one row of a sum, padded to whole vectors: five by five products, five polynomials.
+_ROW, _FIVE = 32, 8
+
+
+@njit(fastmath={"contract"}, cache=True, nogil=True)
 def _polynomials(t: float, table: Any, out: Any) -> None:
-    """Values of polynomials, coefficients lowest first, at t."""
-    n = table.shape[1]
-    for k in range(table.shape[0]):
-        total = table[k, n - 1]
-        for p in range(n - 2, -1, -1):
-            total = total * t + table[k, p]
-        out[k] = total
+    """Values at t of polynomials, a padded row of coefficients for each power, lowest first."""
+    top = table.shape[0] - 1
+    for k in range(_FIVE):
+        out[k] = table[top, k]
+    for p in range(top - 1, -1, -1):
+        for k in range(_FIVE):
+            out[k] = out[k] * t + table[p, k]
 
 
-@njit(cache=True, nogil=True)
+@njit(fastmath={"contract"}, cache=True, nogil=True)
 def _add_triangle(
     corners: Any, factor: float, rule: Any, values: Any, integrals: Any, work: Any, out: Any
 ) -> None:
-    """Add factor times the mean of Q(x) L(y) L(z) over a triangle ``(3, 3)`` to out[z, y, x]."""
-    q = values.shape[0]
+    """Add factor times the mean of Q(x) L(y) L(z) over a triangle ``(3, 3)`` to out[z, y x]."""
     for r in range(rule.shape[0]):
         x = rule[r, 0] * corners[0, 0] + rule[r, 1] * corners[1, 0] + rule[r, 2] * corners[2, 0]
         y = rule[r, 0] * corners[0, 1] + rule[r, 1] * corners[1, 1] + rule[r, 2] * corners[2, 1]
@@ -61,22 +64,25 @@ def _add_triangle(
         _polynomials(y, values, work[1])
         _polynomials(z, values, work[2])
         w = factor * rule[r, 3]
-        for k in range(q):
-            wz = w * work[2, k]
-            for j in range(q):
-                wy = wz * work[1, j]
-                for i in range(q):
-                    out[k, j, i] += wy * work[0, i]
+        flat = work[3]
+        for j in range(5):
+            wy = w * work[1, j]
+            for i in range(5):
+                flat[5 * j + i] = wy * work[0, i]
+        for k in range(5):
+            wz = work[2, k]
+            for m in range(_ROW):
+                out[k, m] += wz * flat[m]
 
 
 @njit(cache=True, nogil=True)
-def _cut_tet(f: Any, p: Any, triangles: Any) -> int:
+def _cut_tet(f: Any, p: Any, index: Any, cut: Any, triangles: Any) -> int:
     """Cut one tetrahedron where the linear field is 0; triangles point out of the solid.
 
-    Returns the number of triangles written to ``(2, 3, 3)``.
+    Returns the number of triangles written to ``(2, 3, 3)``; `index` ``(4, 4)`` and `cut`
+    ``(4, 3)`` are scratch.
     """
-    inside = np.zeros(4, np.int64)
-    outside = np.zeros(4, np.int64)
+    inside, outside, near, far = index[0], index[1], index[2], index[3]
     n = 0
     m = 0
     for k in range(4):
@@ -88,21 +94,19 @@ def _cut_tet(f: Any, p: Any, triangles: Any) -> int:
             m += 1
     if n == 0 or n == 4:
         return 0
-    ends = np.zeros((4, 2), np.int64)
     if n == 2:
         count = 4
-        ends[0, 0], ends[0, 1] = inside[0], outside[0]
-        ends[1, 0], ends[1, 1] = inside[0], outside[1]
-        ends[2, 0], ends[2, 1] = inside[1], outside[1]
-        ends[3, 0], ends[3, 1] = inside[1], outside[0]
+        near[0], far[0] = inside[0], outside[0]
+        near[1], far[1] = inside[0], outside[1]
+        near[2], far[2] = inside[1], outside[1]
+        near[3], far[3] = inside[1], outside[0]
     else:
         count = 3
         for k in range(3):
-            ends[k, 0] = inside[0] if n == 1 else inside[k]
-            ends[k, 1] = outside[k] if n == 1 else outside[0]
-    cut = np.zeros((4, 3))
+            near[k] = inside[0] if n == 1 else inside[k]
+            far[k] = outside[k] if n == 1 else outside[0]
     for k in range(count):
-        a, b = ends[k, 0], ends[k, 1]
+        a, b = near[k], far[k]
         t = f[a] / (f[a] - f[b])
         for d in range(3):
             cut[k, d] = p[a, d] + t * (p[b, d] - p[a, d])
@@ -186,21 +190,22 @@ def fitted_weights(
         Field at the corners of the sub-cells, [element, z, y, x].
     tets : (6, 4) int array
     rule : (r, 4) array
-    values, integrals : (q, q) and (q, q + 1) array
-        Polynomials and their integrals.
-    weights : (n, q^3) array
+    values, integrals : (5, 8) and (6, 8) array
+        Coefficients of the five polynomials and of their integrals, a padded row for each power.
+    weights : (n, 125) array
         Written: weights over the volume of the element, x fastest.
     """
     s = samples.shape[1] - 1
-    q = values.shape[0]
     h = 1.0 / s
     for e in prange(samples.shape[0]):
-        out = np.zeros((q, q, q))
-        work = np.zeros((3, q))
+        out = np.zeros((5, _ROW))
+        work = np.zeros((4, _ROW))
         corners = np.zeros((3, 3))
         f = np.zeros(4)
         p = np.zeros((4, 3))
         triangles = np.zeros((2, 3, 3))
+        index = np.zeros((4, 4), np.int64)
+        cut = np.zeros((4, 3))
         own = samples[e]
         for k in range(s):
             for j in range(s):
@@ -217,7 +222,7 @@ def fitted_weights(
                             x, y, z = i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2)
                             f[v] = own[z, y, x]
                             p[v, 0], p[v, 1], p[v, 2] = x * h, y * h, z * h
-                        for w in range(_cut_tet(f, p, triangles)):
+                        for w in range(_cut_tet(f, p, index, cut, triangles)):
                             u = triangles[w]
                             across = (u[1, 1] - u[0, 1]) * (u[2, 2] - u[0, 2]) - (
                                 u[1, 2] - u[0, 2]
@@ -225,17 +230,18 @@ def fitted_weights(
                             if across != 0.0:
                                 _add_triangle(u, 0.5 * across, rule, values, integrals, work, out)
         _add_far_face(own[:, :, s], rule, values, integrals, work, corners, out)
-        weights[e] = out.ravel()
+        for k in range(5):
+            for m in range(25):
+                weights[e, 25 * k + m] = out[k, m]
 
 
 @njit(cache=True, nogil=True)
-def _tet_solid(f: Any, p: Any, sums: Any) -> None:
+def _tet_solid(f: Any, p: Any, index: Any, q: Any, sums: Any) -> None:
     """Add volume and first moments of the solid part of one tetrahedron to ``sums (4,)``.
 
-    Volumes count six times.
+    Volumes count six times; `index` ``(2, 4)`` and `q` ``(6, 3)`` are scratch.
     """
-    inside = np.zeros(4, np.int64)
-    outside = np.zeros(4, np.int64)
+    inside, outside = index[0], index[1]
     n = 0
     m = 0
     for k in range(4):
@@ -247,7 +253,6 @@ def _tet_solid(f: Any, p: Any, sums: Any) -> None:
             m += 1
     if n == 0:
         return
-    q = np.zeros((6, 3))
     if n == 4:
         _add_simplex(p, 0, 1, 2, 3, sums, 1.0)
     elif n == 1 or n == 3:
@@ -315,18 +320,33 @@ def solid_shares(samples: Any, tets: Any, blocks: int, share: Any, centre: Any) 
     for e in prange(samples.shape[0]):
         f = np.zeros(4)
         p = np.zeros((4, 3))
+        index = np.zeros((2, 4), np.int64)
+        q = np.zeros((6, 3))
         sums = np.zeros((blocks, blocks, blocks, 4))
         for k in range(s):
             for j in range(s):
                 for i in range(s):
                     own = sums[k // step, j // step, i // step]
+                    negative = 0
+                    for c in range(8):
+                        if samples[e, k + (c >> 2), j + ((c >> 1) & 1), i + (c & 1)] < 0.0:
+                            negative += 1
+                    if negative == 0:
+                        continue
+                    if negative == 8:
+                        volume = 6.0 * h**3
+                        own[0] += volume
+                        own[1] += volume * (i + 0.5) * h
+                        own[2] += volume * (j + 0.5) * h
+                        own[3] += volume * (k + 0.5) * h
+                        continue
                     for t in range(6):
                         for v in range(4):
                             c = tets[t, v]
                             x, y, z = i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2)
                             f[v] = samples[e, z, y, x]
                             p[v, 0], p[v, 1], p[v, 2] = x * h, y * h, z * h
-                        _tet_solid(f, p, own)
+                        _tet_solid(f, p, index, q, own)
         row = 0
         for k in range(blocks):
             for j in range(blocks):

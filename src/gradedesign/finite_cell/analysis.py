@@ -382,7 +382,13 @@ def _start(
         return None
     report_step("first guess")
     points = node_points(elements, space)
-    element: IntArray = locate(start.elements, element_table(start.elements), points)
+    # A node lies between elements: look slightly towards the middle of one that it belongs to.
+    owner = np.zeros(points.shape[1], np.int64)
+    owner[space.nodes] = np.arange(len(space.nodes))[:, None]
+    grid = elements.grid
+    middle = grid.lower[:, None] + grid.edges[:, None] * (elements.position[owner].T + 0.5)
+    inner = points + 1e-6 * (middle - points)
+    element: IntArray = locate(start.elements, element_table(start.elements), inner)
     known = element >= 0
     u = np.zeros((points.shape[1], 3))
     u[known] = displacement_in(

@@ -144,7 +144,7 @@ def _collect(
 ) -> Elements:
     """Integrate over cut elements, sort all by colour."""
     weights = np.zeros((len(cut), CUT_POINTS**3))
-    values, integrals = lagrange_tables(CUT_POINTS)
+    values, integrals = (_padded(table) for table in lagrange_tables(CUT_POINTS))
     kernels.fitted_weights(samples, kernels.TETS, kernels.RULE, values, integrals, weights)
     fill = weights.sum(axis=1)
     full = fill >= 1.0 - LEAST_SHARE
@@ -171,6 +171,13 @@ def _collect(
         dropped=dropped,
         dropped_share=dropped_share,
     )
+
+
+def _padded(table: FloatArray) -> FloatArray:
+    """Rows of coefficients of one power each, padded to eight."""
+    rows = np.zeros((table.shape[1], 8))
+    rows[:, : len(table)] = table.T
+    return rows
 
 
 def _classify(

@@ -14,7 +14,7 @@ from gradedesign.part.regions import Region
 
 #: How deep below a region the field is asked whether the solid reaches it, over the shortest edge
 #: of an element: fields compose distances that are right to a small part of their spacing only.
-DEPTH = 0.02
+DEPTH = 1e-3
 #: How often a triangle on the edge of the solid is divided in four.
 DIVISIONS = 2
 #: Points per call of the field.
