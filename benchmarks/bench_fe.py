@@ -21,7 +21,8 @@ from skfem import MeshTet
 from gradedesign.fe.assembly import assemble, assembly_pattern
 from gradedesign.fe.conjugate_gradients import conjugate_gradients
 from gradedesign.fe.multigrid import build_hierarchy, preconditioner
-from gradedesign.fe.solve import LoadVector, predict_memory_bytes, solve_elastic
+from gradedesign.fe.solution import LoadVector
+from gradedesign.fe.solve import predict_memory_bytes, solve_elastic
 from gradedesign.fe.space import TetSpace, skfem_mesh, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.supports import Supports
@@ -120,7 +121,7 @@ def bench(make: Callable[[], TetMesh], order: int, ratio: float, axis: int) -> N
         )
     del matrix, hierarchy, end
     with timed("solve_elastic, all checks"):
-        (solution,) = solve_elastic(space, stiffness, [case], pattern=pattern)
+        (solution,) = solve_elastic(space, stiffness, [case])
     predicted = predict_memory_bytes(space.dof_count, order)
     print(
         f"  {solution.method}, {solution.iterations} iterations, residual "

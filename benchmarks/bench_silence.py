@@ -1,14 +1,19 @@
 """Longest silence of a command without a terminal, seconds, and what was said before it.
 
-Run ``python benchmarks/bench_silence.py run cases/mini -o /tmp/silence``: the arguments are those
-of ``gradedesign``. Lines of standard output and standard error count. At most 10 s are wanted.
+Run ``python benchmarks/bench_silence.py run cases/bracket -o runs/silence``: the arguments are
+those of ``gradedesign``, a run of ``cases/mini`` without any. Lines of standard output and standard
+error count. At most 10 s are wanted.
 """
 
 from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
 
 
 def longest_silence(arguments: list[str]) -> tuple[float, str, int]:
@@ -19,6 +24,7 @@ def longest_silence(arguments: list[str]) -> tuple[float, str, int]:
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
         for line in process.stdout or ():
+            print(line, end="", flush=True)
             now = time.monotonic()
             if now - spoke > longest:
                 longest, before = now - spoke, last
@@ -31,7 +37,9 @@ def longest_silence(arguments: list[str]) -> tuple[float, str, int]:
 
 def main() -> None:
     """Run the command and print what was found."""
-    longest, before, code = longest_silence(sys.argv[1:])
+    with tempfile.TemporaryDirectory() as scratch:
+        mini = ["run", str(ROOT / "cases" / "mini"), "-o", str(Path(scratch) / "run")]
+        longest, before, code = longest_silence(sys.argv[1:] or mini)
     print(f"longest silence {longest:.1f} s (wanted: 10 s at most), exit code {code}, after:")
     print(f"  {before}")
 

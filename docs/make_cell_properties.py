@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gradedesign import PropertyTable, read_property_table
+from gradedesign import PropertyTable, read_property_table, tabulated_law
 from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
+from gradedesign.material.power_fit import MOST_RESIDUAL, power_fits
 from gradedesign.material.stiffness_constants import constant_errors
 from gradedesign.plugin.registry import build_registry
 
@@ -29,6 +30,17 @@ worst direction. Cells that are not cubic: E along x / y / z. `gradedesign homog
 
 | cell | densities | at | E100 | E111 | Zener | error | strength |
 |---|---|---|---|---|---|---|---|
+"""
+
+FITS = """
+## Power laws
+
+`c rho^n` through Young's modulus along the softest cell axis and through strength, over those of
+the base material, in the widest window of densities where one stays within {most:.0%} of the law
+that sizing uses; `gradedesign cells NAME` prints them too. Outside its window a fit says nothing.
+
+| cell | E: c | n | densities | residual | strength: c | n | densities | residual |
+|---|---|---|---|---|---|---|---|---|
 """
 
 TAIL = """
@@ -95,6 +107,19 @@ def rows_of(table: PropertyTable) -> list[str]:
     return lines
 
 
+def fit_row(table: PropertyTable) -> str:
+    """Line of one cell's power laws."""
+    cells = [table.family]
+    for fit in power_fits(tabulated_law(table)).values():
+        if fit is None:
+            cells += ["", "", "none", ""]
+            continue
+        low, high = fit.window
+        residual = f"{_percent(fit.residual)} %"
+        cells += [f"{fit.c:.3f}", f"{fit.n:.3f}", f"{low:.3g} to {high:.3g}", residual]
+    return "| " + " | ".join(cells) + " |"
+
+
 def error_of(table: PropertyTable, k: int) -> str:
     """Error of a row's constants in per cent, rounded up."""
     whole = _percent(table.stiffness_error[k])
@@ -119,6 +144,8 @@ def text() -> str:
     missing = sorted(set(build_registry().cell_families) - known)
     page = HEAD.format(least=finest.min(), finest=finest.max())
     page += "\n".join(line for table in tables for line in rows_of(table)) + "\n"
+    page += FITS.format(most=MOST_RESIDUAL)
+    page += "\n".join(fit_row(table) for table in tables) + "\n"
     off = [
         f"{t.family} {t.method.split(OFF_BY)[1].split(' %')[0]} %"
         for t in tables

@@ -2,84 +2,148 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.maker import CellMaker
-from gradedesign.errors import (
-    CaseError,
-    DensityError,
-    GradeDesignError,
-    LatticeError,
-    MeshError,
-    PartError,
-    PluginError,
-    ResourceError,
-    SolverError,
-)
-from gradedesign.material.cubic_law import cubic_law, cubic_table_law
-from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
-from gradedesign.material.material import Material
-from gradedesign.material.power_law import power_law
-from gradedesign.material.property_table import PropertyTable, read_property_table
-from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.material.shipped_tables import shipped_finite_size_tables, shipped_laws
-from gradedesign.material.tabulated_law import tabulated_law
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.exporter import Exporter
-from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
-from gradedesign.part.reader import PartReader
-from gradedesign.plugin.hookspecs import hookimpl
-
 if TYPE_CHECKING:
-    from gradedesign.case.read_case import load_case
+    from gradedesign.case.limits_schema import (
+        Allowed,
+        LimitEntry,
+        SolidMultiple,
+        as_multiple,
+        in_number,
+        stated_words,
+    )
+    from gradedesign.cell.family import CellFamily
+    from gradedesign.cell.maker import CellMaker
+    from gradedesign.errors import (
+        CaseError,
+        DensityError,
+        GradeDesignError,
+        LatticeError,
+        MeshError,
+        PartError,
+        PluginError,
+        ResourceError,
+        SolverError,
+    )
+    from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+    from gradedesign.limits.analysis import Analysis
+    from gradedesign.limits.key import LimitKey
+    from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+    from gradedesign.limits.row import LimitRow
+    from gradedesign.limits.state import HomogenisedState, Predicted, Response
+    from gradedesign.material.cubic_law import cubic_law, cubic_table_law
+    from gradedesign.material.material import Material
+    from gradedesign.material.power_law import power_law
+    from gradedesign.material.property_table import PropertyTable, read_property_table
+    from gradedesign.material.scaling_law import ScalingLaw
+    from gradedesign.material.shipped_tables import shipped_laws
+    from gradedesign.material.tabulated_law import tabulated_law
+    from gradedesign.mesh.mesher import Mesher, serve_mesher
+    from gradedesign.mesh.surface_mesh import SurfaceMesh
+    from gradedesign.output.exporter import Exporter
+    from gradedesign.output.printed_lattice import PrintedLattice
+    from gradedesign.part.file_faces import FileFaces
+    from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
+    from gradedesign.part.reader import PartReader
     from gradedesign.pipeline import run
+    from gradedesign.plugin.hookspecs import hookimpl
+    from gradedesign.plugin.read_case import load_case
 
 __all__ = [
+    "Allowed",
+    "Analysis",
     "CaseError",
     "CellFamily",
     "CellMaker",
     "DensityError",
     "Exporter",
-    "FiniteSizeTable",
+    "FileFaces",
     "GradeDesignError",
+    "HomogenisedState",
     "LatticeError",
+    "Limit",
+    "LimitEntry",
+    "LimitKey",
+    "LimitKind",
+    "LimitRow",
+    "LinearAnswer",
+    "LinearSolver",
+    "LinearSystem",
     "Material",
     "MeshError",
+    "Mesher",
     "PartError",
     "PartReader",
+    "PlacedCase",
     "PluginError",
+    "Predicted",
     "PrintedLattice",
     "PropertyTable",
     "RawTriangles",
     "ResourceError",
+    "Response",
     "ScalingLaw",
+    "SolidMultiple",
     "SolverError",
+    "StatedLimit",
     "SurfaceMesh",
+    "as_multiple",
     "cubic_law",
     "cubic_table_law",
     "hookimpl",
+    "in_number",
     "load_case",
     "power_law",
     "raw_triangles",
-    "read_finite_size_table",
     "read_property_table",
     "run",
-    "shipped_finite_size_tables",
+    "serve_mesher",
     "shipped_laws",
+    "stated_words",
     "tabulated_law",
 ]
 
+#: Where the public names live; they are imported when first asked for, so that a command or a
+#: plugin loads what it uses and no more.
+_HOMES = {
+    "plugin.read_case": "load_case",
+    "case.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
+    "limits.analysis": "Analysis",
+    "limits.key": "LimitKey",
+    "limits.limit": "Limit LimitKind PlacedCase StatedLimit",
+    "limits.row": "LimitRow",
+    "limits.state": "HomogenisedState Predicted Response",
+    "cell.family": "CellFamily",
+    "cell.maker": "CellMaker",
+    "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
+    "PluginError ResourceError SolverError",
+    "fe.linear_solver": "LinearAnswer LinearSolver LinearSystem",
+    "material.cubic_law": "cubic_law cubic_table_law",
+    "material.material": "Material",
+    "material.power_law": "power_law",
+    "material.property_table": "PropertyTable read_property_table",
+    "material.scaling_law": "ScalingLaw",
+    "material.shipped_tables": "shipped_laws",
+    "material.tabulated_law": "tabulated_law",
+    "mesh.mesher": "Mesher serve_mesher",
+    "mesh.surface_mesh": "SurfaceMesh",
+    "output.exporter": "Exporter",
+    "output.printed_lattice": "PrintedLattice",
+    "part.file_faces": "FileFaces",
+    "part.raw_triangles": "RawTriangles raw_triangles",
+    "part.reader": "PartReader",
+    "pipeline": "run",
+    "plugin.hookspecs": "hookimpl",
+}
+_MODULES = {name: module for module, names in _HOMES.items() for name in names.split()}
+
 
 def __getattr__(name: str) -> Any:
-    """Import what runs a case when it is first asked for: plugins need none of it."""
-    if name == "load_case":
-        from gradedesign.case.read_case import load_case
-
-        return load_case
-    if name == "run":
-        from gradedesign.pipeline import run
-
-        return run
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Import a public name when it is first asked for."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    globals()[name] = value
+    return value

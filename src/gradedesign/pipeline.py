@@ -9,27 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
-from scipy.sparse import csr_matrix
-
 from gradedesign.case.schema import Case
-from gradedesign.errors import GradeDesignError, LatticeError, MeshError, ResourceError
-from gradedesign.ladder.accepted import Accepted, accept_design, export_surface
-from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.ended import TIGHT_END, refused_end, why_ended
-from gradedesign.ladder.files import Shown, write_outputs, write_result
-from gradedesign.ladder.finished import finished_result
-from gradedesign.ladder.graded_cells import with_cells
-from gradedesign.ladder.oriented import oriented
-from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.round import design_filter, size_round
-from gradedesign.ladder.rounds import Analysed, Round, analyse_design, play_round
-from gradedesign.ladder.run_cost import RunCost
-from gradedesign.ladder.setup import Setup, prepare
-from gradedesign.ladder.solid import solve_solid, with_solid
-from gradedesign.ladder.stages import (
+from gradedesign.errors import GradeDesignError
+from gradedesign.limits.verdict import Factors, all_hold
+from gradedesign.loop.accepted import Accepted, accept_design, export_surface
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.ended import why_ended
+from gradedesign.loop.graded_cells import with_cells
+from gradedesign.loop.loop import Progress, Stages, run_loop
+from gradedesign.loop.round import SizingPlan, design_filter, size_round
+from gradedesign.loop.rounds import Analysed, Round, analyse_design, play_round
+from gradedesign.loop.run_cost import RunCost
+from gradedesign.loop.stages import (
     default_folder,
     load_acceptance,
     load_rounds,
@@ -37,14 +31,21 @@ from gradedesign.ladder.stages import (
     save_acceptance,
     save_round,
 )
-from gradedesign.ladder.summary import (
+from gradedesign.output.result import RunResult
+from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.resolve.oriented import oriented
+from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.setup import Setup, prepare
+from gradedesign.resolve.size_effects import with_size_effects
+from gradedesign.resolve.solid import solve_solid, with_solid
+from gradedesign.results.files import Shown, write_outputs, write_result
+from gradedesign.results.finished import finished_result
+from gradedesign.results.summary import (
     best_round,
     infeasible_result,
     partial_result,
     verdict_result,
 )
-from gradedesign.ladder.verdict import Factors, all_hold, is_tight, with_factors
-from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.verify.correction import Correction
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
@@ -136,7 +137,7 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
     if case.run.stop_after == "solid":
         result = partial_result(setup, registry, rows, "solid")
         return write_outputs(out, setup, result, announce, solid=solutions)
-    setup = oriented(setup, solutions)
+    setup = with_size_effects(oriented(setup, solutions), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
         return stop_early(setup, registry, out, announce)
     cost.predict(setup, rows, announce)
@@ -145,17 +146,14 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
 
 def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Size once, and stop there or after building the lattice."""
-    start = Correction(displacement=(1.0,) * len(setup.displacement_limits))
     with announce.stage("sizing"):
         sized = size_round(
             setup,
-            start,
+            Correction(),
             {},
             design_filter(setup),
-            start=None,
-            target=FULL_USE,
-            most_iterations=60,
-            on_step=announce.sizing_step,
+            SizingPlan(target=FULL_USE, most_iterations=60),
+            announce.sizing_step,
         )
     setup = with_cells(setup, sized.rho)
     result = partial_result(setup, registry, (), setup.case.run.stop_after, sized=sized)
@@ -165,62 +163,55 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
 def loop(
     setup: Setup, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
 ) -> RunResult:
-    """Play rounds until a design is accepted, no round can help, or rounds or time run out."""
+    """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
     rounds = load_rounds(out, setup)
     for done in rounds:
         announce.round(done, resumed=True)
-    deadline = cost.deadline(rounds)
     refused, factors = load_acceptance(out, setup, len(rounds))
-    tried = set(refused)
-    accepted: Accepted | None = None
-    analysed: Analysed | None = None
-    matrix: csr_matrix | None = None
-    while True:
-        if rounds and rounds[-1].iteration.round not in tried and _ready(rounds[-1], factors):
-            tried.add(rounds[-1].iteration.round)
-            latest = judge(setup, out, announce, rounds[-1], analysed)
-            accepted = _better(accepted, latest)
-            if latest.holds and is_tight(latest.rows, at_lower_bound=rounds[-1].at_lower_bound):
-                ended = TIGHT_END
-                break
-            factors = latest.factors
-            if not latest.holds:
-                refused = (*refused, rounds[-1].iteration.round)
-            save_acceptance(out, setup, refused, factors)
-        stop = why_ended(setup, rounds, factors, deadline)
-        if stop is not None:
-            ended = stop
-            break
-        with announce.stage("round", f"{len(rounds) + 1} of {setup.case.run.max_rounds} at most"):
-            matrix = design_filter(setup) if matrix is None else matrix
-            try:
-                done, analysed = play_round(
-                    setup,
-                    rounds,
-                    factors,
-                    matrix,
-                    on_step=announce.sizing_step,
-                    on_event=announce.listener,
-                )
-            except (LatticeError, MeshError, ResourceError) as error:
-                if not rounds:
-                    raise
-                # What earlier rounds found is not lost with a design that cannot be analysed.
-                ended = refused_end(rounds, error)
-                break
-        rounds = (*rounds, done)
-        save_round(out, setup, done)
-        announce.round(done)
-        cost.learn(rounds, announce)
-    if accepted is None or not accepted.holds:
-        accepted = best_left(setup, out, announce, rounds, factors, tried) or accepted
-    if accepted is None and refused:
-        # Refused before this process: its rows are what decided.
-        accepted = judge(setup, out, announce, rounds[refused[-1] - 1], None)
-    result = verdict_result(setup, registry, rounds, accepted, ended)
+    outcome = run_loop(
+        loop_stages(setup, out, announce, cost, rounds),
+        Progress(rounds=rounds, refused=refused, factors=factors),
+    )
+    result = verdict_result(setup, registry, outcome.rounds, outcome.accepted, outcome.ended)
     result = replace(result, predicted=cost.data())
-    return write_outputs(
-        out, setup, result, announce, shown=shown_design(setup, out, announce, rounds, accepted)
+    shown = shown_design(setup, out, announce, outcome.rounds, outcome.accepted)
+    return write_outputs(out, setup, result, announce, shown=shown)
+
+
+def loop_stages(
+    setup: Setup,
+    out: RunFolder,
+    announce: Announcer,
+    cost: RunCost,
+    rounds: tuple[Round, ...],
+) -> Stages:
+    """What the loop does with the designs of a part; ``rounds`` were finished by an earlier run."""
+    deadline = cost.deadline(rounds)
+    matrix = cache(lambda: design_filter(setup))
+
+    def iterate(previous: tuple[Round, ...], factors: Factors) -> tuple[Round, Analysed]:
+        number, most = len(previous) + 1, setup.case.run.max_rounds
+        with announce.stage("round", f"{number} of {most} at most"):
+            return play_round(
+                setup,
+                previous,
+                factors,
+                matrix(),
+                on_step=announce.sizing_step,
+                on_event=announce.listener,
+            )
+
+    def store_round(finished: tuple[Round, ...]) -> None:
+        save_round(out, setup, finished[-1])
+        announce.round(finished[-1])
+        cost.learn(finished, announce)
+
+    return Stages(
+        iterate=iterate,
+        accept=lambda done, analysed: judge(setup, out, announce, done, analysed),
+        why_ended=lambda finished, factors: why_ended(setup, finished, factors, deadline),
+        store_round=store_round,
+        store_acceptance=lambda refused, factors: save_acceptance(out, setup, refused, factors),
     )
 
 
@@ -256,39 +247,3 @@ def judge(
         accepted = accept_design(setup, out, done, analysed, announce)
     announce.limits("acceptance", accepted.rows)
     return accepted
-
-
-def best_left(
-    setup: Setup,
-    out: RunFolder,
-    announce: Announcer,
-    rounds: Sequence[Round],
-    factors: Factors,
-    tried: set[int],
-) -> Accepted | None:
-    """Accept the lightest earlier design that held every limit, if there is one left."""
-    left = [
-        r
-        for r in rounds
-        if r.iteration.round not in tried and all_hold(with_factors(r.rows, factors))
-    ]
-    for done in sorted(left, key=lambda r: r.iteration.mass_g):
-        accepted = judge(setup, out, announce, done, None)
-        if accepted.holds:
-            return accepted
-    return None
-
-
-def _better(one: Accepted | None, other: Accepted) -> Accepted:
-    """The one that holds; of two, the lighter; of none, the later."""
-    if one is None or not one.holds:
-        return other
-    if not other.holds:
-        return one
-    return min(one, other, key=lambda a: a.round.iteration.mass_g)
-
-
-def _ready(done: Round, factors: Factors) -> bool:
-    """Limits hold in the explicit analysis, with what acceptance taught, and one is used."""
-    rows = with_factors(done.rows, factors)
-    return all_hold(rows) and is_tight(rows, at_lower_bound=done.at_lower_bound)

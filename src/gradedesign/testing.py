@@ -12,7 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.period import require_period
 from gradedesign.cell.shape import evaluate_shape, grid_nodes, spread_points
@@ -103,11 +104,11 @@ def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | No
     with step("symmetry"):
         _check_symmetry(family)
     with step(f"densities, {_expected(family)}"):
-        calibration = calibrate(family)
+        cell = calibrate(family)
     with step("levels"):
-        _check_level(calibration)
+        _check_level(cell)
     with step("walls"):
-        _check_wall(calibration)
+        _check_wall(cell)
 
 
 def _expected(family: CellFamily) -> str:
@@ -270,16 +271,16 @@ def _check_symmetry(family: CellFamily) -> None:
             )
 
 
-def _check_level(calibration: Calibration) -> None:
+def _check_level(cell: Cell) -> None:
     """The level rises strictly and gives the density asked for."""
-    family = calibration.family
-    density = np.linspace(*calibration.window, 41)
-    level = calibration.level_of(density)
+    family = cell.family
+    density = np.linspace(*cell.window, 41)
+    level = cell.level_of(density)
     if (np.diff(level) <= 0).any():
         raise PluginError(f"cell '{family.name}': the level does not rise with density")
     # Not the first points, from which the calibration counts.
     points = family.period * np.mod(spread_points(500_000) + 1 / np.pi, 1.0)
-    values = evaluate_shape(family, calibration.parameters, points)
+    values = evaluate_shape(family, cell.parameters, points)
     for rho, t in zip(density[::8], level[::8], strict=True):
         share = float(np.mean(values <= t))
         if abs(share - rho) > 0.003:
@@ -289,11 +290,11 @@ def _check_level(calibration: Calibration) -> None:
             )
 
 
-def _check_wall(calibration: Calibration) -> None:
+def _check_wall(cell: Cell) -> None:
     """Walls are positive inside the window and thicken with density."""
-    family = calibration.family
-    a, b = calibration.window
-    wall = wall_mm(family, calibration.parameters, np.linspace(a, b, 12)[1:], 1.0)
+    family = cell.family
+    a, b = cell.window
+    wall = wall_mm(calibrate(family, cell.parameters), np.linspace(a, b, 12)[1:], 1.0)
     if wall[0] <= 0 or any(after < before for before, after in pairwise(wall)):
         raise PluginError(
             f"cell '{family.name}': the thinnest wall does not grow with density: {wall}"

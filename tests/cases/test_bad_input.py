@@ -8,14 +8,15 @@ import json
 import os
 import struct
 import textwrap
+from dataclasses import replace
 
 import manifold3d
 import numpy as np
 import pytest
 
 from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.mesh.tetwild import tetrahedralize
 from gradedesign.part.box import box_surface
+from gradedesign.plugin import builtin
 
 BOX = corner_points(box_surface((20.0, 10.0, 10.0)))
 
@@ -279,7 +280,7 @@ def lay_out_worker(folder, monkeypatch, name):
     body = textwrap.dedent(source) + WORKERS[name] + "\n"
     (modules / "stand_in.py").write_text(body, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(modules), prepend=os.pathsep)
-    monkeypatch.setitem(tetrahedralize.__kwdefaults__, "worker_module", "stand_in")
+    monkeypatch.setattr(builtin, "PYTETWILD", replace(builtin.PYTETWILD, worker="stand_in"))
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from gradedesign.ladder import files
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
+from gradedesign.results import files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first round and exports what it found.

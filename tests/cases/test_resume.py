@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from gradedesign.ladder import files
+from gradedesign.results import files
 from gradedesign.workspace.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first round cannot

@@ -26,10 +26,10 @@ from skfem.models.elasticity import lame_parameters
 
 from gradedesign.case.read_case import load_case
 from gradedesign.fe.direct import solve_direct
-from gradedesign.ladder.round import design_filter, size_round
-from gradedesign.ladder.setup import prepare
 from gradedesign.lattice.density_grid import density_grid_from_elements
+from gradedesign.loop.round import SizingPlan, design_filter, size_round
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.setup import prepare
 from gradedesign.verify.correction import Correction
 
 HERE = Path(__file__).parent
@@ -84,9 +84,9 @@ def own():
     """Node densities of the project's own sizing, ``(121, 25, 17)``."""
     case = load_case(HERE.parents[1] / "cases" / "ramirez-cantilever" / "case.toml")
     setup = prepare(case, build_registry())
-    one = Correction(displacement=(1.0,) * len(setup.displacement_limits))
+    one = Correction()
     sized = size_round(
-        setup, one, {}, design_filter(setup), start=None, target=0.998, most_iterations=60
+        setup, one, {}, design_filter(setup), SizingPlan(target=0.998, most_iterations=60)
     )
     grid = density_grid_from_elements(setup.space.mesh, sized.rho, spacing=12.5, margin=0.0)
     return grid.values

@@ -35,15 +35,25 @@ def install(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="session")
 def formats_site(tmp_path_factory):
-    """Build a wheel of the formats in plugins/README.md and return where it is installed."""
-    folder = tmp_path_factory.mktemp("formats")
+    """Where the formats of plugins/README.md are installed."""
+    return readme_site(tmp_path_factory.mktemp("formats"), "acme_formats", "gradedesign_exporters")
+
+
+@pytest.fixture(scope="session")
+def mesher_site(tmp_path_factory):
+    """Where the mesher of plugins/README.md is installed."""
+    return readme_site(tmp_path_factory.mktemp("mesher"), "acme_mesher", "gradedesign_meshers")
+
+
+def readme_site(folder, name, hook):
+    """Build a wheel of a module in plugins/README.md and return where it is installed."""
     text = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```(?:python|toml)\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
-    (module,) = (block for block in blocks if "def gradedesign_exporters" in block)
+    (module,) = (block for block in blocks if f"def {hook}" in block)
     project = next(block for block in blocks if "[build-system]" in block)
-    project = project.replace("acme-iwp", "acme-formats").replace("acme_iwp", "acme_formats")
+    project = project.replace("acme-iwp", name.replace("_", "-")).replace("acme_iwp", name)
     (folder / "pyproject.toml").write_text(project, encoding="utf-8")
-    (folder / "gradedesign_acme_formats.py").write_text(module, encoding="utf-8")
+    (folder / f"gradedesign_{name}.py").write_text(module, encoding="utf-8")
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir"]
     subprocess.run(
         [*build, str(folder / "dist"), str(folder)], check=True, timeout=120, capture_output=True

@@ -99,7 +99,6 @@ def test_the_kit_finds_a_wrong_derivative():
         stiffness=good.stiffness,
         stiffness_derivative=lambda rho: 1.01 * good.stiffness_derivative(rho),
         strength=good.strength,
-        strength_derivative=good.strength_derivative,
         window=good.window,
         kind=good.kind,
         source=good.source,

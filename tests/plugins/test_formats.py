@@ -12,40 +12,33 @@ import trimesh
 
 from gradedesign import CaseError, PluginError, load_case
 from gradedesign.case.read_generate import load_generate_case
-from gradedesign.ladder.generate import generate
-from gradedesign.ladder.part_readers import part_readers
+from gradedesign.generate.generate import generate
 from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.part_readers import part_readers
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
 TOML = re.findall(r"^```toml\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
 (NAMED,) = (block for block in TOML if "formats = " in block)
 
-#: A block of 10 x 5 x 5 mm; facets seen from outside.
-OFF = """OFF
-8 12 0
-0 0 0
-10 0 0
-10 5 0
-0 5 0
-0 0 5
-10 0 5
-10 5 5
-0 5 5
-3 0 2 1
-3 0 3 2
-3 4 5 6
-3 4 6 7
-3 0 1 5
-3 0 5 4
-3 2 3 7
-3 2 7 6
-3 1 2 6
-3 1 6 5
-3 3 0 4
-3 3 4 7
-"""
-PART = '[part]\nfile = "block.off"\nunits = "mm"\n'
+#: A block of 10 x 5 x 5 mm, as the facets of its sides.
+SIDES = {
+    "bottom": (0, 2, 1, 0, 3, 2),
+    "top": (4, 5, 6, 4, 6, 7),
+    "front": (0, 1, 5, 0, 5, 4),
+    "back": (2, 3, 7, 2, 7, 6),
+    "hot end": (1, 2, 6, 1, 6, 5),
+    "root": (3, 0, 4, 3, 4, 7),
+}
+CORNERS = ["0 0 0", "10 0 0", "10 5 0", "0 5 0", "0 0 5", "10 0 5", "10 5 5", "0 5 5"]
+FACETS = "".join(
+    f"{' '.join(CORNERS[k] for k in corners[at : at + 3])} {name}\n"
+    for name, corners in SIDES.items()
+    for at in (0, 3)
+)
+#: The same block, its corners around the origin.
+BOX = trimesh.creation.box((10.0, 5.0, 5.0))
+PART = '[part]\nfile = "block.facets"\n'
 GENERATED = f"""\
 [case]
 name = "block"
@@ -55,16 +48,16 @@ cell = "gyroid-sheet"
 size = "5 mm"
 density = 0.4
 [output]
-formats = ["ply", "stl"]
+formats = ["voxels", "stl"]
 """
 SIZED = f"""\
 [case]
 name = "block"
 {PART}mesh_size = "4 mm"
 [region.root]
-plane = "x = min"
+name = "root"
 [region.tip]
-plane = "x = max"
+color = "#ff0000"
 [material]
 name = "PA12"
 [[load_case]]
@@ -80,7 +73,7 @@ density = [0.2, 0.5]
 [run]
 stop_after = "lattice"
 [output]
-formats = ["ply"]
+formats = ["voxels"]
 """
 
 
@@ -92,16 +85,16 @@ def installed(formats_site, monkeypatch):
     sys.modules.pop("gradedesign_acme_formats", None)
 
 
-def write(folder, text, off=OFF):
+def write(folder, text, facets=FACETS):
     (folder / "case.toml").write_text(text, encoding="utf-8")
-    (folder / "block.off").write_text(off, encoding="utf-8")
+    (folder / "block.facets").write_text(facets, encoding="utf-8")
     return folder
 
 
 def test_the_readme_names_the_formats_of_its_plugin():
     named = tomllib.loads(NAMED)
-    assert named["part"]["file"].endswith(".off")
-    assert named["output"]["formats"] == ["stl", "ply"]
+    assert named["part"]["file"].endswith(".facets")
+    assert named["output"]["formats"] == ["stl", "voxels"]
 
 
 def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cli):
@@ -109,16 +102,18 @@ def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cl
     ended = cli("generate", case, "-o", tmp_path / "out", "--strict-plugins")
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
-    assert result["files"]["lattice_ply"] == "lattice.ply"
+    assert result["files"]["lattice_voxels"] == "lattice.npz"
     assert result["files"]["stl"] == "lattice.stl"
     assert "gradedesign-acme-formats 0.1.0" in result["plugins"]
-    # A reader of others: the surface is closed and encloses what the result says.
-    mesh = trimesh.load(tmp_path / "out" / "lattice.ply")
-    assert mesh.is_watertight
-    assert mesh.volume == pytest.approx(result["measures"]["volume_mm3"], rel=1e-9)
-    assert mesh.bounds[1] - mesh.bounds[0] == pytest.approx([10, 5, 5], abs=0.02)
+    # The field and the surface are one body: voxels of 0.25 mm hold the volume that is stated.
+    with np.load(tmp_path / "out" / "lattice.npz") as voxels:
+        volume = voxels["solid"].sum() * float(voxels["step"]) ** 3
+        assert voxels["case_hash"] == load_generate_case(case).case_hash
+        assert voxels["name"] == "block"
+        np.testing.assert_allclose(voxels["lower"], 0.0, atol=0.02)
+    assert volume == pytest.approx(result["measures"]["volume_mm3"], rel=0.05)
     manifest = json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))
-    assert "lattice.ply" in manifest["artefacts"]
+    assert "lattice.npz" in manifest["artefacts"]
     assert not list((tmp_path / "out").glob(".*unfinished"))
 
 
@@ -127,47 +122,101 @@ def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
     case = write(tmp_path, SIZED)
     ended = cli("run", case, "-o", tmp_path / "out")
     assert ended.code == 0, ended.err
-    assert "lattice.ply" in ended.out
+    assert "lattice.npz" in ended.out
     files = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))["files"]
-    assert (files["lattice_ply"], files["stl"]) == ("lattice.ply", "lattice.stl")
-    one, other = (trimesh.load(tmp_path / "out" / f"lattice.{s}") for s in ("ply", "stl"))
-    assert one.volume == pytest.approx(other.volume, rel=1e-5)
-    assert len(one.faces) == len(other.faces)
+    assert (files["lattice_voxels"], files["stl"]) == ("lattice.npz", "lattice.stl")
+    with np.load(tmp_path / "out" / "lattice.npz") as voxels:
+        volume = voxels["solid"].sum() * float(voxels["step"]) ** 3
+        # PA12 of 0.93 g/cm^3, as the library has it.
+        assert float(voxels["mass_g"]) == pytest.approx(volume * 0.93e-3, rel=0.05)
 
 
 def test_the_doctor_lists_formats(installed, cli):
-    assert "parts: .off, .stl; formats: ply, stl, vtu, report" in cli("doctor").out
+    out = cli("doctor").out
+    assert "parts: .facets, .glb, .obj, .off, .ply, .stl; formats: glb, obj, off, ply, stl" in out
 
 
 def test_units_and_bytes_of_the_file_count(installed, tmp_path):
-    case = load_case(write(tmp_path, SIZED.replace('units = "mm"', 'units = "cm"')))
+    case = load_case(write(tmp_path, SIZED.replace(PART, PART + 'units = "cm"\n')))
     part = read_part(case, part_readers(case, build_registry()))
     assert part.volume == pytest.approx(250_000.0)
+    assert "read in cm as [part] units says, though its unit is mm" in part.report.warnings[0]
+    assert part.regions["tip"].area == pytest.approx(2500.0)
     before = load_case(write(tmp_path, SIZED)).case_hash
-    assert load_case(write(tmp_path, SIZED, OFF.replace("10 ", "12 "))).case_hash != before
+    assert load_case(write(tmp_path, SIZED, FACETS.replace("10 ", "12 "))).case_hash != before
 
 
 @pytest.mark.parametrize("command", ["run", "generate", "check"])
 def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, cli, command):
     text = GENERATED if command == "generate" else SIZED
     place = [] if command == "check" else ["-o", tmp_path / "out"]
-    case = write(tmp_path, text.replace('"ply"', '"stll"'))
+    case = write(tmp_path, text.replace('"voxels"', '"stll"'))
     wrong = cli(command, case, *place)
     line = text.splitlines().index("[output]") + 2
     assert wrong.code == 2
     assert f"case.toml:{line}: output.formats: no format named 'stll'; did you mean" in wrong.err
-    assert "available: stl, vtu, report" in wrong.err
-    case = write(tmp_path, text.replace('"ply", "stl"', '"stl"').replace('"ply"', '"vtu"'))
+    assert "available: glb, obj, off, ply, stl, vtu, report" in wrong.err
+    case = write(tmp_path, text.replace('"voxels", "stl"', '"stl"').replace('"voxels"', '"vtu"'))
     wrong = cli(command, case, *place)
     assert wrong.code == 2
-    assert 'case.toml:4: part.file: found "block.off", which no installed reader' in wrong.err
-    assert "readable: .stl" in wrong.err
+    assert 'case.toml:4: part.file: found "block.facets", which no installed reader' in wrong.err
+    assert "readable: .glb, .obj, .off, .ply, .stl" in wrong.err
 
 
 def test_a_missing_file_is_told_before_its_suffix_is_judged(tmp_path):
-    write(tmp_path, SIZED.replace("block.off", "blok.off"))
-    with pytest.raises(CaseError, match=r'case\.toml:4: part\.file: .*did you mean "block\.off"'):
+    write(tmp_path, SIZED.replace("block.facets", "blok.facets"))
+    with pytest.raises(CaseError, match=r'toml:4: part\.file: .*did you mean "block\.facets"'):
         load_case(tmp_path)
+
+
+def test_a_file_without_a_unit_needs_one_in_the_case(tmp_path, cli):
+    (tmp_path / "block.off").write_bytes(BOX.export(file_type="off").encode())
+    text = GENERATED.replace("block.facets", "block.off").replace('"voxels", "stl"', '"obj"')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    wrong = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert wrong.code == 2
+    assert "case.toml:4: part.file: part.units: missing; block.off carries no unit" in wrong.err
+
+
+def test_every_format_of_the_core_is_read_and_written(tmp_path, cli):
+    """A block of 10 x 5 x 5 mm from each format, its lattice in all of them: one body."""
+    painted = BOX.copy()
+    painted.visual.face_colors = [[255, 0, 0, 255]] * 12
+    (tmp_path / "block.ply").write_bytes(painted.export(file_type="ply"))
+    formats = ["stl", "obj", "ply", "off", "glb"]
+    text = GENERATED.replace("block.facets", "block.ply")
+    text = text.replace('"voxels", "stl"', ", ".join(f'"{name}"' for name in formats))
+    text = text.replace('file = "block.ply"', 'file = "block.ply"\nunits = "mm"')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    for name in formats:
+        mesh = trimesh.load_mesh(tmp_path / "out" / f"lattice.{name}")
+        scale = 1e9 if name == "glb" else 1.0  # metres
+        assert mesh.volume * scale == pytest.approx(result["measures"]["volume_mm3"], rel=1e-4)
+        assert mesh.is_watertight or name == "glb"
+
+
+def test_check_lists_the_faces_of_the_file(installed, tmp_path, cli):
+    case = write(tmp_path, SIZED)
+    found = json.loads(cli("check", case, "--no-picture", "--json").out)
+    rows = {row["name"]: row for row in found["part"]["file_faces"]}
+    assert set(rows) == set(SIDES)
+    assert rows["hot end"] == {
+        "face": 3, "name": "hot end", "color": "#ff0000", "area_mm2": pytest.approx(25.0)
+    }  # fmt: skip
+    assert found["part"]["units"] == "mm"
+    areas = {row["name"]: row["area_mm2"] for row in found["regions"]}
+    assert areas == pytest.approx({"root": 25.0, "tip": 25.0})
+    out = cli("check", case, "--no-picture").out
+    assert "Faces of the file" in out
+    assert "hot end" in out
+    write(tmp_path, SIZED.replace('name = "root"', 'name = "rot"'))
+    wrong = cli("check", case, "--no-picture")
+    assert wrong.code == 2
+    assert "region.root: nothing in the part's file has the name 'rot'" in wrong.err
+    assert "names in the file: back, bottom, front, hot end, root, top" in wrong.err
 
 
 HEAD = """
@@ -184,12 +233,12 @@ def gradedesign_exporters():
     yield Exporter(name="fake", suffix=".fake", write=write)
 """
 BAD_READER = """
-def read(path, unit):
+def read(path):
     {body}
 
 @hookimpl
 def gradedesign_readers():
-    yield PartReader(name="fake", suffixes=(".off",), read=read)
+    yield PartReader(name="fake", suffixes=(".facets",), read=read)
 """
 
 
@@ -208,7 +257,7 @@ def gradedesign_readers():
 def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, words):
     install("fake-writer", HEAD + BAD_EXPORTER.format(body=body))
     box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
-    case = load_generate_case(write(tmp_path, box.replace('"ply", "stl"', '"fake"')))
+    case = load_generate_case(write(tmp_path, box.replace('"voxels", "stl"', '"fake"')))
     with pytest.raises(PluginError, match=r"exporter 'fake' of fake-writer 1\.2 ") as told:
         generate(case, folder=tmp_path / "out")
     assert "writing lattice.fake" in str(told.value)
@@ -223,21 +272,27 @@ def test_a_broken_exporter_is_named_and_leaves_nothing(install, tmp_path, body, 
     [
         ("int('x')", "failed: ValueError"),
         ("sys.exit(0)", "failed: SystemExit"),
-        ("raise PartError('block.off: torn')", "part.file: block.off: torn"),
+        ("raise PartError('block.facets: torn')", "part.file: block.facets: torn"),
         ("return np.zeros((1, 3, 3))", "returned a ndarray, expected RawTriangles"),
         ("return RawTriangles(corners=np.full((1, 3, 3), np.nan))", "9 values that are not finite"),
-        ("return RawTriangles(corners=np.full((1, 3, 3), 1e9))", "facets reach absurdly far"),
-        ("return RawTriangles(corners=np.zeros((0, 3, 3)))", "block.off: no triangles"),
+        (
+            "return RawTriangles(corners=np.full((1, 3, 3), 1e9), unit='mm')",
+            "reach absurdly far",
+        ),
+        (
+            "return RawTriangles(corners=np.zeros((0, 3, 3)), unit='mm')",
+            "block.facets: no triangles",
+        ),
     ],
 )
 def test_a_broken_reader_is_named_with_its_file(install, tmp_path, cli, body, words):
     install("fake-reader", HEAD + BAD_READER.format(body=body))
-    case = write(tmp_path, GENERATED.replace('"ply", "stl"', '"stl"'))
+    case = write(tmp_path, GENERATED.replace('"voxels", "stl"', '"stl"'))
     ended = cli("generate", case, "-o", tmp_path / "out")
     assert ended.code in (3, 7)
     assert "case.toml:4: part.file: " in ended.err
     assert words in ended.err
-    assert ended.code == 3 or "part reader 'fake' of fake-reader 1.2 on block.off" in ended.err
+    assert ended.code == 3 or "part reader 'fake' of fake-reader 1.2 on block.facets" in ended.err
 
 
 def test_a_format_of_a_disabled_plugin_is_an_error_of_the_plugin(install, tmp_path, cli):
@@ -285,7 +340,7 @@ def test_two_formats_of_one_suffix_get_two_names(install, tmp_path):
         "        yield Exporter(name=name, suffix='.stl', write=write)\n",
     )
     box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
-    text = box.replace('"ply", "stl"', '"two", "one", "stl"') + '[material]\nname = "PA12"\n'
+    text = box.replace('"voxels", "stl"', '"two", "one", "stl"') + '[material]\nname = "PA12"\n'
     result = generate(load_generate_case(write(tmp_path, text)), folder=tmp_path / "out")
     names = ("lattice-two.stl", "lattice-one.stl", "lattice.stl")
     assert tuple(result.files[k] for k in ("lattice_two", "lattice_one", "stl")) == names
@@ -296,7 +351,7 @@ def test_an_exporter_may_evaluate_the_field(install, tmp_path):
     body = "np.savetxt(path, lattice.field(lattice.surface.vertices.T))"
     install("fake-field", HEAD + BAD_EXPORTER.format(body=body))
     box = GENERATED.replace(PART, '[part]\nbox = ["5 mm", "5 mm", "5 mm"]\n')
-    case = load_generate_case(write(tmp_path, box.replace('"ply", "stl"', '"fake"')))
+    case = load_generate_case(write(tmp_path, box.replace('"voxels", "stl"', '"fake"')))
     generate(case, folder=tmp_path / "out")
     values = np.loadtxt(tmp_path / "out" / "lattice.fake")
     # The surface was extracted on a grid of 0.2 mm: its vertices lie near the zero set.

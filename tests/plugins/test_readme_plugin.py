@@ -53,7 +53,7 @@ max_rounds = 1
 mesh_cubes_per_wall = 2.0
 acceptance = "whole"
 [output]
-formats = ["stl", "ply"]
+formats = ["stl", "ply", "voxels"]
 """
 
 
@@ -182,8 +182,10 @@ def test_a_case_with_the_cell_reaches_a_verdict(built, formats_site, tmp_path):
     assert data["law"]["name"] == "acme-iwp"
     assert data["law"]["cell"] == "acme-iwp-network"
     assert "gradedesign-acme-iwp 0.1.0" in data["plugins"]
-    # What was judged, in the STL that acceptance read back and in the format of the other plugin.
+    # What was judged, in the STL that acceptance read back, in another format of the core, and in
+    # that of the other plugin.
     assert (data["files"]["stl"], data["files"]["lattice_ply"]) == ("lattice.stl", "lattice.ply")
+    assert data["files"]["lattice_voxels"] == "lattice.npz"
     one, other = (trimesh.load(tmp_path / "run" / f"lattice.{s}") for s in ("stl", "ply"))
     assert other.is_watertight
     assert other.volume == pytest.approx(one.volume, rel=1e-6)

@@ -55,7 +55,7 @@ def test_level_and_wall_increase_with_density(family, fractions):
     assert calibration.density_of(calibration.level_of(low)) == pytest.approx(low, abs=1e-9)
     if high - low > 1e-6:
         assert calibration.level_of(low) < calibration.level_of(high)
-    assert wall_mm(family, None, low, 5.0) <= wall_mm(family, None, high, 5.0) + 1e-12
+    assert wall_mm(calibrate(family), low, 5.0) <= wall_mm(calibrate(family), high, 5.0) + 1e-12
 
 
 @every_family

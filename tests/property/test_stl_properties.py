@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume, open_edge_count
 from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import raw_triangles
+from gradedesign.part.raw_triangles import in_mm, raw_triangles
 from gradedesign.part.repair import build_surface
 from gradedesign.part.stl import parse_stl
 
@@ -68,7 +68,7 @@ def check(data: bytes) -> None:
     """Either a PartError, or finite corners; then either a PartError, or a closed solid."""
     try:
         corners, warnings = parse_stl(data, "fuzz")
-        raw = raw_triangles(corners, "mm", source="fuzz", warnings=warnings)
+        raw = in_mm(raw_triangles(corners, source="fuzz", warnings=warnings), "mm", "fuzz")
     except PartError as error:
         assert str(error).startswith("fuzz")  # noqa: PT017 - both outcomes are right
         return
@@ -99,7 +99,7 @@ def test_mutated_files(data):
 def test_a_mutated_file_does_not_lose_its_void(data):
     """Whatever is answered is within 1 % of the box less its void, or refused."""
     try:
-        raw = raw_triangles(parse_stl(data, "fuzz")[0], "mm", source="fuzz")
+        raw = in_mm(raw_triangles(parse_stl(data, "fuzz")[0], source="fuzz"), "mm", "fuzz")
         surface, _ = build_surface(raw.corners, repair="auto")
     except PartError:
         return

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.ladder.summary import _acceptance_warnings
+from gradedesign.results.summary import _acceptance_warnings
 
 FIRST = "all threads, surface simplified first: succeeded in 40.8 s"
 FAILED = "all threads, surface simplified first: the worker timed out after 30 s"

@@ -4,15 +4,19 @@ from types import SimpleNamespace
 
 import pytest
 
-from gradedesign.ladder.round import TARGET
-from gradedesign.ladder.rounds import MOST_ROOM, aim_of
+from gradedesign.limits.key import LimitKey
+from gradedesign.loop.round import TARGET
+from gradedesign.loop.rounds import MOST_ROOM, aim_of
 from gradedesign.verify.correction import Gap
+
+KEY, OTHER = LimitKey(kind="displacement"), LimitKey(kind="displacement", region="other")
 
 
 def played(*rounds):
     return [
         SimpleNamespace(
-            iteration=SimpleNamespace(passed=passed), gap=Gap(displacement=(0.9, gap), governing=1)
+            iteration=SimpleNamespace(passed=passed),
+            gap=Gap(values=((OTHER, 0.9), (KEY, gap)), governing=KEY),
         )
         for passed, gap in rounds
     ]
@@ -30,6 +34,8 @@ def test_a_miss_that_comes_again_leaves_the_room_that_predictions_are_off_by():
     assert aim_of(far) == pytest.approx((1 - MOST_ROOM) * TARGET)
 
 
-def test_without_displacement_limits_the_gap_of_the_stress_counts():
-    missed = [SimpleNamespace(iteration=SimpleNamespace(passed=False), gap=Gap(stress=0.05))] * 3
+def test_without_limits_by_gradient_the_gap_of_the_others_counts():
+    missed = [
+        SimpleNamespace(iteration=SimpleNamespace(passed=False), gap=Gap(values=((KEY, -0.05),)))
+    ] * 3
     assert aim_of(missed) == pytest.approx(0.95 * TARGET)

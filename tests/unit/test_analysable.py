@@ -8,9 +8,9 @@ from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.ladder.analysable import analysable_bounds, grid_cube
-from gradedesign.ladder.setup import prepare
 from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.resolve.analysable import analysable_bounds, grid_cube
+from gradedesign.resolve.setup import prepare
 
 CASE = """\
 [case]

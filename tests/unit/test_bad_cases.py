@@ -409,40 +409,13 @@ def test_part_file_must_exist_be_a_file_and_be_readable(tmp_path):
         tmp_path, with_file("bracket.stl").replace("'bracket.stl'", '["bracket.stl"]')
     )
     text = with_file("bracket.stl")
-    assert "carries no unit; add units, one of" in refusal(
-        tmp_path, text.replace('units = "mm"\n', "")
-    )
     assert "both of file and box" in refusal(
         tmp_path, text.replace("[part]", '[part]\nbox = ["6 mm", "6 mm", "6 mm"]')
     )
 
 
-def test_measured_faces_need_a_straight_grid(tmp_path):
-    assert load_case(write(tmp_path, CASE)).lattice.faces == "periodic"
-    stated = swapped('size = "8 mm"', 'size = "8 mm"\nfaces = "measured"')
-    assert load_case(write(tmp_path, stated)).lattice.faces == "measured"
-    warp = (
-        '[[lattice.warp]]\ncentre = ["30 mm", "10 mm", "10 mm"]\nstable_radius = "2 mm"\n'
-        'outer_radius = "5 mm"\nmagnification = 1.1\n[print]'
-    )
-    message = refusal(tmp_path, stated.replace("[print]", warp))
-    assert "faces" in message
-    assert "straight grid" in message
-    message = refusal(tmp_path, stated.replace("measured", "measurd"))
-    assert "measured" in message
-
-
-def test_finite_size_is_not_counted_twice_nor_elsewhere(tmp_path):
-    plain = CASE.replace('skin = {thickness = "1 mm"}\n', "")
-    assert load_case(write(tmp_path, plain)).lattice.finite_size == "periodic"
-    stated = plain.replace('size = "8 mm"', 'size = "8 mm"\nfinite_size = "corrected"')
-    assert load_case(write(tmp_path, stated)).lattice.finite_size == "corrected"
-    walls = stated.replace("corrected", "walls")
-    assert load_case(write(tmp_path, walls)).lattice.finite_size == "walls"
-    twice = stated.replace('"corrected"', '"corrected"\nfaces = "measured"')
-    assert "both count what faces do" in refusal(tmp_path, twice)
-    skinned = stated.replace("[print]", 'skin = {thickness = "1 mm"}\n[print]')
-    assert "free faces only" in refusal(tmp_path, skinned)
-    edges = stated.replace('size = "8 mm"', 'size = ["8 mm", "8 mm", "9 mm"]')
-    assert "straight grid of one size" in refusal(tmp_path, edges)
-    assert "corrected" in refusal(tmp_path, stated.replace("corrected", "correct"))
+def test_size_effects_are_on_unless_switched_off(tmp_path):
+    assert load_case(write(tmp_path, CASE)).lattice.size_effects
+    off = swapped('size = "8 mm"', 'size = "8 mm"\nsize_effects = false')
+    assert not load_case(write(tmp_path, off)).lattice.size_effects
+    assert "size_effects" in refusal(tmp_path, off.replace("false", '"walls"'))

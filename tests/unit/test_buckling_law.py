@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from gradedesign.case.limits_schema import LimitsSpec
+from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
@@ -18,7 +19,9 @@ from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise import table as module
 from gradedesign.homogenise.critical_stress import CriticalStress
-from gradedesign.ladder.resolve_law import buckling_warnings
+from gradedesign.limits.cell_buckling import BucklingLimit, unknown_warning
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.buckling_table import BucklingTable
 from gradedesign.material.material import Material
@@ -33,11 +36,9 @@ from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
-from gradedesign.sizing.buckling_limit import BucklingLimit
 from gradedesign.sizing.filter import uniform_filter
 from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.size import SizingProblem, size
-from gradedesign.sizing.stress_limit import StressLimit
 
 DENSITY = np.array([0.05, 0.1, 0.2])
 
@@ -109,9 +110,9 @@ def test_a_law_of_a_table_knows_its_buckling() -> None:
     law = tabulated_law(property_table(buckling_table()))
     assert law.buckling is not None
     assert law.buckling.window == (0.05, 0.2)
-    assert buckling_warnings(law) == ()
-    (warning,) = buckling_warnings(tabulated_law(property_table()))
-    assert "buckling of the cells is not judged" in warning
+    without = tabulated_law(property_table())
+    assert without.buckling is None
+    assert "buckling of the cells is not judged" in unknown_warning(without)
 
 
 def test_uses_add_up() -> None:
@@ -176,14 +177,19 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
     count = model.space.element_count
     problem = SizingProblem(
         model=model,
-        displacement_limits=(),
-        stress_limit=StressLimit(
-            limit=12.0, percentile=99.5, considered=np.ones(count, dtype=bool)
+        limits=(
+            StressLimit(
+                key=LimitKey(kind="stress", region="lattice"), name="stress in lattice",
+                allowed=12.0, percentile=99.5, considered=np.ones(count, dtype=bool),
+            ),
+            BucklingLimit(
+                key=LimitKey(kind="buckling"), name="buckling of cells", allowed=1.0,
+                law=buckling, required=factor,
+            ),
         ),
         bounds=(0.06, 0.85),
         filter=uniform_filter(count),
-        buckling_limit=BucklingLimit(law=buckling, factor=factor),
-    )
+    )  # fmt: skip
     result = size(problem, tolerance=2e-4)
     strong = 0.5 / (12.0 * 0.4)
     critical = 10.0 if traction > 0 else 1.0
@@ -194,11 +200,11 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
         assert not result.feasible
         expected = 0.85
     else:
-        assert result.history[-1].buckling_use < 1.005
-        assert (result.history[-1].buckling_use > 0.99) == (thin > strong)
+        assert result.history[-1].uses[1] < 1.005
+        assert (result.history[-1].uses[1] > 0.99) == (thin > strong)
     np.testing.assert_allclose(result.rho, expected, rtol=0.005)
     if traction < 0 and factor == 1:
-        without = size(replace(problem, buckling_limit=None), tolerance=2e-4)
+        without = size(replace(problem, limits=problem.limits[:1]), tolerance=2e-4)
         np.testing.assert_allclose(without.rho, strong, rtol=0.005)
 
 
@@ -211,7 +217,7 @@ def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatc
     """By default; where densities are asked for by name, or two are not left, it is an error."""
     settled = {0.1, 0.3}
 
-    def compute(family, parameters, rho, *, poissons_ratio, resolution, edges):
+    def compute(cell, rho, *, poissons_ratio, resolution, edges):
         if rho not in settled:
             raise SolverError("too much to extrapolate")
         one = np.full((6, 2), rho**2)
@@ -221,15 +227,15 @@ def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatc
         )  # fmt: skip
 
     monkeypatch.setattr(module, "critical_stress", compute)
-    family = build_registry().cell_families["octet"]
-    found = module.compute_buckling(family)
+    cell = calibrate(build_registry().cell_families["octet"])
+    found = module.compute_buckling(cell)
     assert found.density.tolist() == [0.1, 0.3]
     assert "density 0.2 is left out" in caplog.text
     with pytest.raises(SolverError, match="extrapolate"):
-        module.compute_buckling(family, densities=(0.1, 0.2, 0.3))
+        module.compute_buckling(cell, densities=(0.1, 0.2, 0.3))
     settled.remove(0.3)
     with pytest.raises(DensityError, match="fewer than two"):
-        module.compute_buckling(family)
+        module.compute_buckling(cell)
 
 
 def test_the_docs_show_the_critical_stresses_that_are_shipped():

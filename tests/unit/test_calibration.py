@@ -128,14 +128,14 @@ def test_a_cell_that_never_connects_is_refused():
 def test_sheet_wall_is_the_thinnest_of_the_reference():
     # ramirez.md R2: primitive sheet, C = 0.5, L = 50 mm: 4.64 to 8.26 mm thick.
     rho = calibrate(SHEET).density_of(0.5)
-    assert wall_mm(SHEET, None, rho, 50.0) == pytest.approx(4.64, rel=0.01)
+    assert wall_mm(calibrate(SHEET), rho, 50.0) == pytest.approx(4.64, rel=0.01)
 
 
 def test_network_neck_is_the_hole_of_the_dual_surface():
     # At rho 0.5 the neck about (0.5, 0.5, 0) is bounded by cos X + cos Y + 1 = 0; nearest points
     # on the diagonals X = Y = 2 pi / 3, so the diameter is 2 sqrt(2) (1/2 - 1/3) cells.
     expected = 2 * np.sqrt(2) / 6 * 10.0
-    assert wall_mm(NETWORK, None, 0.5, 10.0) == pytest.approx(expected, rel=0.005)
+    assert wall_mm(calibrate(NETWORK), 0.5, 10.0) == pytest.approx(expected, rel=0.005)
 
 
 def test_distance_families_have_exact_walls():
@@ -152,19 +152,19 @@ def test_distance_families_have_exact_walls():
     # Three crossing cylinders of radius r: volume 3 pi r^2 - 8 sqrt(2) r^3 (Steinmetz).
     r = 0.1
     rho = 3 * np.pi * r**2 - 8 * np.sqrt(2) * r**3
-    assert wall_mm(family, None, rho, 20.0) == pytest.approx(2 * r * 20.0, rel=0.003)
+    assert wall_mm(calibrate(family), rho, 20.0) == pytest.approx(2 * r * 20.0, rel=0.003)
 
 
 def test_walls_grow_and_invert(caplog):
     caplog.set_level(logging.INFO)
     a, b = calibrate(SHEET).window
-    wall = wall_mm(SHEET, None, np.linspace(a, b, 100), 8.0)
+    wall = wall_mm(calibrate(SHEET), np.linspace(a, b, 100), 8.0)
     assert (np.diff(wall) >= 0).all()
-    rho = density_for_wall(SHEET, None, 0.5, 8.0)
-    assert wall_mm(SHEET, None, rho, 8.0) >= 0.5
-    assert wall_mm(SHEET, None, rho - 0.001, 8.0) < 0.5
+    rho = density_for_wall(calibrate(SHEET), 0.5, 8.0)
+    assert wall_mm(calibrate(SHEET), rho, 8.0) >= 0.5
+    assert wall_mm(calibrate(SHEET), rho - 0.001, 8.0) < 0.5
     with pytest.raises(DensityError, match="larger cells"):
-        density_for_wall(SHEET, None, 5.0, 8.0)
+        density_for_wall(calibrate(SHEET), 5.0, 8.0)
 
 
 def test_uniform_map_turns_scales_and_shifts():

@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from gradedesign.case.read_case import load_case
-from gradedesign.case.schema import Exclusion, case_schema_json
+from gradedesign.case.schema import CaseFile, Exclusion, schema_json
 from gradedesign.case.toml_lines import key_lines, line_of
 
 #: The example of design.md, section 5, without the bolts (a box has none).
@@ -359,10 +359,10 @@ def test_lines_name_every_key_that_toml_holds():
 
 
 def test_json_schema_for_editors():
-    schema = case_schema_json()
+    schema = schema_json(CaseFile)
     json.dumps(schema)
     assert schema["required"] == ["case", "part", "material", "load_case", "limits", "lattice"]
-    definitions = schema["$defs"]
+    definitions = schema["definitions"]
     gradings = definitions["LatticeSpec"]["properties"]["grading"]["enum"]
     assert gradings == ["uniform", "level", "thickness", "size", "ratio"]
     assert "not" in definitions["RegionSpec"]["properties"]

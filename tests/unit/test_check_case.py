@@ -11,12 +11,13 @@ from gradedesign.case.read_case import load_case
 from gradedesign.cell.family import CellFamily
 from gradedesign.cli import check as check_module
 from gradedesign.cli import main
+from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.ladder import resolve_law as law_module
-from gradedesign.ladder import setup as stage_module
-from gradedesign.ladder.setup import prepare
 from gradedesign.material.power_law import power_law
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import resolve_law as law_module
+from gradedesign.resolve import setup as stage_module
+from gradedesign.resolve.setup import prepare
 
 WALLS = CellFamily(
     name="walls",
@@ -93,7 +94,7 @@ def read(folder, text):
 
 
 def checked(folder, text, registry):
-    from gradedesign.ladder.check_case import check_case
+    from gradedesign.check.check_case import check_case
 
     return check_case(read(folder, text), registry)
 
@@ -125,12 +126,6 @@ REFUSED = {
     "passive margin": (
         (("[limits]", KEEP.format("500 mm") + "[limits]"),),
         CaseError, ["keep[0].margin", "found 500 mm", "region 'root'", "would stay solid"],
-    ),
-    "heated walls": (
-        (("density = [", 'finite_size = "walls"\ndensity = ['),
-         ("fix = [", 'temperature_change = "50 K"\nfix = ['),
-         ("density = \"5", 'thermal_expansion = "9e-6 1/K"\ndensity = "5')),
-        CaseError, ["lattice.finite_size", "temperature change of load case 'pull'"],
     ),
     "rigid motions": (
         (('fix = [{region = "root"}]', 'fix = [{region = "root", components = "xy"}]'),),
@@ -242,7 +237,7 @@ def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_
     sample = page.split("```text\n")[1].split("```")[0]
     labels = [line.split(":")[0] for line in sample.splitlines() if line and line[0] != " "]
     assert len(labels) > 12
-    for label in set(labels) - {"warning", "walls of few cells", "Holes and bosses"}:
+    for label in set(labels) - {"warning", "Holes and bosses"}:
         assert any(line.startswith(label) for line in printed.splitlines()), (label, printed)
     # Beside the run folder: a run into runs/plate finds it as it was.
     assert drawn == [Path("runs") / "plate-check" / "loads.png"]
@@ -253,3 +248,38 @@ def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_
     assert data["picture"] is None
     assert data["load_cases"][0]["force_N"] == [0.0, 0.0, -400.0]
     assert len(drawn) == 1
+
+
+PERIODIC = {
+    "skin": (("density = [", 'skin = {thickness = "1 mm"}\ndensity = ['), "a skin ties"),
+    "edges": (('size = "6 mm"\nd', 'size = ["6 mm", "6 mm", "5 mm"]\nd'), "cubic cells"),
+    "heat": (("fix = [", 'temperature_change = "50 K"\nfix = ['), "load case 'pull'"),
+    # 1 - (1 - w)^3 of the cell with w = 3/64: 0.13.
+    "thin walls": (
+        ("[0.2, 0.5]", '[0.12, 0.5]\n[run]\nexplicit_mesh_size = "1 mm"'),
+        "at density 0.12 are too thin for 64 voxels",
+    ),
+    "off": (("density = [", "size_effects = false\ndensity = ["), "switches size effects off"),
+}
+
+
+@pytest.mark.parametrize(("change", "reason"), PERIODIC.values(), ids=PERIODIC)
+def test_where_size_effects_are_left_out_a_sentence_says_so(change, reason, registry, tmp_path):
+    expansion = ('density = "5', 'thermal_expansion = "9e-6 1/K"\ndensity = "5')
+    found = checked(tmp_path, changed(change, expansion), registry)
+    assert reason in found.periodic
+    told = [w for w in found.warnings if "takes it for a periodic lattice" in w]
+    # Two cells of 6 mm across, 2.4 of the shortest edge; who switches them off knows.
+    assert len(told) == (reason != "switches size effects off")
+    assert all(" times its cells" in w and found.periodic in w for w in told)
+    data = json.dumps(check_data(found, None, found.warnings))
+    assert found.periodic.split("'")[0] in data
+
+
+def test_a_law_of_finite_samples_has_its_size_effects_already(registry, tmp_path):
+    laws = {"walls-law": replace(registry.scaling_laws["walls-law"], kind="fe")}
+    found = checked(tmp_path, CASE, replace(registry, scaling_laws=laws))
+    assert "not computed on the periodic cell" in found.periodic
+    plain = checked(tmp_path, CASE, registry)
+    assert not plain.periodic
+    assert not [w for w in plain.warnings if "periodic lattice" in w]

@@ -14,7 +14,6 @@ import pytest
 
 import gradedesign
 from gradedesign.cell.calibration import calibrate
-from gradedesign.cli import app as app_module
 from gradedesign.cli import lists as list_module
 from gradedesign.cli import run as run_module
 from gradedesign.cli.run import holds_only_a_failure
@@ -29,7 +28,7 @@ from gradedesign.errors import (
     ResourceError,
     SolverError,
 )
-from gradedesign.ladder.stages import default_folder
+from gradedesign.loop.stages import default_folder
 from gradedesign.plugin.registry import build_registry
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -137,7 +136,7 @@ def test_check_says_what_a_run_would_do(cli, here):
 
 
 def test_cells_lists_families_with_window_and_source(cli, monkeypatch):
-    # Calibration has tests of its own and takes seconds per family.
+    # Cell has tests of its own and takes seconds per family.
     monkeypatch.setattr(list_module, "known_window", lambda _: [0.1, 0.6])
     families = {f["name"]: f for f in json.loads(cli("cells", "--json").out)}
     assert {"gyroid-sheet", "diamond-network", "primitive-wall"} <= set(families)
@@ -257,7 +256,7 @@ def test_every_error_has_its_exit_code(cli, monkeypatch, error):
     def fail(*args, **options):
         raise error("something of 3 mm")
 
-    monkeypatch.setattr(app_module.list_commands, "materials", fail)
+    monkeypatch.setattr(list_module, "materials", fail)
     ended = cli("materials")
     assert ended.code == CODES[error]
     assert ("Traceback" in ended.err) is (error is ZeroDivisionError)
@@ -270,7 +269,7 @@ def test_a_full_disk_is_a_matter_of_resources(cli, monkeypatch):
     def fail(*args, **options):
         raise OSError(28, "No space left on device", "x")
 
-    monkeypatch.setattr(app_module.list_commands, "materials", fail)
+    monkeypatch.setattr(list_module, "materials", fail)
     assert cli("materials").code == 5
 
 
@@ -284,6 +283,23 @@ def test_an_interrupted_run_says_how_to_go_on(cli, monkeypatch, here, number):
     ended = cli("run", CASES / "infeasible")
     assert ended.code == 130
     assert "--resume" in ended.err
+
+
+def test_help_loads_no_computation(here):
+    """It has to come at once, so it may not wait for numpy, numba or scikit-fem."""
+    program = """
+import sys
+from gradedesign.cli import main
+try:
+    main(["--help"])
+except SystemExit:
+    loaded = {"numpy", "numba", "skfem", "pydantic", "gradedesign.case"} & set(sys.modules)
+    print("loaded:", sorted(loaded))
+"""
+    words = [sys.executable, "-c", program]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+    assert "loaded: []" in ended.stdout
+    assert "homogenise" in ended.stdout
 
 
 def test_output_into_a_closed_pipe_ends_quietly(here):

@@ -6,8 +6,8 @@ import pytest
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.compose import banded_distance, compose
 from gradedesign.lattice.density_grid import DensityGrid
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.lattice.lattice import (
-    KeptRegion,
     LatticeDesign,
     cell_field,
     cell_gradient,
@@ -40,16 +40,15 @@ def level_of(rho):
 
 def design(**changes):
     settings = {
-        "part": box_distance,
         "shape": gyroid_sheet,
         "level_of": level_of,
         "cell_map": lambda p: p / 10.0,
         "cell_size": 10.0,
         "density": 0.3,
-        "lower": [0, 0, 0],
-        "upper": SIZE,
     }
-    return LatticeDesign(**(settings | changes))
+    stated = {"distance": box_distance, "lower": [0, 0, 0], "upper": SIZE}
+    stated |= {name: changes.pop(name) for name in ("upper", "skin", "passive") if name in changes}
+    return LatticeDesign(domain=DesignDomain(**stated), **(settings | changes))
 
 
 def fine_points(n=80):
@@ -103,7 +102,7 @@ def test_band_saves_evaluations():
 
 def test_field_is_negative_exactly_in_the_solid():
     """Against the set operations of the definition, point by point."""
-    d = design(skin=1.2, kept=(KeptRegion(distance=region_distance, margin=3.0),))
+    d = design(skin=1.2, passive=(PassiveRegion(distance=region_distance, margin=3.0),))
     points = np.random.default_rng(23).uniform(-3, 43, size=(3, 50_000))
     distance = box_distance(points)
     cell = gyroid_sheet(points / 10) < level_of(0.3)
@@ -113,7 +112,7 @@ def test_field_is_negative_exactly_in_the_solid():
 
 
 def test_band_and_single_precision_keep_the_surface():
-    d = design(skin=1.2, kept=(KeptRegion(distance=region_distance, margin=3.0),))
+    d = design(skin=1.2, passive=(PassiveRegion(distance=region_distance, margin=3.0),))
     box = ([0, 0, 0], SIZE, 0.5)
     exact = extract_surface(lattice_field(d), *box)
     quick = extract_surface(lattice_field(d, band=1.0, single=True), *box)
@@ -178,7 +177,7 @@ def test_parameters_reach_the_shape():
         ({"upper": [40, 20, 0]}, "box is empty"),
         ({"cell_size": 0.0}, "cell size is 0 mm"),
         ({"skin": 0.0}, "must be positive"),
-        ({"kept": (KeptRegion(distance=region_distance, margin=-1.0),)}, "must be positive"),
+        ({"passive": (PassiveRegion(distance=region_distance, margin=-1.0),)}, "must be positive"),
     ],
 )
 def test_impossible_designs_are_refused(changes, match):

@@ -5,7 +5,6 @@ import pytest
 
 from gradedesign import DensityError, power_law
 from gradedesign.material.constant_density import (
-    constant_density,
     density_for_displacement,
     density_for_stress,
 )
@@ -21,10 +20,6 @@ def test_cantilever_of_the_thesis(law, by_u, by_s):
     # Solid beam: 0.1413 mm and 3.6705 MPa; limits 2 mm and 50 MPa. Printed to three digits.
     assert density_for_displacement(law, 0.1413, 2.0) == pytest.approx(by_u, abs=5e-4)
     assert density_for_stress(law, 3.6705, 50.0) == pytest.approx(by_s, abs=5e-4)
-    rho, governing = constant_density(
-        law, displacement=0.1413, permitted_displacement=2.0, von_mises=3.6705, permitted_stress=50
-    )
-    assert (round(rho, 3), governing) == (by_s, "stress")
 
 
 def test_inversion_is_that_of_the_power_law():
@@ -40,14 +35,6 @@ def test_the_floor_is_enough_or_the_top_is_not():
         density_for_displacement(G, np.nan, 2.0)
     with pytest.raises(DensityError):
         density_for_displacement(G, 0.1, 0.0)
-
-
-def test_displacement_may_govern():
-    rho, governing = constant_density(
-        G, displacement=0.4, permitted_displacement=2.0, von_mises=1.0, permitted_stress=50.0
-    )
-    assert governing == "displacement"
-    assert rho == pytest.approx((0.2 / 0.402) ** (1 / 1.176))
 
 
 def test_density_field_matches_the_scalar_rule():

@@ -19,6 +19,7 @@ import pytest
 
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.repair import build_surface
 from gradedesign.part.stl import read_stl
 
@@ -486,7 +487,7 @@ def test_damaged_parts_are_answered_rightly_or_refused(tmp_path, damage):
         path = tmp_path / "part.stl"
         path.write_bytes(part.data)
         try:
-            raw = read_stl(path, "mm")
+            raw = in_mm(read_stl(path), "mm", path.name)
             surface, _ = build_surface(raw.corners, repair=part.repair, bodies=part.bodies)
             found, refused = enclosed_volume(surface), ""
         except PartError as error:

@@ -6,13 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.ladder import summary
-from gradedesign.ladder.ended import TIGHT_END, Ended
-from gradedesign.ladder.files import write_result
-from gradedesign.ladder.finished import finished_result
-from gradedesign.ladder.result import Iteration, RunResult, as_json, from_json
-from gradedesign.ladder.saturation import displacement_gain, needy_at_bound, sentence
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.loop.saturation import density_gain, needy_at_bound, sentence
+from gradedesign.output.result import Iteration, LimitIteration, RunResult, as_json, from_json
+from gradedesign.results import summary
+from gradedesign.results.files import write_result
+from gradedesign.results.finished import finished_result
 from gradedesign.workspace.run_folder import open_run_folder
 
 BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rounds; 300 s more")
@@ -20,6 +21,7 @@ BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rou
 
 def row(value):
     return LimitRow(
+        key=LimitKey(kind="displacement", region="tip", load_case="pull"),
         name="displacement of tip magnitude",
         load_case="pull",
         value=value,
@@ -35,7 +37,7 @@ def verdict(monkeypatch):
     monkeypatch.setattr(summary, "_common", lambda *_: {"warnings": ()})
     for name in ("_solid_mass", "_latticed_mass"):
         monkeypatch.setattr(summary, name, lambda _: 100.0)
-    for name in ("thin_warning", "_acceptance_warnings"):
+    for name in ("design_notes", "_acceptance_warnings"):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
@@ -95,21 +97,21 @@ def test_what_densities_at_their_bounds_could_gain():
     """
     slope = np.array([-0.5, -1.0, 0.2])
     rho = np.array([0.4, 0.5, 0.3])
-    assert displacement_gain(slope, rho, (0.2, 0.6)) == pytest.approx(0.22)
-    assert displacement_gain(-np.ones(2), np.full(2, 0.6), (0.2, 0.6)) == 0.0
+    assert density_gain(slope, rho, (0.2, 0.6)) == pytest.approx(0.22)
+    assert density_gain(-np.ones(2), np.full(2, 0.6), (0.2, 0.6)) == 0.0
 
 
 def test_the_first_order_overrates_what_a_bar_can_gain():
     """A bar of n like pieces in series, u = sum rho^-2: relative slope -2 / (n rho)."""
     rho = np.full(4, 0.3)
-    gain = displacement_gain(np.full(4, -2.0 / (4 * 0.3)), rho, (0.1, 0.4))
+    gain = density_gain(np.full(4, -2.0 / (4 * 0.3)), rho, (0.1, 0.4))
     assert gain > 1.0 - (0.3 / 0.4) ** 2
 
 
 def lattice(skin=None, window=0.8):
     return SimpleNamespace(
         bounds=(0.2, 0.6),
-        calibration=SimpleNamespace(window=(0.1, 0.9)),
+        cell=SimpleNamespace(window=(0.1, 0.9)),
         law=SimpleNamespace(window=(0.1, window)),
         case=SimpleNamespace(lattice=SimpleNamespace(skin=skin)),
         model=SimpleNamespace(solid_share=np.array([0.0, 0.0, 1.0])),
@@ -152,19 +154,23 @@ STORED = RunResult(
             lattice_mass_g=1.0,
             mass_g=2.0,
             mean_density=0.3,
-            predicted_displacement=(0.9,),
-            explicit_displacement=(0.94,),
-            predicted_stress=None,
-            explicit_stress=None,
-            displacement_gap=(0.04,),
-            stress_gap=None,
+            limits=(
+                LimitIteration(
+                    key=LimitKey(kind="displacement", region="tip", load_case="pull"),
+                    name="displacement of tip magnitude",
+                    unit="mm",
+                    predicted=0.9,
+                    explicit=0.94,
+                    gap=0.04,
+                    factor=1.0,
+                ),
+            ),
             use=0.94,
             passed=True,
             dofs=10,
             mesh_size_mm=1.0,
             seconds=3.0,
             stiffness_factor=1.0,
-            stress_factor=1.0,
             sizing_iterations=10,
             sizing_converged=False,
             timing_s={"sizing": 1.0},

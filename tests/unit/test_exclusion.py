@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.ladder.exclusion import exclusion_data, share_left_out
+from gradedesign.resolve.exclusion import exclusion_data, share_left_out
 from gradedesign.verify.exclusion import exclusion_zone
 from gradedesign.verify.measures import stress_measures
 
@@ -61,7 +61,7 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
 
 
 def test_share_of_the_part_counts_where_lattice_is():
-    model = SimpleNamespace(volumes=np.array([1.0, 2.0, 3.0]), solid_share=np.array([1.0, 0.5, 0]))
+    model = SimpleNamespace(lattice_volumes=np.array([0.0, 1.0, 3.0]))
     assert share_left_out(model, np.array([False, False, True])) == pytest.approx(0.25)
     assert share_left_out(model, np.ones(3, bool)) == 0.0
 

@@ -8,6 +8,7 @@ import pytest
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import signed_volumes
@@ -53,9 +54,9 @@ def box(points):
 
 def design_of(shape, level):
     return LatticeDesign(
-        part=box, shape=shape, level_of=lambda rho: np.full(np.shape(rho), level),
+        domain=DesignDomain(distance=box, lower=np.zeros(3), upper=np.full(3, EDGE)),
+        shape=shape, level_of=lambda rho: np.full(np.shape(rho), level),
         cell_map=lambda p: p / 6.0, cell_size=6.0, density=0.3,
-        lower=np.zeros(3), upper=np.full(3, EDGE),
     )  # fmt: skip
 
 

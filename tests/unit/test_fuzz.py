@@ -18,8 +18,6 @@ from gradedesign.case.formula import parse_formula
 from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import GradeDesignError
-from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.resolve import lookup, resolve_material
 from gradedesign.lattice.density_source import sample_density
 from gradedesign.lattice.formula_density import formula_field
 from gradedesign.lattice.image_stack import read_image_stack
@@ -35,6 +33,8 @@ from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.output.vtu_fields import read_vtu_field
 from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.resolve import lookup, resolve_material
 from gradedesign.workspace.limits import peak_memory_bytes
 
 CASES = Path(__file__).parents[2] / "cases"

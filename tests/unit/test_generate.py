@@ -10,9 +10,9 @@ from PIL import Image
 from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.ladder.generate import generate
-from gradedesign.ladder.stated_cells import build_cells, stated_cells
-from gradedesign.ladder.stated_density import stated_density
+from gradedesign.generate.generate import generate
+from gradedesign.generate.stated_cells import build_cells, stated_cells
+from gradedesign.generate.stated_density import stated_density
 from gradedesign.lattice.density_grid import evaluate
 from gradedesign.part.stl import read_stl
 from gradedesign.plugin.registry import build_registry
@@ -51,7 +51,7 @@ def test_a_ramp_is_generated_with_picture_surface_and_slabs(tmp_path, cli):
     rows = list(csv.DictReader((tmp_path / "out" / "slabs.csv").read_text().splitlines()))
     assert [r["axis"] for r in rows] == ["x", "x", "x", "y", "z"]
     # The STL holds the volume that the result states: read back by our own strict reader.
-    corners = read_stl(tmp_path / "out" / "lattice.stl", "mm").corners
+    corners = read_stl(tmp_path / "out" / "lattice.stl").corners
     volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     assert volume == pytest.approx(result["measures"]["volume_mm3"], rel=1e-4)
     assert volume / 375 == pytest.approx(result["relative_density"], rel=1e-3)

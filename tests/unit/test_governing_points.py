@@ -8,23 +8,17 @@ import pytest
 from gradedesign.fe.facets import facet_nodes
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
-from gradedesign.fe.solution import Balance, Solution
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
+from gradedesign.limits import displacement
+from gradedesign.limits.displacement import DisplacementLimit, governing_places
+from gradedesign.limits.key import LimitKey
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing import size as size_module
 from gradedesign.sizing.filter import cone_filter
-from gradedesign.sizing.governing_points import (
-    GoverningPoints,
-    no_points,
-    point_limits,
-    remember_points,
-)
 from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.sizing.size import SizingProblem, size
 
 LAW = power_law(
@@ -54,8 +48,8 @@ def fork():
     )
     model = homogenised_model(space, np.zeros(space.element_count), MATERIAL, LAW, [case])
     limit = DisplacementLimit(
-        name="tips", load_case="pull", component=None, limit=1.0,
-        nodes=np.unique(facet_nodes(space, tips)),
+        key=LimitKey(kind="displacement", region="tips", load_case="pull"),
+        name="tips", component=None, allowed=1.0, nodes=np.unique(facet_nodes(space, tips)),
     )  # fmt: skip
     return model, limit
 
@@ -63,13 +57,13 @@ def fork():
 def problem_of(model, limit):
     matrix = cone_filter(centroids(model.space.mesh), model.volumes, 6.0)
     return SizingProblem(
-        model=model, displacement_limits=(limit,), stress_limit=None, bounds=(0.08, 0.85),
+        model=model, limits=(limit,), bounds=(0.08, 0.85),
         filter=matrix, target=0.985,
     )  # fmt: skip
 
 
 def moved(values):
-    """A solution whose nodes move along z."""
+    """Displacements along z."""
     u = np.zeros((3, len(values)))
     u[2] = values
     return u
@@ -77,32 +71,16 @@ def moved(values):
 
 def test_places_that_governed_are_remembered_until_they_move_little():
     points = np.array([[0.0, 1.0, 10.0, 11.0], [0.0] * 4, [0.0] * 4])
-    limit = DisplacementLimit(
-        name="tip", load_case="pull", nodes=np.arange(4), component=2, limit=1.0
-    )
 
     def after(known, *values):
-        solution = _solution(moved(values))
-        return remember_points(known, [limit], [solution], points)
+        return governing_places(moved(values), np.arange(4), 2, points, known)
 
-    known = after(no_points(1), 1.0, 0.9, 0.5, 0.6)
-    assert known.nodes == ((0,),)
+    known = after((), 1.0, 0.9, 0.5, 0.6)
+    assert known == (0,)
     known = after(known, 0.8, 0.7, 0.9, 1.0)
-    assert known.nodes == ((3, 0),)
+    assert known == (3, 0)
     # A neighbour of a known place is that place; one that moves less than half governs no more.
-    known = after(known, 0.4, 0.3, 1.0, 0.9)
-    assert known.nodes == ((2,),)
-    made = point_limits(GoverningPoints(((2, 0),)), [replace(limit, factor=1.2)])
-    assert [one.nodes.tolist() for one in made] == [[2], [0]]
-    assert all(one.factor == 1.2 for one in made)
-
-
-def _solution(u):
-    balance = Balance(force=0.0, moment=0.0, energy=0.0)
-    return Solution(
-        name="pull", displacement=u, reaction=np.zeros_like(u), energy=0.0, residual=0.0,
-        iterations=0, method="none", balance=balance,
-    )  # fmt: skip
+    assert after(known, 0.4, 0.3, 1.0, 0.9) == (2,)
 
 
 @pytest.fixture(scope="module")
@@ -122,12 +100,12 @@ def test_both_arms_of_a_fork_are_held(forked):
 def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
     """With the latest node only, the other arm is thinned in every step."""
 
-    def latest(known, limits, solutions, points):
-        return remember_points(no_points(len(limits)), limits, solutions, points)
+    def latest(u, nodes, component, points, before):
+        return governing_places(u, nodes, component, points, ())
 
     problem = problem_of(*forked)
     held = size(problem, max_iterations=12)
-    monkeypatch.setattr(size_module, "remember_points", latest)
+    monkeypatch.setattr(displacement, "governing_places", latest)
     swinging = size(problem, max_iterations=12)
     late = [max(step.use for step in one.history[8:]) for one in (held, swinging)]
     assert late[0] < 1.1
@@ -136,7 +114,7 @@ def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
 
 def test_a_design_keeps_a_share_of_its_start(forked):
     """With a limit that is far from used, densities fall only to the share that is kept."""
-    problem = replace(problem_of(*forked), displacement_limits=(replace(forked[1], limit=1e3),))
+    problem = replace(problem_of(*forked), limits=(replace(forked[1], allowed=1e3),))
     start = np.full(problem.filter.shape[1], 0.4)
     free = size(problem, start=start, max_iterations=8)
     held = size(problem, start=start, max_iterations=8, keep=0.85)

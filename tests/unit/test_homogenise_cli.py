@@ -66,8 +66,8 @@ def test_with_a_folder_it_draws_and_prints_tables(cli, tmp_path) -> None:
 def test_buckling_is_computed_on_voxels_of_its_own(cli, monkeypatch) -> None:
     asked = []
 
-    def critical(family, parameters, rho, *, poissons_ratio):
-        asked.append((family.name, parameters, rho, poissons_ratio))
+    def critical(cell, rho, *, poissons_ratio):
+        asked.append((cell.name, dict(cell.parameters), rho, poissons_ratio))
         return CriticalStress(
             density=rho,
             resolution=32,
@@ -112,3 +112,70 @@ def test_impossible_requests_are_refused(cli, words, code, message) -> None:
     assert ended.code == code
     assert message in ended.err
     assert "Traceback" not in ended.err
+
+
+BLOCK = ("homogenise", "primitive-network", "--density", "0.5", "--resolution", "16")
+
+
+def block(cli, boundary, cells=1):
+    ended = cli(*BLOCK, "--boundary", boundary, "--cells", cells, "--json")
+    assert ended.code == 0, ended.err
+    data = json.loads(ended.out)
+    assert (data["boundary"], data["cells"]) == (boundary, cells)
+    return data, np.array(data["C"]), np.array(data["periodic"]["C"])
+
+
+def test_traction_lies_below_periodic_below_displacement(cli) -> None:
+    """In the sense of energies: Hazanov and Huet 1994; more cells draw both closer."""
+    above, upper, periodic = block(cli, "displacement")
+    below, lower, filled = block(cli, "traction")
+    assert np.linalg.eigvalsh(upper - periodic)[0] > -1e-6
+    assert np.linalg.eigvalsh(filled - lower)[0] > -1e-6
+    # Its void carries a little, in both: otherwise a boundary that cuts void carries nothing.
+    assert (below["void_stiffness"], above["void_stiffness"]) == (1e-3, 0.0)
+    assert above["in_order"]
+    assert below["in_order"]
+    # Far apart, so that an exchange of the two would be seen: 1.1 and 0.02 of the energy.
+    assert above["energy_over_periodic"][0] > 1.05
+    assert below["energy_over_periodic"][1] < 0.1
+    assert block(cli, "displacement", 2)[0]["energy_over_periodic"][1] < 1.4
+    assert above["energy_over_periodic"][1] > 1.6
+
+
+def test_mixed_conditions_of_a_cell_between_mirrors_give_its_periodic_stiffness(cli) -> None:
+    """Pahr and Zysset 2008: exact for this cell, and nothing is proved of others."""
+    data, mixed, periodic = block(cli, "mixed")
+    np.testing.assert_allclose(mixed, periodic, atol=1e-4 * periodic[0, 0])
+    assert data["in_order"] is None
+    assert "in_order" in data
+
+
+def test_a_macro_tetrahedron_falls_towards_the_periodic_stiffness(cli) -> None:
+    one, c1, periodic = block(cli, "macro-tet", 1)
+    two, c2, _ = block(cli, "macro-tet", 2)
+    assert np.linalg.eigvalsh(c1 - c2)[0] > 0
+    assert np.linalg.eigvalsh(c2 - periodic)[0] > 0
+    # It is no whole number of cells, so it holds another share of solid than they do.
+    assert abs(two["solid_share"] - 0.5) < abs(one["solid_share"] - 0.5) < 0.3
+
+
+def test_a_block_is_printed_beside_the_periodic_lattice(cli) -> None:
+    ended = cli(*BLOCK, "--boundary", "displacement")
+    assert ended.code == 0
+    for words in ("boundary displacement on 1^3 cells", "Stiffness C of the periodic", "as proved"):
+        assert words in " ".join(ended.out.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--boundary", "tracton"), 'did you mean "traction"'),
+        (("--boundary", "mixed", "--buckling"), "--buckling need --boundary periodic"),
+        (("--boundary", "mixed", "--cells", "20"), "320 voxels along the block, at most 256"),
+        (("--cells", "2"), "does not go with --boundary periodic"),
+    ],
+)
+def test_what_a_block_cannot_do_is_refused(cli, words, said) -> None:
+    ended = cli(*BLOCK, *words)
+    assert ended.code in (2, 5)
+    assert said in ended.err

@@ -20,12 +20,12 @@ def quick(monkeypatch):
     """Two densities instead of ten."""
     asked = []
 
-    def compute(family, *, poissons_ratio, resolution):
-        asked.append((family.name, poissons_ratio, resolution))
-        if family.name == "primitive-network":
+    def compute(cell, *, poissons_ratio, resolution):
+        asked.append((cell.name, poissons_ratio, resolution))
+        if cell.name == "primitive-network":
             raise DensityError("too thin")
         return compute_table(
-            family,
+            cell,
             densities=(0.4, 0.6),
             poissons_ratio=poissons_ratio,
             resolution=resolution,

@@ -9,8 +9,10 @@ from gradedesign import (
     CellFamily,
     CellMaker,
     Exporter,
-    FiniteSizeTable,
+    LimitKind,
+    LinearSolver,
     Material,
+    Mesher,
     PartReader,
     ScalingLaw,
 )
@@ -21,10 +23,12 @@ HOOKS = {
     "gradedesign_cell_families": CellFamily,
     "gradedesign_cell_makers": CellMaker,
     "gradedesign_scaling_laws": ScalingLaw,
-    "gradedesign_finite_size_tables": FiniteSizeTable,
     "gradedesign_materials": Material,
+    "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
+    "gradedesign_limits": LimitKind,
+    "gradedesign_solvers": LinearSolver,
 }
 
 

@@ -10,7 +10,7 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.cell.increments import cell_increments
 from gradedesign.cell.shape import spread_points
 from gradedesign.errors import CaseError, DensityError
-from gradedesign.ladder.generate import generate
+from gradedesign.generate.generate import generate
 from gradedesign.plugin.registry import build_registry
 
 

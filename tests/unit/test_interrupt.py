@@ -10,7 +10,8 @@ import time
 
 import pytest
 
-import gradedesign.cli.app as app_module
+from gradedesign.cli import lists as list_commands
+from gradedesign.cli import run as run_module
 
 
 def kill_self(number):
@@ -66,7 +67,7 @@ def test_a_signal_arrives_though_code_swallows_it(cli, monkeypatch, work, number
     def command(*args, **options):
         work(number)
 
-    monkeypatch.setattr(app_module.run_module, "run", command)
+    monkeypatch.setattr(run_module, "run", command)
     before = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
     ended = cli("run", "case")
     assert ended.code == 130
@@ -85,7 +86,7 @@ def test_cleaning_up_is_not_cut_short(cli, monkeypatch):
             time.sleep(1.0)  # longer than what repeats the signal
             done.append("cleaned")
 
-    monkeypatch.setattr(app_module.list_commands, "materials", command)
+    monkeypatch.setattr(list_commands, "materials", command)
     ended = cli("materials")
     assert (ended.code, ended.err, done) == (130, "interrupted\n", ["cleaned"])
 
@@ -93,7 +94,7 @@ def test_cleaning_up_is_not_cut_short(cli, monkeypatch):
 COMPILES = """
     import sys, time
     from gradedesign.cli import main
-    import gradedesign.cli.app as app
+    import gradedesign.cli.lists as lists
 
     def compile_kernels(*args, **options):
         import numba
@@ -109,7 +110,7 @@ COMPILES = """
             import numpy
             kernel(numpy.zeros((2, 2)))
 
-    app.list_commands.materials = compile_kernels
+    lists.materials = compile_kernels
     main(["materials"])
 """
 

@@ -37,7 +37,7 @@ def test_walls_of_bars_are_measured_from_their_axes(ratio):
     parameters = {"ratio": ratio}
     calibration = calibrate(BARS, parameters)
     for rho in (0.05, 0.2, 0.5):
-        wall = wall_mm(BARS, parameters, rho, 10.0)
+        wall = wall_mm(calibrate(BARS, parameters), rho, 10.0)
         assert wall == pytest.approx(20.0 * calibration.level_of(rho), rel=0.01)
 
 

@@ -5,12 +5,14 @@ import pytest
 from gradedesign.cli import show
 from gradedesign.cli.layout import table_lines, wrapped
 from gradedesign.cli.run import print_verdict
-from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.output.result import RunResult
 
 WINDOWS = "explicit analysis times the ratio of 4 windows"
 ROWS = (
     LimitRow(
+        key=LimitKey(kind="displacement"),
         name="displacement of lug_hole magnitude",
         load_case="pull sideways",
         value=0.1387,
@@ -20,6 +22,7 @@ ROWS = (
         resolution_error=-0.0123,
     ),
     LimitRow(
+        key=LimitKey(kind="stress"),
         name="stress in lattice",
         load_case="side",
         value=1555.5,

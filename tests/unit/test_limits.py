@@ -5,7 +5,8 @@ import json
 import pytest
 
 import gradedesign
-from gradedesign.case.schema import SolidMultiple, case_schema_json
+from gradedesign.case.limits_schema import as_multiple, stated_words
+from gradedesign.case.schema import CaseFile, SolidMultiple, schema_json
 from gradedesign.errors import CaseError
 from gradedesign.output.report import render_report
 
@@ -70,7 +71,10 @@ def load(tmp_path):
 def test_a_multiple_of_the_solid_part_is_read(load, text, factor):
     limit = load(("2 x solid", text)).limits.displacement[0]
     assert limit.magnitude == SolidMultiple(factor=factor)
-    assert (limit.value, limit.times_solid, limit.words) == (None, factor, f"{factor:g} x solid")
+    assert (as_multiple(limit.magnitude), stated_words(limit.magnitude, "mm")) == (
+        factor,
+        f"{factor:g} x solid",
+    )
 
 
 @pytest.mark.parametrize(
@@ -95,7 +99,7 @@ def test_other_magnitudes_are_refused_with_what_would_be_right(load, text, words
 def test_the_hash_of_a_case_tells_limits_apart_and_the_schema_knows_both_forms(load):
     stated = [load(("2 x solid", text)).case_hash for text in ("2 x solid", "2x solid", "2 mm")]
     assert stated[0] == stated[1] != stated[2]
-    magnitude = case_schema_json()["$defs"]["DisplacementLimit"]["properties"]["magnitude"]
+    magnitude = schema_json(CaseFile)["definitions"]["DisplacementLimit"]["properties"]["magnitude"]
     assert magnitude["type"] == "string"
     assert "1.5 x solid" in magnitude["examples"]
 
@@ -122,7 +126,7 @@ def test_every_load_case_has_its_own_multiple(load, tmp_path):
     assert [(r["load_case"], r["use"], r["unit"]) for r in rows] == [
         ("down", pytest.approx(0.5), "mm"), ("along", pytest.approx(0.5), "mm"),
     ]  # fmt: skip
-    html = render_report(data, {}, "")
+    html = render_report(result, {}, "")
     assert f"{down.limit:.4g} mm (2 x solid)" in html
     assert "largest nodal value on the region" in html
 
@@ -170,7 +174,7 @@ def test_a_region_at_rest_has_no_multiple(load, tmp_path):
         ('name = "PA12"', material),
         ('"2 x solid"', '"2 x solid", component = "y", load_case = "along"'),
     )
-    with pytest.raises(CaseError, match="expected a region that moves there") as error:
+    with pytest.raises(CaseError, match="expected more: state a value in mm") as error:
         gradedesign.run(case, folder=tmp_path / "run")
     for words in ("case.toml:24: limits.displacement[0].magnitude", "'along'", "tip y"):
         assert words in str(error.value)

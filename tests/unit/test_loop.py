@@ -1,4 +1,4 @@
-"""The loop with injected stages: what is played, judged and stored, and what ends it."""
+"""The loop over injected stages: what is iterated, judged and stored, and what ends it."""
 
 import time
 from dataclasses import replace
@@ -7,217 +7,248 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign import pipeline
-from gradedesign.ladder import accepted as accepting
-from gradedesign.ladder import ended as ending
-from gradedesign.ladder import round as sizing_round
-from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.result import Iteration, RunResult
-from gradedesign.ladder.rounds import Round
-from gradedesign.ladder.verdict import LimitRow, all_hold, learned_factors, with_factors
-from gradedesign.sizing.responses import DisplacementLimit
+from gradedesign.errors import MeshError
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.local_stress import StressLimit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
+from gradedesign.loop import accepted as accepting
+from gradedesign.loop import ended as ending
+from gradedesign.loop import loop
+from gradedesign.loop import round as sizing_round
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.ended import Ended
+from gradedesign.loop.loop import Progress, Stages, run_loop
+from gradedesign.loop.rounds import Round
+from gradedesign.output.result import Iteration
 from gradedesign.verify.correction import Correction, Gap
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
 
 NAME = "displacement of tip magnitude"
+PULL, SIDE = (
+    LimitKey(kind="displacement", region="tip", component="magnitude", load_case=case)
+    for case in ("pull", "side")
+)
+STRESS = LimitKey(kind="stress", region="lattice")
 
 
-def row(value, case="pull", name=NAME, unit="mm"):
+def row(value, key=PULL):
     """A limit of 1 mm."""
     return LimitRow(
-        name=name, load_case=case, value=value, limit=1.0, unit=unit, judged_by="explicit analysis"
-    )
+        key=key, name=NAME, load_case=key.load_case, value=value, limit=1.0, unit="mm",
+        judged_by="explicit analysis",
+    )  # fmt: skip
 
 
 def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
     """A played round whose explicit values are given, one load case each."""
-    rows = tuple(row(v, case) for v, case in zip(values, ("pull", "side"), strict=False))
+    rows = tuple(row(v, key) for v, key in zip(values, (PULL, SIDE), strict=False))
     iteration = Iteration(
         round=number,
         lattice_mass_g=mass,
         mass_g=mass,
         mean_density=0.3,
-        predicted_displacement=values,
-        explicit_displacement=values,
-        predicted_stress=None,
-        explicit_stress=None,
-        displacement_gap=tuple(0.0 for _ in values),
-        stress_gap=None,
+        limits=(),
         use=max(values),
         passed=all(v <= 1.0 for v in values),
         dofs=1000,
         mesh_size_mm=1.0,
         seconds=seconds,
         stiffness_factor=1.0,
-        stress_factor=1.0,
         sizing_iterations=10,
         sizing_converged=False,
     )
     return Round(
         iteration=iteration,
         rows=rows,
-        correction=Correction(displacement=tuple(1.0 for _ in values)),
+        correction=Correction(),
         variables=np.zeros(1),
         rho=np.full(3, number / 100 if rho is None else rho),
         at_lower_bound=False,
-        gap=Gap(displacement=tuple(0.0 for _ in values)),
+        gap=Gap(),
     )
 
 
-class Stages:
-    """Stands in for everything below the loop; `accepts` maps round to accepted over explicit."""
+def taught(factor):
+    """Factor on the limit of a round with one load case."""
+    return {row(1.0).key: factor}
 
-    def __init__(self, monkeypatch, play, accepts=None, stored=(), refused=(), factors=None):
+
+class Faked:
+    """Stages that play given rounds; `accepts` maps a round to accepted over explicit values."""
+
+    def __init__(self, play, accepts=None, ends=None, **start):
         self.play, self.accepts = list(play), accepts or {}
-        self.judged, self.given, self.saved = [], [], []
-        self.left, self.setup = (
-            1e6,
-            SimpleNamespace(case=SimpleNamespace(run=SimpleNamespace(max_rounds=6, time=1200.0))),
-        )
-        replaced = {
-            "load_rounds": lambda *_: tuple(stored),
-            "load_acceptance": lambda *_: (tuple(refused), factors or {}),
-            "save_round": lambda *_: None,
-            "save_acceptance": lambda _out, _setup, *what: self.saved.append(what),
-            "design_filter": lambda _: None,
-            "analyse_design": lambda *_, **__: None,
-            "play_round": self.play_round,
-            "accept_design": self.accept,
-            "verdict_result": self.verdict,
-            "shown_design": lambda *_: None,
-            "write_outputs": lambda _out, _setup, result, *_, **__: result,
-        }
-        for name, stage in replaced.items():
-            monkeypatch.setattr(pipeline, name, stage)
-        monkeypatch.setattr(ending, "saturated", lambda *_: None)
+        self.ends = ends or (lambda _: None)
+        self.start = Progress(**start)
+        self.judged, self.given, self.rounds_stored, self.saved = [], [], [], []
 
-    def play_round(self, _setup, _previous, factors, *_, **__):
+    def iterate(self, _, factors):
         self.given.append(dict(factors))
-        return self.play.pop(0), None
+        done = self.play.pop(0)
+        if isinstance(done, Exception):
+            raise done
+        return done, f"analysis of {done.iteration.round}"
 
-    def accept(self, _setup, _out, done, *_):
+    def accept(self, done, analysed):
         number = done.iteration.round
-        self.judged.append(number)
+        self.judged.append((number, analysed))
         ratios = self.accepts.get(number, (1.0, 1.0))
         rows = tuple(replace(r, value=r.value * f) for r, f in zip(done.rows, ratios, strict=False))
         return SimpleNamespace(
             round=done, rows=rows, holds=all_hold(rows), factors=learned_factors(done.rows, rows)
         )
 
-    def verdict(self, _setup, _registry, rounds, accepted, ended):
-        self.rounds, self.accepted, self.ended = rounds, accepted, ended
-        return RunResult(status="met", lightest=False, reason="", ended_by=ended.by)
-
-    def loop(self, *, left=1e6):
-        cost = SimpleNamespace(
-            deadline=lambda _: Deadline(1200.0, start=time.monotonic() - (1200.0 - left)),
-            learn=lambda *_: None,
-            data=lambda: {},
+    def run(self):
+        stages = Stages(
+            iterate=self.iterate,
+            accept=self.accept,
+            why_ended=lambda rounds, _: self.ends(rounds),
+            store_round=lambda rounds: self.rounds_stored.append(len(rounds)),
+            store_acceptance=lambda *what: self.saved.append(what),
         )
-        return pipeline.loop(self.setup, None, None, Announcer(ignore), cost)
+        return run_loop(stages, self.start)
 
 
-def test_an_accepted_design_that_uses_a_limit_ends_the_loop(monkeypatch):
-    stages = Stages(monkeypatch, [a_round(1, 1.2), a_round(2, 0.98)])
-    assert stages.loop().ended_by == "tight"
-    assert (stages.judged, len(stages.rounds)) == ([2], 2)
+def after(number, by="rounds"):
+    """Ends the loop after so many rounds."""
+    return lambda rounds: Ended(by=by, words=by) if len(rounds) >= number else None
 
 
-def test_a_miss_in_the_second_load_case_is_learned(monkeypatch):
+def test_an_accepted_design_that_uses_a_limit_ends_the_loop():
+    faked = Faked([a_round(1, 1.2), a_round(2, 0.98)])
+    outcome = faked.run()
+    assert outcome.ended.by == "tight"
+    # The miss is not judged, and the hit with the analysis that its round has just made.
+    assert faked.judged == [(2, "analysis of 2")]
+    assert faked.rounds_stored == [1, 2]
+
+
+def test_a_refused_design_goes_round_with_what_it_taught():
     """Explicit 0.98 and 0.85; accepted 0.98 and 1.02: only the factor of the second is 1.2."""
     plays = [a_round(1, 0.98, 0.85), a_round(2, 0.98, 0.82)]
-    stages = Stages(monkeypatch, plays, accepts={1: (1.0, 1.2), 2: (1.0, 1.2)})
-    assert stages.loop().ended_by == "tight"
-    assert stages.given[1][NAME, "pull"] == pytest.approx(1.0)
-    assert stages.given[1][NAME, "side"] == pytest.approx(1.2)
-    assert stages.saved == [((1,), stages.given[1])]
+    faked = Faked(plays, accepts={1: (1.0, 1.2), 2: (1.0, 1.2)})
+    assert faked.run().ended.by == "tight"
+    first, second = (row.key for row in plays[0].rows)
+    assert faked.given[1][first] == pytest.approx(1.0)
+    assert faked.given[1][second] == pytest.approx(1.2)
+    assert faked.saved == [((1,), faked.given[1])]
 
 
-def test_a_design_that_its_factors_break_is_not_judged_again(monkeypatch):
+def test_a_design_that_its_factors_break_is_not_judged_again():
     plays = [a_round(1, 0.98, 0.85), a_round(2, 0.97, 0.84), a_round(3, 0.97, 0.80)]
-    stages = Stages(monkeypatch, plays, accepts={n: (1.0, 1.2) for n in (1, 2, 3)})
-    stages.loop()
+    faked = Faked(plays, accepts={n: (1.0, 1.2) for n in (1, 2, 3)})
+    faked.run()
     # 1.2 times 0.84 breaks the limit of 1: round 2 is never exported.
-    assert stages.judged == [1, 3]
+    assert [number for number, _ in faked.judged] == [1, 3]
 
 
-def test_rounds_end_the_loop_and_the_lightest_left_is_judged(monkeypatch):
+def test_where_a_budget_ends_the_loop_the_lightest_left_is_judged():
     plays = [a_round(1, 0.80, mass=9.0), a_round(2, 0.85, mass=8.0), a_round(3, 1.1, mass=7.0)]
-    stages = Stages(monkeypatch, plays)
-    stages.setup.case.run.max_rounds = 3
-    assert stages.loop().ended_by == "rounds"
-    assert stages.judged == [2]
-    assert "max_rounds of 3" in stages.ended.words
-    assert "about 100 s" in stages.ended.words  # what the last round took
+    faked = Faked(plays, ends=after(3))
+    outcome = faked.run()
+    assert outcome.ended.by == "rounds"
+    assert faked.judged == [(2, None)]  # its analysis is gone: it is made again
+    assert outcome.accepted.round is plays[1]
+
+
+def test_the_last_design_is_judged_before_a_budget_ends_the_loop():
+    faked = Faked([], rounds=(a_round(1, 1.2), a_round(2, 0.94)), ends=after(0, "time"))
+    assert faked.run().ended.by == "time"
+    assert faked.judged == [(2, None)]
+
+
+def test_of_two_accepted_designs_the_lighter_is_kept():
+    light, heavy = a_round(1, 0.975, mass=8.0), a_round(2, 1.03, mass=9.0)
+    # Accepted values of 0.93 and 0.95: held, not tight, so the loop goes on.
+    plays = [light, heavy, a_round(3, 1.2)]
+    faked = Faked(plays, accepts={1: (0.95,), 2: (0.92,)}, ends=after(3))
+    assert faked.run().accepted.round is light
+    assert [number for number, _ in faked.judged] == [1, 2]
+
+
+def test_a_resumed_run_knows_what_acceptance_refused():
+    faked = Faked(
+        [a_round(2, 0.89)], accepts={2: (1.1,)},
+        rounds=(a_round(1, 0.99),), refused=(1,), factors=taught(1.1),
+    )  # fmt: skip
+    faked.run()
+    assert faked.given == [taught(1.1)]
+    assert [number for number, _ in faked.judged] == [2]
+    assert faked.rounds_stored == [2]
+
+
+def test_a_refused_design_still_gives_the_rows_of_a_resumed_verdict():
+    faked = Faked(
+        [], accepts={1: (1.1,)}, ends=after(0, "time"),
+        rounds=(a_round(1, 0.99),), refused=(1,), factors=taught(1.1),
+    )  # fmt: skip
+    outcome = faked.run()
+    assert outcome.ended.by == "time"
+    assert outcome.accepted.rows[0].value == pytest.approx(1.089)
+
+
+def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
+    faked = Faked([a_round(1, 0.8), MeshError("open")])
+    outcome = faked.run()
+    assert (outcome.ended.by, len(outcome.rounds)) == ("refused", 1)
+    assert "round 2 could not be analysed: open" in outcome.ended.words
+    assert outcome.accepted.round is outcome.rounds[0]
+    with pytest.raises(MeshError, match="open"):
+        Faked([MeshError("open")]).run()
+
+
+# --- what ends it ---------------------------------------------------------------------------------
+
+
+def ended(monkeypatch, rounds, *, left=1e6, most=6, saturated=None):
+    """What ends the loop, with so many seconds left of 1200."""
+    monkeypatch.setattr(ending, "saturated", lambda *_: saturated)
+    setup = SimpleNamespace(case=SimpleNamespace(run=SimpleNamespace(max_rounds=most)))
+    deadline = Deadline(1200.0, start=time.monotonic() - (1200.0 - left))
+    return ending.why_ended(setup, rounds, {}, deadline)
+
+
+def test_rounds_end_the_loop(monkeypatch):
+    assert ended(monkeypatch, [a_round(1, 1.2)], most=2) is None
+    found = ended(monkeypatch, [a_round(1, 1.2), a_round(2, 1.1)], most=2)
+    assert found.by == "rounds"
+    assert "max_rounds of 2" in found.words
+    assert "about 100 s" in found.words  # what the last round took
 
 
 def test_time_ends_the_loop_and_says_what_more_of_it_brings(monkeypatch):
     """55 s are left, a round of 100 s asks for 130 s: 75 s are missing, told in tens."""
-    stages = Stages(monkeypatch, [], stored=[a_round(1, 1.2), a_round(2, 0.94)])
-    assert stages.loop(left=55.0).ended_by == "time"
-    assert stages.ended.words == (
-        "[run] time of 1200 s ended the run after 2 rounds; about 80 s more allow another round"
+    found = ended(monkeypatch, [a_round(1, 1.2), a_round(2, 0.94)], left=55.0)
+    assert (found.by, found.words) == (
+        "time",
+        "[run] time of 1200 s ended the run after 2 rounds; about 80 s more allow another round",
     )
-    assert stages.judged == [2]  # the clock does not keep the last design from its judge
-
-
-def test_the_first_round_is_played_whatever_the_clock_says(monkeypatch):
-    stages = Stages(monkeypatch, [a_round(1, 0.98)])
-    assert stages.loop(left=0.0).ended_by == "tight"
+    # The first round is played whatever the clock says.
+    assert ended(monkeypatch, [], left=0.0) is None
 
 
 def test_the_same_design_twice_ends_the_loop(monkeypatch):
-    stages = Stages(monkeypatch, [a_round(1, 1.2, rho=0.5), a_round(2, 1.2, rho=0.5)])
-    assert stages.loop().ended_by == "stuck"
+    same = [a_round(1, 1.2, rho=0.5), a_round(2, 1.2, rho=0.5)]
+    assert ended(monkeypatch, same).by == "stuck"
+    assert ended(monkeypatch, [a_round(1, 1.2, rho=0.5), a_round(2, 1.2, rho=0.4)]) is None
 
 
 def test_a_lattice_that_cannot_reach_a_limit_ends_the_loop(monkeypatch):
-    stages = Stages(monkeypatch, [a_round(1, 1.2)])
-    monkeypatch.setattr(ending, "saturated", lambda *_: "out of reach")
-    assert stages.loop().ended_by == "saturated"
-    assert stages.ended.words == "out of reach"
-
-
-def test_a_resumed_run_knows_what_acceptance_refused(monkeypatch):
-    factors = {(NAME, "pull"): 1.1}
-    stages = Stages(
-        monkeypatch,
-        [a_round(2, 0.89)],
-        stored=[a_round(1, 0.99)],
-        refused=[1],
-        factors=factors,
-        accepts={2: (1.1,)},
-    )
-    stages.loop()
-    assert stages.given == [factors]
-    assert stages.judged == [2]
-
-
-def test_a_refused_design_still_gives_the_rows_of_a_resumed_verdict(monkeypatch):
-    stages = Stages(
-        monkeypatch,
-        [],
-        stored=[a_round(1, 0.99)],
-        refused=[1],
-        factors={(NAME, "pull"): 1.1},
-        accepts={1: (1.1,)},
-    )
-    assert stages.loop(left=0.0).ended_by == "time"
-    assert stages.accepted.rows[0].value == pytest.approx(1.089)
-
-
-def test_of_two_accepted_designs_the_lighter_is_kept(monkeypatch):
-    light = a_round(1, 0.975, mass=8.0)
-    heavy = a_round(2, 0.975, mass=9.0)
-    # Accepted values of 0.93: held, not tight, so the loop goes on.
-    stages = Stages(monkeypatch, [light, heavy, a_round(3, 1.2)], accepts={1: (0.95,), 2: (0.96,)})
-    stages.setup.case.run.max_rounds = 3
-    assert stages.loop().ended_by == "rounds"
-    assert stages.accepted.round is light
+    found = ended(monkeypatch, [a_round(1, 1.2)], saturated="out of reach")
+    assert (found.by, found.words) == ("saturated", "out of reach")
 
 
 # --- the judge ------------------------------------------------------------------------------------
+
+
+def a_stress_limit():
+    return StressLimit(
+        key=STRESS, name="stress in lattice", allowed=100.0, percentile=99.5,
+        considered=np.ones(1, dtype=bool),
+    )  # fmt: skip
 
 
 class Judge:
@@ -230,17 +261,17 @@ class Judge:
             result=SimpleNamespace(space=SimpleNamespace(element_count=tets), mesh_size=1.0),
         )
         self.setup = SimpleNamespace(
-            case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0))
+            case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0)),
+            limits=(a_stress_limit(),),
         )
         replaced = {
             "export_surface": lambda *_: (None, None),
             "analyse_second_size": lambda *_: SimpleNamespace(rows=()),
             "accept_whole": self.whole,
             "accept_windows": self.windows,
-            "explicit_displacements": lambda _, whole: whole,
-            "limit_rows": lambda _setup, values, _measures, judge: tuple(
-                replace(row(v, case), judged_by=judge)
-                for v, case in zip(values.values, ("pull", "side"), strict=False)
+            "limit_rows": lambda _limits, found, judge: tuple(
+                replace(row(v, key), judged_by=judge)
+                for v, key in zip(found.values, (PULL, SIDE), strict=False)
             ),
         }
         for name, stage in replaced.items():
@@ -248,12 +279,13 @@ class Judge:
 
     def whole(self, *_, time_limit_s):
         self.limits_s.append(time_limit_s)
-        found = SimpleNamespace(values=(0.98, 1.02), measures={})
+        found = SimpleNamespace(values=(0.98, 1.02))
         return SimpleNamespace(scope="whole", whole=found)
 
     def windows(self, *_, time_limit_s, **__):
         self.limits_s.append(time_limit_s)
-        return SimpleNamespace(scope="windows", whole=None, windows=(1, 2), stress_factor=1.2)
+        windows = tuple(SimpleNamespace(value=v, driving_value=1.0) for v in (1.2, 0.9))
+        return SimpleNamespace(scope="windows", whole=None, windows=windows)
 
     def accept(self, done):
         return accepting.accept_design(self.setup, None, done, self.analysed, Announcer(ignore))
@@ -273,7 +305,7 @@ def test_a_large_lattice_is_judged_in_windows(monkeypatch):
     # 1.728 million tetrahedra are a million of the mesher's, 2500 s at 400 in a second.
     judge = Judge(monkeypatch, tets=1_728_000)
     done = a_round(1, 0.98)
-    done = replace(done, rows=(*done.rows, row(0.7, name="stress in lattice", unit="MPa")))
+    done = replace(done, rows=(*done.rows, row(0.7, STRESS)))
     found = judge.accept(done)
     assert found.acceptance.scope == "windows"
     # Displacements are the explicit ones, stress carries the ratio of the windows.
@@ -287,7 +319,7 @@ def test_both_load_cases_of_a_region_learn_from_the_whole_lattice(monkeypatch):
     found = Judge(monkeypatch).accept(done)
     assert not found.holds
     assert [r.value for r in with_factors(done.rows, found.factors)] == pytest.approx([0.98, 1.02])
-    assert not pipeline._ready(done, found.factors)
+    assert not loop._is_ready(done, found.factors)
 
 
 # --- sizing ---------------------------------------------------------------------------------------
@@ -296,28 +328,20 @@ def test_both_load_cases_of_a_region_learn_from_the_whole_lattice(monkeypatch):
 def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
     """A limit of 2 mm in two load cases, accepted 1.25 times the explicit value in one."""
     limits = tuple(
-        DisplacementLimit(
-            name="tip magnitude", load_case=case, nodes=np.arange(3), component=None, limit=2.0
-        )
-        for case in ("pull", "side")
+        DisplacementLimit(key=key, name=NAME, nodes=np.arange(3), component=None, allowed=2.0)
+        for key in (PULL, SIDE)
     )
     setup = SimpleNamespace(
-        displacement_limits=limits,
-        stress_limit=100.0,
-        considered=np.ones(1, dtype=bool),
-        case=SimpleNamespace(limits=SimpleNamespace(percentile=99.5)),
+        limits=(*limits, a_stress_limit()),
         bounds=(0.2, 0.6),
     )
     monkeypatch.setattr(sizing_round, "corrected_model", lambda *_: None)
-    monkeypatch.setattr(sizing_round, "buckling_limit", lambda _: None)
     monkeypatch.setattr(sizing_round, "stored_sizing", lambda _, problem, **__: problem)
     problem = sizing_round.size_round(
         setup,
-        Correction(displacement=(1.0, 1.0)),
-        {(NAME, "side"): 1.25, ("stress in lattice", ""): 1.6},
+        Correction(),
+        {SIDE: 1.25, STRESS: 1.6},
         None,
-        start=None,
-        most_iterations=1,
+        sizing_round.SizingPlan(most_iterations=1),
     )
-    assert [one.limit for one in problem.displacement_limits] == pytest.approx([2.0, 1.6])
-    assert problem.stress_limit.limit == pytest.approx(62.5)
+    assert [one.allowed for one in problem.limits] == pytest.approx([2.0, 1.6, 62.5])

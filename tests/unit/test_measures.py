@@ -5,6 +5,7 @@ import pytest
 
 from gradedesign.cell.cell_map import uniform_map
 from gradedesign.cell.cylindrical_map import cylindrical_map
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.verify.measures import stress_measures, worst_neighbourhood
 from gradedesign.verify.neighbourhoods import neighbourhood_cells, neighbourhoods
@@ -116,8 +117,9 @@ def test_the_worst_cell_of_a_map_is_found_where_it_is():
 def test_equal_cubes_keep_cubes_and_unequal_edges_do_not():
     def design(cell_map):
         return LatticeDesign(
-            part=lambda x: x[0], shape=lambda u: u[0], level_of=lambda r: r, cell_map=cell_map,
-            cell_size=8.0, density=0.3, lower=np.zeros(3), upper=np.ones(3),
+            domain=DesignDomain(distance=lambda x: x[0], lower=np.zeros(3), upper=np.ones(3)),
+            shape=lambda u: u[0], level_of=lambda r: r, cell_map=cell_map,
+            cell_size=8.0, density=0.3,
         )  # fmt: skip
 
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])

@@ -14,6 +14,7 @@ from gradedesign.part import _weld
 from gradedesign.part._self_crossing import require_simple
 from gradedesign.part._weld import core_points, weld
 from gradedesign.part.box import box_surface
+from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.repair import build_surface
 from gradedesign.part.stl import read_stl
 
@@ -262,7 +263,7 @@ FILES = [
 @pytest.mark.parametrize("repair", ["safe", "auto"])
 def test_damaged_files(name, bodies, right, repair):
     try:
-        raw = read_stl(DAMAGED / name, "mm")
+        raw = in_mm(read_stl(DAMAGED / name), "mm", name)
         volume, _ = answer(raw.corners, repair=repair, bodies=bodies)
     except PartError:
         volume = None

@@ -10,9 +10,9 @@ from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError, GradeDesignError, PluginError
-from gradedesign.ladder.generate import generate
-from gradedesign.ladder.own_cell import with_own_cell
+from gradedesign.generate.generate import generate
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.own_cell import with_own_cell
 
 START = """\
 [case]

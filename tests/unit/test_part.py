@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -98,7 +99,19 @@ def test_no_reader(tmp_path):
 
 def test_row_27_missing_unit(tmp_path):
     write_stl(tmp_path / "block.stl", BOX)
-    asked = case(tmp_path, {"file": "block.stl", "units": "mm"})
-    asked.part = asked.part.model_copy(update={"units": None})
-    with pytest.raises(CaseError, match="carries no unit"):
-        read_part(asked, READERS)
+    with pytest.raises(CaseError, match=r"part\.units: missing; block\.stl carries no unit"):
+        read_part(case(tmp_path, {"file": "block.stl"}), READERS)
+
+
+def test_a_unit_of_the_file_is_used_and_one_of_the_case_overrules_it_aloud(tmp_path):
+    write_stl(tmp_path / "block.stl", BOX)
+
+    def in_metres(path):
+        return replace(read_stl(path), unit="m")
+
+    part = read_part(case(tmp_path, {"file": "block.stl"}), {".stl": in_metres})
+    assert (part.volume, part.units) == (pytest.approx(6000.0e9), "m")
+    assert "metres" not in str(part.report.warnings)
+    part = read_part(case(tmp_path, {"file": "block.stl", "units": "mm"}), {".stl": in_metres})
+    assert (part.volume, part.units) == (pytest.approx(6000.0), "mm")
+    assert "read in mm as [part] units says, though its unit is m" in part.report.warnings[0]

@@ -10,8 +10,6 @@ from gradedesign.case.read_case import load_case
 from gradedesign.case.schema import RegionSpec
 from gradedesign.errors import CaseError
 from gradedesign.fe.space import tet_space
-from gradedesign.ladder.free_motions import require_supported
-from gradedesign.ladder.predicted_part_mesh import least_part_dofs, predicted_part_dofs
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_centroid
 from gradedesign.output.stl import write_stl
 from gradedesign.part import chords as chords_module
@@ -23,6 +21,8 @@ from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.part.regions import select_regions
 from gradedesign.part.stl import read_stl
 from gradedesign.part.thickness import local_thickness
+from gradedesign.resolve.free_motions import require_supported
+from gradedesign.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
 
 CASES = Path(__file__).parents[2] / "cases"
 BODIES = """\

@@ -45,16 +45,16 @@ def test_a_stretched_cell_has_the_levels_of_the_cell():
     rho = np.linspace(0.25, 0.75, 11)
     np.testing.assert_allclose(long.level_of(rho), one.level_of(rho), atol=1e-12)
     assert sorted(long.neck) == pytest.approx([3 * x for x in sorted(one.neck)])
-    wall = wall_mm(ONE, None, rho, 1.0)
-    np.testing.assert_allclose(wall_mm(LONG, None, rho, 1.0), 3 * wall, rtol=0.01)
+    wall = wall_mm(calibrate(ONE), rho, 1.0)
+    np.testing.assert_allclose(wall_mm(calibrate(LONG), rho, 1.0), 3 * wall, rtol=0.01)
 
 
 @pytest.mark.slow
 def test_a_sheet_of_long_period_has_three_times_the_wall():
     sheet = CellFamily(name="sheet", shape=lambda u: np.abs(waves(u)), sides=2)
-    wall = wall_mm(sheet, None, np.array([0.2, 0.5]), 1.0)
+    wall = wall_mm(calibrate(sheet), np.array([0.2, 0.5]), 1.0)
     np.testing.assert_allclose(
-        wall_mm(LONG_SHEET, None, np.array([0.2, 0.5]), 1.0), 3 * wall, rtol=0.01
+        wall_mm(calibrate(LONG_SHEET), np.array([0.2, 0.5]), 1.0), 3 * wall, rtol=0.01
     )
 
 

@@ -8,7 +8,6 @@ import pytest
 from matplotlib.image import imread
 
 from gradedesign.case.read_case import load_case
-from gradedesign.ladder.marks import action_marks, region_marks, warming_note
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
@@ -27,6 +26,7 @@ from gradedesign.output.pictures import (
 )
 from gradedesign.output.scene import SIZE, Layer, frame_of, hatch, sharp_edges, thinned
 from gradedesign.part.part import read_part
+from gradedesign.results.marks import action_marks, region_marks, warming_note
 
 CASES = Path(__file__).parents[2] / "cases"
 BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.1)
@@ -298,14 +298,27 @@ def test_failure_while_drawing_is_a_warning(tmp_path, monkeypatch):
     assert picture_lattice(tmp_path / "a.png", BALL) == ("a.png: not drawn: the driver gave up",)
 
 
+def test_a_success_of_the_probe_is_believed_for_a_day(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    works, asked, clock = _opengl.opengl_works.__wrapped__, [], [1e9]
+    answers = iter([False, True, True, True])
+    monkeypatch.setattr(_opengl, "probe_opengl", lambda: asked.append(1) or next(answers))
+    monkeypatch.setattr(_opengl.time, "time", lambda: clock[0])
+    assert [works(), works(), works(), len(asked)] == [False, True, True, 2]
+    clock[0] += 2 * _opengl._BELIEVED_S
+    assert [works(), len(asked)] == [True, 3]
+    monkeypatch.setenv("DISPLAY", ":99")
+    assert [works(), len(asked)] == [True, 4]
+
+
 def test_probe_that_ends_badly_means_no_opengl(monkeypatch):
     """As a segmentation fault would: the answer comes from the exit status of a process."""
     monkeypatch.setattr(_opengl, "_PROBE", "import os; os.abort()")
-    assert _opengl.opengl_works.__wrapped__() is False
+    assert _opengl.probe_opengl() is False
     monkeypatch.setattr(_opengl, "_PROBE", "import time; time.sleep(60)")
-    assert _opengl.opengl_works.__wrapped__(0.5) is False
+    assert _opengl.probe_opengl(0.5) is False
     monkeypatch.setattr(_opengl, "_PROBE", "pass")
-    assert _opengl.opengl_works.__wrapped__() is True
+    assert _opengl.probe_opengl() is True
 
 
 def test_boundary_surface_knows_its_points():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.ladder.predicted_cost import (
+from gradedesign.loop.predicted_cost import (
     MEASURED,
     WITHIN,
     RunWork,
@@ -20,7 +20,7 @@ from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
 MINI = RunWork(
     part_dofs=4131,
     load_cases=1,
-    displacement_limits=1,
+    adjoint_solves=1,
     explicit_dofs=282_333,
     explicit_cubes=14_400,
     mesher_tets=mesher_tets(58_401),
@@ -64,7 +64,7 @@ def test_a_run_holds_its_rounds_and_one_acceptance():
     assert one.run_s == pytest.approx(
         MEASURED.start + one.round_s + one.second_mesh_s + one.acceptance_s
     )
-    # Sizing plays 10, 20 and 8 iterations (`ladder.round`).
+    # Sizing plays 10, 20 and 8 iterations (`loop.round`).
     rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
     assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)
 

@@ -18,9 +18,9 @@ from gradedesign.cli.app import app
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import print_verdict
 from gradedesign.errors import GradeDesignError
-from gradedesign.ladder import summary
-from gradedesign.ladder.announce import Announcer
-from gradedesign.ladder.result import Iteration
+from gradedesign.loop.announce import Announcer
+from gradedesign.output.result import Iteration
+from gradedesign.results import summary
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

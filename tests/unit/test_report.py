@@ -1,63 +1,80 @@
 """The report: verdict first, every number of result.json, nothing from outside."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
+import jinja2
 import pytest
 
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
 from gradedesign.output.report import render_report
+from gradedesign.output.result import Iteration, LimitIteration, RunResult
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(20)
 
-RESULT = {
-    "status": "met",
-    "lightest": True,
-    "reason": "every limit holds <b>",
-    "case_name": "<script>alert(1)</script>",
-    "case_hash": "abc123",
-    "limits": [
-        {
-            "name": "stress in lattice",
-            "load_case": "pull & push",
-            "value": 41.23,
-            "limit": 50.0,
-            "unit": "MPa",
-            "use": 0.8246,
-            "passed": True,
-            "judged_by": "windows",
-            "resolution_error": -0.0312,
-        },
-        {
-            "name": "displacement of tip",
-            "load_case": "side",
-            "value": 2.1,
-            "limit": 2.0,
-            "unit": "mm",
-            "use": 1.05,
-            "passed": False,
-            "judged_by": "explicit analysis",
-            "resolution_error": None,
-        },
-    ],
-    "mass_g": 12.345,
-    "lattice_mass_g": 8.7654,
-    "solid_mass_g": 50.0,
-    "relative_density": 0.2469,
-    "lattice_density": 0.175,
-    "iterations": [
-        {
-            "round": 1,
-            "mass_g": 12.345,
-            "mean_density": 0.175,
-            "use": 0.99,
-            "displacement_gap": (0.012,),
-            "stress_gap": None,
-            "stiffness_factor": 1.05,
-            "dofs": 1234567,
-            "seconds": 33.0,
-        }
-    ],
-    "acceptance": {
+RESULT = RunResult(
+    status="met",
+    lightest=True,
+    reason="every limit holds <b>",
+    case_name="<script>alert(1)</script>",
+    case_hash="abc123",
+    limits=(
+        LimitRow(
+            key=LimitKey(kind="stress", region="lattice"),
+            phase="lattice",
+            name="stress in lattice",
+            load_case="pull & push",
+            value=41.23,
+            limit=50.0,
+            unit="MPa",
+            judged_by="windows",
+            resolution_error=-0.0312,
+        ),
+        LimitRow(
+            key=LimitKey(kind="displacement", region="tip", load_case="side"),
+            name="displacement of tip",
+            load_case="side",
+            value=2.1,
+            limit=2.0,
+            unit="mm",
+            judged_by="explicit analysis",
+        ),
+    ),
+    mass_g=12.345,
+    lattice_mass_g=8.7654,
+    solid_mass_g=50.0,
+    relative_density=0.2469,
+    lattice_density=0.175,
+    iterations=(
+        Iteration(
+            round=1,
+            mass_g=12.345,
+            lattice_mass_g=8.7654,
+            mean_density=0.175,
+            limits=(
+                LimitIteration(
+                    key=LimitKey(kind="displacement", region="tip", load_case="side"),
+                    name="displacement of tip",
+                    unit="mm",
+                    predicted=2.0,
+                    explicit=2.024,
+                    gap=0.012,
+                    factor=1.0,
+                ),
+            ),
+            use=0.99,
+            passed=True,
+            stiffness_factor=1.05,
+            dofs=1234567,
+            mesh_size_mm=0.5,
+            seconds=33.0,
+            sizing_iterations=20,
+            sizing_converged=True,
+        ),
+    ),
+    acceptance={
         "scope": "windows",
         "share_of_volume": 0.12,
         "limits": [
@@ -83,12 +100,12 @@ RESULT = {
             }
         ],
     },
-    "law": {"name": "a-law", "source": "Someone 2022, table 1", "window": [0.1, 0.6]},
-    "warnings": ["a warning with <angle>"],
-    "versions": {"gradedesign": "0.1.0"},
-    "plugins": ["acme 1.2"],
-    "timing_s": {"round": 33.0},
-}
+    law={"name": "a-law", "source": "Someone 2022, table 1", "window": [0.1, 0.6]},
+    warnings=("a warning with <angle>",),
+    versions={"gradedesign": "0.1.0"},
+    plugins=("acme 1.2",),
+    timing_s={"round": 33.0},
+)
 
 
 class Checker(HTMLParser):
@@ -163,27 +180,28 @@ def test_every_number_is_there(html, words):
 
 def test_the_run_says_what_it_took_and_what_ended_it(html):
     assert "<p>The run: 1 round; 33 s.</p>" in html
-    told = RESULT | {
-        "ended_by": "time",
-        "budget": {"time_s": 900.0, "max_rounds": 6},
+    ended = replace(
+        RESULT,
+        ended_by="time",
+        budget={"time_s": 900.0, "max_rounds": 6},
         # The parts of a round are not counted again.
-        "timing_s": {"part": 2.0, "round": 600.0, "sizing": 300.0, "acceptance": 98.0},
-    }
+        timing_s={"part": 2.0, "round": 600.0, "sizing": 300.0, "acceptance": 98.0},
+    )
     assert (
         "<p>The run: 1 round of 6 at most; 700 s of 900 s; ended because its time was used up.</p>"
-        in render_report(told, {}, "")
+        in render_report(ended, {}, "")
     )
 
 
 def test_every_displacement_limit_has_a_column_of_its_own(html):
-    assert '<th class="n">gap of tip (side)</th>' in html
-    more = dict(RESULT["limits"][1], load_case="pull")
-    two = RESULT | {
-        "limits": [*RESULT["limits"], more],
-        "iterations": [RESULT["iterations"][0] | {"displacement_gap": (0.012, -0.034)}],
-    }
-    html = render_report(two, {}, "")
-    assert "gap of tip (pull)" in html
+    assert '<th class="n">gap of displacement of tip (side)</th>' in html
+    (one,) = RESULT.iterations[0].limits
+    more = replace(one, key=replace(one.key, load_case="pull"), gap=-0.034)
+    only_predicted = replace(one, name="buckling of cells", explicit=None, gap=None)
+    iteration = replace(RESULT.iterations[0], limits=(one, more, only_predicted))
+    html = render_report(replace(RESULT, iterations=(iteration,)), {}, "")
+    assert "gap of displacement of tip (pull)" in html
+    assert "gap of buckling" not in html
     assert '<td class="n">+1.2%</td><td class="n">-3.4%</td>' in html
 
 
@@ -192,13 +210,17 @@ def test_a_window_that_does_not_match_stands_out(html):
 
 
 def test_a_result_without_lattice_has_no_empty_sections():
-    bare = {
-        "status": "infeasible",
-        "reason": "too weak",
-        "limits": RESULT["limits"],
-        "case_name": "x",
-    }
+    bare = RunResult(
+        status="infeasible", lightest=False, reason="too weak", limits=RESULT.limits, case_name="x"
+    )
     html = render_report(bare, {}, "")
     assert "INFEASIBLE" in html
     for heading in ("Rounds", "What the verdict rests on", "Pictures", "Warnings", "Mass"):
         assert f"<h2>{heading}" not in html
+
+
+def test_what_a_result_lacks_is_an_error_not_an_empty_place():
+    entry = {k: v for k, v in RESULT.acceptance["limits"][0].items() if k != "mesher"}
+    lacking = replace(RESULT, acceptance={**RESULT.acceptance, "limits": [entry]})
+    with pytest.raises(jinja2.UndefinedError, match="mesher"):
+        render_report(lacking, {}, "")

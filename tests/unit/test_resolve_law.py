@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from gradedesign import CellFamily, power_law
+from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError
-from gradedesign.ladder import resolve_law as module
-from gradedesign.ladder.resolve_law import resolve_law as resolve
-from gradedesign.ladder.resolve_law import stress_basis, stress_warnings
 from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import resolve_law as module
+from gradedesign.resolve.resolve_law import resolve_law as resolve
+from gradedesign.resolve.resolve_law import stress_basis, stress_warnings
 
 
 def shape(u, bend=0.5):
@@ -44,8 +45,10 @@ def case(name="auto", edges=(8.0, 8.0, 8.0), own_cell=None):
     )
 
 
-def resolve_law(*asked, poissons_ratio=0.34):
-    return resolve(*asked, poissons_ratio=poissons_ratio)
+def resolve_law(case, registry, family, parameters, *rest, poissons_ratio=0.34):
+    return resolve(
+        case, registry, calibrate(family, parameters), *rest, poissons_ratio=poissons_ratio
+    )
 
 
 @pytest.fixture
@@ -53,12 +56,12 @@ def computed(monkeypatch):
     """What would be computed, by name and parameters, instead of a minute of homogenisation."""
     asked = []
 
-    def compute(family, parameters, poissons_ratio, resolution, edges, density, on_row):
+    def compute(cell, poissons_ratio, resolution, edges, density, on_row):
         assert resolution == 48
         assert density == (0.2, 0.5)
         for number, rho in enumerate((0.2, 0.35, 0.5, 0.6), start=1):
             on_row(SimpleNamespace(density=rho), number, 4)
-        asked.append((family.name, dict(parameters), poissons_ratio))
+        asked.append((cell.name, dict(cell.parameters), poissons_ratio))
         return law("computed", "cube-computed")
 
     monkeypatch.setattr(module, "computed_law", compute)

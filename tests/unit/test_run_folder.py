@@ -65,13 +65,13 @@ def test_damaged_artefacts_are_found(tmp_path):
 @pytest.mark.parametrize(
     "name",
     ["../x", "/etc/x", "a/../../x", "a//b", "", ".", "..\\x", "a\0b", "run.json", "stages/s.npz",
-     ".lock"],
+     ".lock", ".owner"],
 )  # fmt: skip
 def test_names_stay_below_the_folder(tmp_path, name):
     with opened(tmp_path / "run") as run:
         with pytest.raises(CaseError, match="cannot be the name"):
             run.write_text(name, "x")
-        assert files(tmp_path) == ["run/.lock", "run/run.json"]
+        assert files(tmp_path) == ["run/.lock", "run/.owner", "run/run.json"]
 
 
 def test_links_do_not_lead_outside(tmp_path):
@@ -126,7 +126,7 @@ def test_results_are_kept_unless_told_otherwise(tmp_path):
         assert "result.json" in run.artefacts()
     with opened(folder, overwrite=True) as run:
         assert run.artefacts() == {}
-        assert files(folder) == [".lock", "notes.txt", "run.json"]
+        assert files(folder) == [".lock", ".owner", "notes.txt", "run.json"]
 
 
 def test_a_run_that_wrote_nothing_is_no_obstacle(tmp_path):
@@ -233,38 +233,43 @@ def test_two_runs_in_one_folder(tmp_path):
     opened(tmp_path / "run").close()
 
 
-def dead_process():
-    child = subprocess.Popen([sys.executable, "-c", ""])
-    child.wait()
-    return child.pid
+HOLDS = """
+import pathlib, sys, time
+from gradedesign.workspace.run_folder import open_run_folder
+run = open_run_folder(pathlib.Path(sys.argv[1]), 'a' * 64, resume=True, overwrite=False)
+print('held', flush=True)
+time.sleep(60)
+"""
 
 
-@pytest.mark.parametrize("who", ["dead", "recycled", "ours", "half-written"])
-def test_the_lock_of_a_dead_run_is_taken_over(tmp_path, who, caplog):
+def test_the_lock_of_a_killed_run_is_taken_over(tmp_path, caplog):
     run = tmp_path / "run"
-    run.mkdir()
-    owner = {"host": socket.gethostname(), "pid": dead_process()}
-    if who == "recycled":  # the number now belongs to a process that started at another time
-        owner |= {"pid": os.getppid(), "started": 5.0}
-    if who == "ours":
-        owner |= {"pid": os.getpid()}
-    content = json.dumps(owner)
-    (run / ".lock").write_text(content[:7] if who == "half-written" else content)
-    opened(run).close()
-    assert ("taking over" in caplog.text) == (who != "half-written")
-    assert not (run / ".lock").exists()
+    holder = subprocess.Popen([sys.executable, "-c", HOLDS, str(run)], stdout=subprocess.PIPE)
+    assert holder.stdout.readline() == b"held\n"
+    with pytest.raises(CaseError, match=rf"by process {holder.pid} on {socket.gethostname()}"):
+        opened(run, resume=True)
+    holder.kill()
+    holder.communicate()
+    opened(run, resume=True).close()
+    assert f"its run (process {holder.pid}) ended without releasing it" in caplog.text
+    assert files(run) == ["run.json"]
 
 
-@pytest.mark.parametrize("who", ["alive", "elsewhere"])
-def test_the_lock_of_a_run_that_may_live_is_respected(tmp_path, who):
-    parent = psutil.Process(os.getppid())
-    owner = {"host": socket.gethostname(), "pid": parent.pid, "started": parent.create_time()}
-    if who == "elsewhere":
-        owner |= {"host": "another-machine", "pid": dead_process()}
-    (tmp_path / ".lock").write_text(json.dumps(owner))
-    with pytest.raises(CaseError, match=rf"process {owner['pid']} on {owner['host']}"):
+@pytest.mark.parametrize("content", ["", '{"pid', "[1]"])
+def test_an_owner_cut_off_while_written_is_no_obstacle(tmp_path, content):
+    (tmp_path / ".lock").touch()
+    (tmp_path / ".owner").write_text(content)
+    opened(tmp_path).close()
+    assert files(tmp_path) == ["run.json"]
+
+
+def test_the_owner_on_another_machine_is_respected(tmp_path):
+    # As where the file system's locks end at the machine.
+    owner = {"host": "another-machine", "pid": 1234}
+    (tmp_path / ".owner").write_text(json.dumps(owner))
+    with pytest.raises(CaseError, match="process 1234 on another-machine"):
         opened(tmp_path)
-    assert json.loads((tmp_path / ".lock").read_text()) == owner
+    assert json.loads((tmp_path / ".owner").read_text()) == owner
 
 
 CHAOS = """

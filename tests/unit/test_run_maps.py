@@ -6,22 +6,23 @@ import numpy as np
 import pytest
 
 from gradedesign.case.read_case import load_case
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.size_law import densities_for_sizes
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.fe.element_points import element_points
-from gradedesign.ladder import resolve_law as law_module
-from gradedesign.ladder.graded_cells import with_cells
-from gradedesign.ladder.oriented import oriented
-from gradedesign.ladder.round import build_design, density_grid, explicit_cube
-from gradedesign.ladder.setup import prepare
-from gradedesign.ladder.solid import solve_solid
 from gradedesign.lattice.lattice import density_at
+from gradedesign.loop.graded_cells import with_cells
+from gradedesign.loop.round import build_design, density_grid, explicit_cube
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import resolve_law as law_module
+from gradedesign.resolve.oriented import oriented
+from gradedesign.resolve.setup import prepare
+from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
@@ -120,15 +121,15 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     # The narrowest sector, at a radius of 30 mm, is 4.96 mm wide; its walls must be printable.
     least = setup.layout.least
     assert least == pytest.approx(2 * np.pi * 30 / 38, rel=0.01)
-    assert setup.bounds[0] == pytest.approx(density_for_wall(WALLS, None, 0.5, least))
+    assert setup.bounds[0] == pytest.approx(density_for_wall(calibrate(WALLS), 0.5, least))
     x, _, z = centroids(setup.space.mesh) - [[12], [0], [-30]]
     # Dense below and light above, where cells are wider: the thinnest wall is in between.
     rho = np.where(z < 36, 0.5, 0.25)
     grid = density_grid(setup, rho)
     cube = explicit_cube(setup, grid)
     widest = 2 * np.pi * np.hypot(x, z) / 38
-    own = wall_mm(WALLS, None, 0.25, np.minimum(widest, 6.0)[z > 36].min())
-    narrowest = wall_mm(WALLS, None, 0.25, least)
+    own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
+    narrowest = wall_mm(calibrate(WALLS), 0.25, least)
     wall = cube * setup.cubes_per_wall
     assert wall == pytest.approx(float(own), rel=0.06)
     assert wall > 1.04 * narrowest
@@ -151,8 +152,8 @@ def test_a_straight_grid_has_one_rotation(tmp_path, registry):
 def test_unequal_edges_get_a_law_of_their_own(tmp_path, registry, monkeypatch):
     asked = []
 
-    def compute(family, parameters, poissons_ratio, resolution, edges, *_):
-        asked.append((family.name, poissons_ratio, resolution, edges))
+    def compute(cell, poissons_ratio, resolution, edges, *_):
+        asked.append((cell.name, poissons_ratio, resolution, edges))
         return law("walls-computed-stretched")
 
     monkeypatch.setattr(law_module, "computed_law", compute)
@@ -234,7 +235,7 @@ def graded(folder, registry, text, low, high):
 
 def test_walls_stay_and_sizes_follow(tmp_path, registry):
     # With r = wall / size of the cell, walls of 2 mm ask for 2 / r mm.
-    sizes = tuple(2.0 / float(wall_mm(WALLS, None, rho, 1.0)) for rho in (0.5, 0.3))
+    sizes = tuple(2.0 / float(wall_mm(calibrate(WALLS), rho, 1.0)) for rho in (0.5, 0.3))
     text = (
         f'size = ["{sizes[0] - 0.01:.3f} mm", "{sizes[1] + 0.01:.3f} mm"]\n'
         'grading = "size"\nwall = "2 mm"\n'
@@ -302,10 +303,10 @@ def test_sizes_turn_with_the_case(tmp_path, registry):
 
 def test_densities_of_a_wall():
     # Three sets of walls fill 1 - (1 - 2 t)^3 of the cell, 2 t = wall / size: 0.271 and 0.488.
-    low, high = densities_for_sizes(WALLS, None, 1.0, (5.0, 10.0))
+    low, high = densities_for_sizes(calibrate(WALLS), 1.0, (5.0, 10.0))
     assert (low, high) == pytest.approx((1 - 0.9**3, 1 - 0.8**3), abs=2e-3)
     with pytest.raises(DensityError, match="walls of 1 mm make cells of 'walls' between"):
-        densities_for_sizes(WALLS, None, 1.0, (0.5, 0.6))
+        densities_for_sizes(calibrate(WALLS), 1.0, (0.5, 0.6))
 
 
 def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registry):

@@ -5,11 +5,12 @@ from pathlib import Path
 import pytest
 
 import gradedesign
-from gradedesign.ladder.predicted_cost import WITHIN, predict_cost
-from gradedesign.ladder.run_work import guessed_density, run_work
-from gradedesign.ladder.setup import prepare
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop.predicted_cost import WITHIN, predict_cost
+from gradedesign.loop.run_work import guessed_density, run_work
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.setup import prepare
 
 MINI = Path(__file__).parents[2] / "cases" / "mini"
 
@@ -22,20 +23,21 @@ def setup():
     return prepare(case.model_copy(update={"run": finer}), build_registry())
 
 
-def solid(use, unit="mm"):
+def solid(use, kind="displacement"):
     return LimitRow(
-        name="any", load_case="shear", value=use, limit=1.0, unit=unit, judged_by="solid part"
-    )
+        key=LimitKey(kind=kind), name="any", load_case="shear", value=use, limit=1.0, unit="any",
+        judged_by="solid part",
+    )  # fmt: skip
 
 
 def test_the_explicit_lattice_of_mini_is_predicted(setup):
     # Three rounds of the case: 246 273, 282 333 and 340 776 unknowns in grids of 14 400 to 16 758
     # cubes; the solid part uses 19.0 % of its displacement, 5.4 % of its stress.
-    work = run_work(setup, [solid(0.19), solid(0.054, "MPa")])
+    work = run_work(setup, [solid(0.19), solid(0.054, "stress")])
     for measured in (246_273, 340_776):
         assert measured / WITHIN < work.explicit_dofs < measured * WITHIN
     assert work.explicit_cubes == pytest.approx(15_000, rel=0.15)
-    assert (work.part_dofs, work.load_cases, work.displacement_limits) == (4131, 1, 1)
+    assert (work.part_dofs, work.load_cases, work.adjoint_solves) == (4131, 1, 1)
     # The case asks for the whole lattice: 53 739 tetrahedra by the mesher.
     assert work.remeshed == "whole"
     assert 53_739 / WITHIN < work.mesher_tets < 53_739 * WITHIN
@@ -48,6 +50,6 @@ def test_density_follows_what_the_solid_part_can_spare(setup):
     assert guessed_density(setup) == pytest.approx(low + (high - low) / 3)
     assert guessed_density(setup, [solid(1e-6)]) == pytest.approx(low)
     assert guessed_density(setup, [solid(0.999)]) == pytest.approx(high)
-    assert guessed_density(setup, [solid(0.999, "MPa")]) == pytest.approx(high)
+    assert guessed_density(setup, [solid(0.999, "stress")]) == pytest.approx(high)
     some = [guessed_density(setup, [solid(use)]) for use in (0.2, 0.25, 0.3)]
     assert some == sorted(some)

@@ -6,14 +6,21 @@ from types import SimpleNamespace
 import pytest
 
 from gradedesign.errors import MeshError, ResourceError
-from gradedesign.ladder import second_size
-from gradedesign.ladder.second_size import analyse_second_size, unresolved_warnings, with_resolution
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop import second_size
+from gradedesign.loop.second_size import analyse_second_size, unresolved_warnings, with_resolution
 
 
 def row(name, case, value, judged_by="explicit"):
     return LimitRow(
-        name=name, load_case=case, value=value, limit=1.0, unit="mm", judged_by=judged_by
+        key=LimitKey(kind="any", region=name, load_case=case),
+        name=name,
+        load_case=case,
+        value=value,
+        limit=1.0,
+        unit="mm",
+        judged_by=judged_by,
     )
 
 
@@ -28,9 +35,12 @@ def test_change_is_that_of_the_explicit_value():
 
 
 def test_largest_values_are_compared_where_another_case_governs():
-    found = with_resolution(
-        [row("stress", "pull", 0.9)], [row("stress", "pull", 0.8)], [row("stress", "side", 0.88)]
+    key = LimitKey(kind="stress", region="lattice")
+    accepted, first, second = (
+        [replace(row("stress", case, value), key=key)]
+        for case, value in (("pull", 0.9), ("pull", 0.8), ("side", 0.88))
     )
+    found = with_resolution(accepted, first, second)
     assert found[0].resolution_error == pytest.approx(0.1)
 
 
@@ -51,21 +61,20 @@ def grids(monkeypatch):
         tried.append(cube)
         if cube in failing:
             raise failing[cube]
-        return SimpleNamespace(result=SimpleNamespace(mesh_size=cube, measures={}))
+        return SimpleNamespace(result=SimpleNamespace(mesh_size=cube))
 
     monkeypatch.setattr(second_size, "analyse_design", analyse)
     monkeypatch.setattr(
-        second_size, "explicit_displacements", lambda _, result: (5.0 * result.mesh_size,)
-    )
-    monkeypatch.setattr(
-        second_size, "limit_rows", lambda _, values, *_rest: (row("tip", "a", values[0]),)
+        second_size,
+        "limit_rows",
+        lambda _, result, *_rest: (row("tip", "a", 5.0 * result.mesh_size),),
     )
     return SimpleNamespace(failing=failing, tried=tried)
 
 
 def analyse():
     first = SimpleNamespace(result=SimpleNamespace(mesh_size=2.0))
-    return analyse_second_size(None, SimpleNamespace(rho=None), first)
+    return analyse_second_size(SimpleNamespace(limits=()), SimpleNamespace(rho=None), first)
 
 
 def test_coarser_first(grids):

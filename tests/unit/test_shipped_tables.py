@@ -4,7 +4,7 @@ from importlib import resources
 
 import pytest
 
-from gradedesign import PluginError, shipped_finite_size_tables, shipped_laws
+from gradedesign import PluginError, shipped_laws
 
 
 @pytest.fixture
@@ -31,10 +31,7 @@ def test_a_damaged_table_is_named(package):
     (package / "broken.json").write_text('{"gradedesign property table": 1, "name": "broken"}')
     with pytest.raises(PluginError, match="property table 'broken' is damaged"):
         list(shipped_laws(package.name))
-    with pytest.raises(PluginError):
-        list(shipped_finite_size_tables(package.name))
 
 
 def test_an_empty_folder_has_none(package):
     assert list(shipped_laws(package.name)) == []
-    assert list(shipped_finite_size_tables(package.name)) == []

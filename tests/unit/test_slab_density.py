@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from gradedesign.lattice.density_grid import DensityGrid
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import slab_density, slab_edges, total, volumes_below
 from gradedesign.lattice.trim import trimmed_surface
@@ -49,15 +50,12 @@ def slabs_design(density, **more):
         return (np.abs(p - half.reshape(3, *[1] * (p.ndim - 1))).T - half).T.max(axis=0)
 
     return LatticeDesign(
-        part=part,
+        domain=DesignDomain(distance=part, lower=[0, 0, 0], upper=[40, 10, 10], **more),
         shape=lambda u: np.abs(u[2] - np.floor(u[2]) - 0.5),
         level_of=lambda rho: np.asarray(rho) / 2,
         cell_map=lambda p: p / 10.0,
         cell_size=10.0,
         density=density,
-        lower=[0, 0, 0],
-        upper=[40, 10, 10],
-        **more,
     )
 
 

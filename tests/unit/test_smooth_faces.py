@@ -11,6 +11,7 @@ import pytest
 
 from gradedesign.mesh.surface_mesh import enclosed_volume, surface_area
 from gradedesign.part.box import box_surface
+from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.repair import build_surface
 from gradedesign.part.smooth_faces import segment_faces
 from gradedesign.part.stl import read_stl
@@ -157,7 +158,7 @@ def read_inches(name: str):
     path = PARTS / name
     if not path.is_file():
         pytest.skip(f"{path} is not there")
-    return build_surface(read_stl(path, "inch").corners, source=name)
+    return build_surface(in_mm(read_stl(path), "inch", name).corners, source=name)
 
 
 def test_machined_block():

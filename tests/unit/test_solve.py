@@ -10,15 +10,14 @@ import pytest
 from skfem import MeshTet
 
 from gradedesign.errors import ResourceError, SolverError
-from gradedesign.fe import direct, solve
+from gradedesign.fe import direct, multigrid, multigrid_solver
 from gradedesign.fe.assembly import assemble, assembly_pattern, matvec
-from gradedesign.fe.solve import (
-    LoadVector,
-    predict_memory_bytes,
-    prepare_elastic,
-    solve_cases,
-    solve_elastic,
-)
+from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.elastic_system import prepare_elastic
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.scikit_fem import SCIKIT_FEM
+from gradedesign.fe.solution import LoadVector
+from gradedesign.fe.solve import predict_memory_bytes, solve_cases, solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness
 from gradedesign.fe.supports import Supports
@@ -62,17 +61,20 @@ def cantilever(shape=(8, 3, 3), order=2) -> tuple[TetSpace, LoadVector]:
     return space, LoadVector(name="tip", supports=held(space, space.nodes[0] < 1e-9), force=force)
 
 
+#: Multigrid on systems of any size.
+ALWAYS = replace(MULTIGRID, least_unknowns=0)
+
+
 def test_a_prepared_system_serves_later_load_cases(monkeypatch):
     """Three load cases at once, then one more: as each alone, from one multigrid hierarchy."""
-    monkeypatch.setattr(solve, "SMALL", 0)
     space, tip = cantilever()
     forces = [tip.force, 2 * tip.force[[1, 2, 0]], tip.force[[2, 1, 0]], -tip.force]
     cases = [replace(tip, name=str(k), force=force) for k, force in enumerate(forces)]
-    alone = [solve_elastic(space, steel(space), [case])[0] for case in cases]
+    alone = [solve_elastic(space, steel(space), [case], solver=ALWAYS)[0] for case in cases]
     built = []
-    build = solve.build_hierarchy
-    monkeypatch.setattr(solve, "build_hierarchy", lambda *a: built.append(1) or build(*a))
-    system = prepare_elastic(space, steel(space))
+    build = multigrid.build_hierarchy
+    monkeypatch.setattr(multigrid, "build_hierarchy", lambda *a: built.append(1) or build(*a))
+    system = prepare_elastic(space, steel(space), solver=ALWAYS)
     together = (*solve_cases(system, cases[:3]), *solve_cases(system, cases[3:]))
     assert len(built) == 1
     for one, other in zip(alone, together, strict=True):
@@ -92,10 +94,9 @@ def test_a_prepared_system_checks_new_supports():
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("small", [0, 10**9])
-def test_patch_of_constant_strain(order, small, monkeypatch):
+@pytest.mark.parametrize("solver", [ALWAYS, DIRECT, SCIKIT_FEM], ids=lambda s: s.name)
+def test_patch_of_constant_strain(order, solver):
     """A linear field on the boundary is a solution inside, whatever the (constant) stiffness."""
-    monkeypatch.setattr(solve, "SMALL", small)
     space = tet_space(box((3.0, 2.0, 2.0), (3, 3, 3)), order)
     a = np.random.default_rng(17).standard_normal((6, 6))
     c = np.repeat((a @ a.T + 2.0 * np.eye(6))[:, :, None], space.element_count, axis=2)
@@ -105,9 +106,10 @@ def test_patch_of_constant_strain(order, small, monkeypatch):
     case = LoadVector(
         name="patch", supports=held(space, skin, exact), force=np.zeros(space.nodes.shape)
     )
-    (solution,) = solve_elastic(space, AnisotropicStiffness(C=c), [case])
+    (solution,) = solve_elastic(space, AnisotropicStiffness(C=c), [case], solver=solver)
     np.testing.assert_allclose(solution.displacement, exact, rtol=0, atol=1e-9)
-    assert solution.method in (("multigrid",) if small == 0 else ("pardiso", "superlu"))
+    named = ("pardiso", "superlu") if solver is DIRECT else (solver.name,)
+    assert solution.method in named
 
 
 def test_bar_under_tension_stretches_as_hooke_says():
@@ -128,11 +130,11 @@ def test_bar_under_tension_stretches_as_hooke_says():
     assert solution.energy == pytest.approx(0.5 * 5250.0 * 0.01, rel=1e-9)
 
 
-def test_multigrid_and_direct_solver_agree(monkeypatch):
+def test_multigrid_and_direct_solver_agree():
     space, case = cantilever()
     (small,) = solve_elastic(space, steel(space), [case], rtol=1e-10)
-    monkeypatch.setattr(solve, "SMALL", 0)
-    (iterated,) = solve_elastic(space, steel(space), [case], rtol=1e-10)
+    assert small.method in ("pardiso", "superlu")
+    (iterated,) = solve_elastic(space, steel(space), [case], rtol=1e-10, solver=ALWAYS)
     assert iterated.method == "multigrid"
     assert 5 < iterated.iterations < 40
     scale = abs(small.displacement).max()
@@ -186,10 +188,9 @@ def test_load_cases_keep_their_order_and_superpose():
     assert not b.displacement[:, other.fixed[0]].any()
 
 
-@pytest.mark.parametrize("small", [0, 10**9])
-def test_supports_that_move_a_body_without_strain(small, monkeypatch):
+@pytest.mark.parametrize("solver", [ALWAYS, DIRECT, SCIKIT_FEM], ids=lambda s: s.name)
+def test_supports_that_move_a_body_without_strain(solver):
     """A small rotation prescribed on one face turns the whole body and needs no force."""
-    monkeypatch.setattr(solve, "SMALL", small)
     space = tet_space(box((30.0, 10.0, 10.0), (6, 2, 2)), 2)
     turned = 1e-3 * np.cross([1.0, -2.0, 0.5], space.nodes, axisb=0).T + 0.25
     case = LoadVector(
@@ -197,7 +198,7 @@ def test_supports_that_move_a_body_without_strain(small, monkeypatch):
         supports=held(space, space.nodes[0] < 1e-9, turned),
         force=np.zeros(space.nodes.shape),
     )
-    (solution,) = solve_elastic(space, steel(space), [case])
+    (solution,) = solve_elastic(space, steel(space), [case], solver=solver)
     np.testing.assert_allclose(solution.displacement, turned, rtol=0, atol=1e-6)
     assert abs(solution.reaction).max() < 1e-2
 
@@ -210,32 +211,29 @@ def test_no_load_gives_no_displacement():
     assert solution.residual == 0.0
 
 
-def test_results_repeat_to_the_last_bit(monkeypatch):
-    monkeypatch.setattr(solve, "SMALL", 0)
+def test_results_repeat_to_the_last_bit():
     space, case = cantilever()
-    one, two = (solve_elastic(space, steel(space), [case])[0] for _ in range(2))
+    one, two = (solve_elastic(space, steel(space), [case], solver=ALWAYS)[0] for _ in range(2))
     np.testing.assert_array_equal(one.displacement, two.displacement)
 
 
 def test_fallback_to_the_direct_solver_is_reported(monkeypatch, caplog):
-    monkeypatch.setattr(solve, "SMALL", 0)
-    monkeypatch.setattr(solve, "MAX_ITERATIONS", 3)
+    monkeypatch.setattr(multigrid_solver, "MAX_ITERATIONS", 3)
     space, case = cantilever()
     with caplog.at_level(logging.WARNING):
-        (solution,) = solve_elastic(space, steel(space), [case])
+        (solution,) = solve_elastic(space, steel(space), [case], solver=ALWAYS)
     assert "multigrid stopped at residual" in solution.method
     assert solution.residual < 1e-8
     assert "trying a direct solver" in caplog.text
 
 
 def test_without_a_direct_solver_an_unfinished_answer_is_refused(monkeypatch):
-    monkeypatch.setattr(solve, "SMALL", 0)
-    monkeypatch.setattr(solve, "MAX_ITERATIONS", 3)
+    monkeypatch.setattr(multigrid_solver, "MAX_ITERATIONS", 3)
     monkeypatch.setattr(direct, "_pardiso", lambda: None)
     monkeypatch.setattr(direct, "SUPERLU_LIMIT", 10)
     space, case = cantilever()
     with pytest.raises(SolverError, match=r"'tip': multigrid stopped after 3 .*install the extra"):
-        solve_elastic(space, steel(space), [case])
+        solve_elastic(space, steel(space), [case], solver=ALWAYS)
 
 
 def test_a_factorisation_that_does_not_fit_memory_is_refused(monkeypatch):
@@ -253,8 +251,6 @@ def test_a_hinge_is_refused(method, monkeypatch):
         monkeypatch.setattr(direct, "_pardiso", lambda: None)
     else:
         pytest.importorskip("pypardiso")
-    if method == "multigrid":
-        monkeypatch.setattr(solve, "SMALL", 0)
     first = box((1.0, 1.0, 1.0), (2, 2, 2))
     x, _, z = first.points
     second = first.points + np.array([[1.0], [0.0], [1.0]])
@@ -274,8 +270,9 @@ def test_a_hinge_is_refused(method, monkeypatch):
     case = LoadVector(
         name="swing", supports=held(space, space.nodes[0] == 0.0), force=random_force(space, 53)
     )
+    solver = ALWAYS if method == "multigrid" else DIRECT
     with pytest.raises(SolverError, match=r"not positive definite|is off by"):
-        solve_elastic(space, steel(space), [case])
+        solve_elastic(space, steel(space), [case], solver=solver)
 
 
 def test_a_wrong_answer_is_caught(monkeypatch):
@@ -287,10 +284,10 @@ def test_a_wrong_answer_is_caught(monkeypatch):
         x, method = right(matrix, keep, f)
         return 1.00001 * x, method
 
-    monkeypatch.setattr(solve, "solve_direct", off_by_little)
+    monkeypatch.setattr(direct, "solve_direct", off_by_little)
     with pytest.raises(SolverError, match=r"the residual is off by 1\.00e-05"):
         solve_elastic(space, steel(space), [case])
-    monkeypatch.setattr(solve, "solve_direct", lambda _m, _k, f: (f * np.nan, "broken"))
+    monkeypatch.setattr(direct, "solve_direct", lambda _m, _k, f: (f * np.nan, "broken"))
     with pytest.raises(SolverError, match="not finite"):
         solve_elastic(space, steel(space), [case])
 

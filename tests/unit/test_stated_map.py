@@ -8,13 +8,13 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import CaseError, DensityError, LatticeError
-from gradedesign.ladder.placed_map import lattice_points
-from gradedesign.ladder.stated_density import stated_density
-from gradedesign.ladder.stated_map import stated_map
+from gradedesign.generate.stated_density import stated_density
+from gradedesign.generate.stated_map import stated_map
+from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.placed_map import lattice_points
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.part.part import read_part
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.part.signed_distance import surface_distance
 
 CASE = """\
 [case]
@@ -40,20 +40,17 @@ def mapped(folder, text, family=WALLS):
     (folder / "case.toml").write_text(CASE + text)
     case = load_generate_case(folder)
     part = read_part(case, {})
-    distance = surface_distance(part.surface)
+    domain = design_domain(case, part)
     calibration = calibrate(family)
-    points = part.surface.vertices
     density = stated_density(
         case,
         None,
-        distance=distance,
-        lower=points.min(axis=0),
-        upper=points.max(axis=0),
+        domain=domain,
         window=calibration.window,
         level_of=calibration.level_of,
     )
-    places = lattice_points(part, distance, None, ())
-    return stated_map(case, part, calibration, density, distance, places)
+    places = lattice_points(domain)
+    return stated_map(case, part, calibration, density, domain.distance, places)
 
 
 def test_a_straight_grid_has_one_size_and_no_shear(tmp_path):

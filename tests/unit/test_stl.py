@@ -12,6 +12,7 @@ import pytest
 from gradedesign.errors import CaseError, PartError
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part.box import box_surface
+from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.stl import read_stl
 
 BOX = corner_points(box_surface((10.0, 20.0, 30.0)))
@@ -44,7 +45,7 @@ def patched(offset: int, value: bytes) -> bytes:
 def read(tmp_path: Path, data: bytes | str, unit: str = "mm"):
     path = tmp_path / "part.stl"
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
-    return read_stl(path, unit)
+    return in_mm(read_stl(path), unit, path.name)
 
 
 VALID = binary(BOX)
@@ -104,12 +105,12 @@ def test_zip_is_named(tmp_path, inside):
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr(inside.decode(), "x" * 500)
     with pytest.raises(PartError, match="3MF" if b"3D" in inside else "zip archive"):
-        read_stl(path, "mm")
+        read_stl(path)
 
 
 def test_missing_file(tmp_path):
     with pytest.raises(PartError, match="cannot be read"):
-        read_stl(tmp_path / "absent.stl", "mm")
+        read_stl(tmp_path / "absent.stl")
 
 
 ACCEPTED = {

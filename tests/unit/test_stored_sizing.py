@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gradedesign
-from gradedesign.ladder import stored_sizing as module
+from gradedesign.loop import stored_sizing as module
 
 CASE = """\
 [case]

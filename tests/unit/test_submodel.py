@@ -1,5 +1,7 @@
 """A window of a body under uniform strain: its submodel must find what drives it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -51,8 +53,11 @@ def analysed(monkeypatch):
         return analyse_window(
             box_surface((SIDE, SIDE, SIDE)),
             WINDOW,
-            driving,
-            displacement,
+            SimpleNamespace(
+                space=driving,
+                mesh_size=1.0,
+                solutions=(SimpleNamespace(name=WINDOW.load_case, displacement=displacement),),
+            ),
             Material(
                 name="test",
                 youngs_modulus=E,
@@ -63,7 +68,6 @@ def analysed(monkeypatch):
                 source="by hand",
             ),
             percentile=99.5,
-            cube=1.0,
             time_limit_s=60.0,
             memory_limit_bytes=1e9,
         )

@@ -5,12 +5,14 @@ import logging
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.mesh.long_edges import longest_edges
+from gradedesign.mesh.mesher import PYTETWILD
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.mesh.tetwild import tetrahedralize
@@ -79,7 +81,7 @@ def mesh(name, surface=None, **changes):
         "epsilon": 0.05,
         "time_limit_s": 60.0,
         "memory_limit_bytes": 2**30,
-        "worker_module": f"mesher_{name}",
+        "mesher": replace(PYTETWILD, worker=f"mesher_{name}"),
     } | changes
     return tetrahedralize(box() if surface is None else surface, **asked)
 
@@ -95,7 +97,7 @@ def test_the_real_mesher_fills_a_box_far_from_the_origin(tmp_path, monkeypatch):
     before = sorted(tmp_path.iterdir())
     surface = box(at=(1.0e6, -3.0, 50.0))
     result = mesh(
-        "", surface, worker_module="gradedesign.mesh._tetwild_worker", edge_length=6.0,
+        "", surface, mesher=PYTETWILD, edge_length=6.0,
         epsilon=0.1, memory_limit_bytes=2**32, time_limit_s=100.0, stop_energy=30.0,
     )  # fmt: skip
     assert result.report.volume == pytest.approx(2000.0, rel=1e-3)
@@ -115,7 +117,7 @@ def test_a_mesh_is_as_fine_as_asked_where_the_mesher_stops_early():
     # Origin: asked for 1.5 mm, the mesher alone leaves edges of 5 mm in this box (measured), since
     # its tetrahedra are well shaped before they are small.
     result = mesh(
-        "", worker_module="gradedesign.mesh._tetwild_worker", edge_length=1.5,
+        "", mesher=PYTETWILD, edge_length=1.5,
         epsilon=0.1, memory_limit_bytes=2**32, time_limit_s=100.0, stop_energy=30.0,
     )  # fmt: skip
     assert longest_edges(result.mesh).max() <= 2.0

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gradedesign.lattice.lattice import KeptRegion, LatticeDesign
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import (
     area_vectors,
@@ -19,16 +20,16 @@ SIZE = (12.0, 8.0, 8.0)
 def _design(**changes) -> LatticeDesign:
     """Flat sheets of half a cell normal to y, so that every volume is known."""
     values = {
-        "part": surface_distance(box_surface(SIZE)),
         "shape": lambda u: np.abs(np.mod(u[1], 1.0) - 0.5),
         "level_of": lambda rho: np.asarray(rho) / 2,
         "cell_map": lambda x: x / 8.0,
         "cell_size": 8.0,
         "density": 0.5,
-        "lower": (0.0, 0.0, 0.0),
-        "upper": SIZE,
     }
-    return LatticeDesign(**{**values, **changes})
+    domain = DesignDomain(
+        distance=surface_distance(box_surface(SIZE)), lower=(0.0, 0.0, 0.0), upper=SIZE, **changes
+    )
+    return LatticeDesign(domain=domain, **values)
 
 
 def test_a_plate_is_cut_exactly():
@@ -50,6 +51,6 @@ def test_skin_and_kept_regions_keep_their_depth():
     """A skin of 1 mm leaves a void of 10 x (6 - 4) x 6 mm^3 beside the plate."""
     surface = trimmed_surface(_design(skin=1.0), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(12 * 8 * 8 - 10 * 2 * 6, rel=3e-3)
-    kept = KeptRegion(distance=lambda x: np.abs(x[0]), margin=2.0)
-    surface = trimmed_surface(_design(kept=(kept,)), box_surface(SIZE), 0.25)
+    kept = PassiveRegion(distance=lambda x: np.abs(x[0]), margin=2.0)
+    surface = trimmed_surface(_design(passive=(kept,)), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(2 * 64 + 10 * 32, rel=3e-3)

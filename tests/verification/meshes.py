@@ -15,7 +15,8 @@ import numpy as np
 from gradedesign.fe.element_points import ScalarField
 from gradedesign.fe.facets import facet_areas, facet_nodes
 from gradedesign.fe.loads import traction_force
-from gradedesign.fe.solve import LoadVector, Solution, solve_elastic
+from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, nodal_average

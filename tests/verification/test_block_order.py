@@ -29,7 +29,7 @@ def test_conditions_are_in_order_for_every_cell(name, share):
     family = REGISTRY.cell_families[name]
     low, high = calibrate(family, None).window
     rho = low ** (1 - share) * high**share
-    fill = filled_void(cell_fill(family, None, rho, VOXELS, share_ties=True))
+    fill = filled_void(cell_fill(calibrate(family), rho, VOXELS, share_ties=True))
     upper = solve_block(fill, "displacement", rtol=RTOL).stiffness
     lower = solve_block(fill, "traction", rtol=RTOL).stiffness
     middle = solve_periodic(fill, rtol=RTOL).stiffness

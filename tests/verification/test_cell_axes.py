@@ -39,7 +39,7 @@ def law(matrix):
         name="test-law", families=("test",), window=(0.05, 0.9), kind="fe", source="", test="",
         stiffness=lambda rho: matrix[:, :, None] * rho,
         stiffness_derivative=lambda rho: matrix[:, :, None] * np.ones_like(rho),
-        strength=lambda rho: rho, strength_derivative=np.ones_like,
+        strength=lambda rho: rho,
     )  # fmt: skip
 
 

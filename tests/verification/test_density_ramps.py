@@ -9,8 +9,9 @@ import pytest
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.ladder.generate import MOST_STEPS_PER_CELL, STEPS_PER_WALL
+from gradedesign.generate.generate import MOST_STEPS_PER_CELL, STEPS_PER_WALL
 from gradedesign.lattice.density_grid import DensityGrid
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
@@ -41,7 +42,7 @@ def ramp(calibration, cells=CELLS):
         return (np.abs(flat - half) - half).max(axis=0).reshape(p.shape[1:])
 
     design = LatticeDesign(
-        part=part,
+        domain=DesignDomain(distance=part, lower=[0, 0, 0], upper=edges),
         shape=calibration.family.shape,
         level_of=calibration.level_of,
         cell_map=lambda p: p / SIZE,
@@ -51,8 +52,6 @@ def ramp(calibration, cells=CELLS):
             spacing=period,
             values=np.broadcast_to(values[:, None, None], (len(values), 4, 4)),
         ),
-        lower=[0, 0, 0],
-        upper=edges,
         parameters=calibration.parameters,
     )
     return design, box_surface(tuple(edges)), period
@@ -91,6 +90,6 @@ def test_every_installed_family(families, name):
     # Thin walls and small voids need a finer grid: as `gradedesign generate` chooses it for walls.
     calibration = calibrate(families[name])
     low = max(0.1, calibration.window[0])
-    wall = float(wall_mm(families[name], calibration.parameters, low, SIZE))
+    wall = float(wall_mm(calibrate(families[name], calibration.parameters), low, SIZE))
     steps = np.clip(STEPS_PER_WALL * SIZE / wall, 48, MOST_STEPS_PER_CELL)
     require_ramp(calibration, steps=int(np.ceil(steps)))

@@ -1,4 +1,4 @@
-"""Buckling of periodic plates and cells, and the stiffness of finite pieces."""
+"""Buckling of periodic plates and cells."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from gradedesign.homogenise.block import solve_block
 from gradedesign.homogenise.buckling import (
     geometric_product,
     periodic_buckling,
     prestress_buckling,
 )
-from gradedesign.homogenise.constants import solid_stiffness
-from gradedesign.homogenise.finite_size import block_youngs, finite_size, wall_stiffness
 from gradedesign.homogenise.periodic import solve_periodic
 
 CORNERS = list(itertools.product((0, 1), repeat=3))
@@ -160,29 +157,3 @@ def test_a_mode_of_two_cells_is_never_higher() -> None:
     )
     assert two <= one * (1 + 1e-4)
     assert np.isfinite(one)
-
-
-def test_a_block_of_solid_has_its_modulus() -> None:
-    assert block_youngs(np.ones((4, 5, 6)), rtol=1e-8) == pytest.approx(1.0, abs=1e-9)
-
-
-def test_a_wall_of_solid_is_in_plane_stress() -> None:
-    c = np.linalg.inv(np.linalg.inv(solid_stiffness(0.3))[np.ix_([0, 1, 5], [0, 1, 5])])
-    np.testing.assert_allclose(wall_stiffness(np.ones((4, 5, 6)), rtol=1e-8), c, atol=1e-9)
-
-
-def primitive(n: int, rho: float) -> np.ndarray:
-    c = (np.arange(n) + 0.5) / n * 2 * np.pi
-    x, y, z = np.meshgrid(c, c, c, indexing="ij")
-    value = np.round(np.abs(np.cos(x) + np.cos(y) + np.cos(z)), 9)
-    return (value <= np.quantile(value, rho)).astype(float)
-
-
-def test_finite_pieces_of_a_mirrored_cell() -> None:
-    # Its faces are mirror planes: between smooth plates, sides held by mirrors, one cell is the
-    # endless lattice (mixed conditions, tested elsewhere). Free sides can only soften it.
-    fill = primitive(14, 0.4)
-    found = finite_size(fill, (1, 2))
-    assert 0.7 < found.block[0] < found.block[1] < 1.0
-    assert 0.5 < found.wall_youngs[0] <= 1.0
-    assert solve_block(fill, "mixed", rtol=1e-3).stiffness[0, 0] > 0

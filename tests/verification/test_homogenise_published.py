@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
 from gradedesign.homogenise.constants import (
     engineering_constants,
@@ -245,7 +246,9 @@ def test_struts_of_the_cross_check(registry, name) -> None:
     ],
 )
 def test_stress_concentration_of_networks(registry, family, rho, factor) -> None:
-    solution = solve_periodic(cell_fill(registry.cell_families[family], None, rho, 48), rtol=1e-4)
+    solution = solve_periodic(
+        cell_fill(calibrate(registry.cell_families[family]), rho, 48), rtol=1e-4
+    )
     found = stress_factors(local_stress(solution), np.eye(6)[:, :1], 99.0)[0]
     assert found == pytest.approx(factor, rel=0.15)
 

@@ -27,7 +27,7 @@ def extrapolated(registry, name, rho, n, *, nu=0.3, **parameters):
     family = registry.cell_families[name]
     coarse, fine = (
         solve_periodic(
-            cell_fill(family, parameters or None, rho, k), poissons_ratio=nu, rtol=1e-3
+            cell_fill(calibrate(family, parameters or None), rho, k), poissons_ratio=nu, rtol=1e-3
         ).stiffness
         for k in (n // 2, n)
     )
@@ -132,7 +132,7 @@ def test_wide_convolutions_come_apart(registry) -> None:
     # Tang's 0 at sigma 1.6 and density 0.1; the field keeps joints only.
     family = registry.cell_families["bcc-convolution"]
     with pytest.raises((LatticeError, DensityError), match=r"connect|falls apart"):
-        solve_periodic(cell_fill(family, {"sigma": 1.6 / CELL}, 0.1, 24), rtol=1e-2)
+        solve_periodic(cell_fill(calibrate(family, {"sigma": 1.6 / CELL}), 0.1, 24), rtol=1e-2)
 
 
 @pytest.mark.slow

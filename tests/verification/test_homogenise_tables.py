@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.cell_properties import cell_properties
 from gradedesign.homogenise.constants import engineering_constants, youngs_along, zener_ratio
@@ -73,7 +74,9 @@ def test_both_discretisations_close_in_on_the_table(registry, family, rho) -> No
     # By hand, diamond network at 0.5: E 0.18152 at 128 against 0.18289 at 96, tables 0.1826.
     cell = registry.cell_families[family]
     below, above = (
-        moduli(solve_periodic(cell_fill(cell, None, rho, 48, subsamples=s), rtol=1e-4).stiffness)[0]
+        moduli(
+            solve_periodic(cell_fill(calibrate(cell), rho, 48, subsamples=s), rtol=1e-4).stiffness
+        )[0]
         for s in (1, 3)
     )
     table = moduli(computed(registry)[f"{family}-computed"].stiffness(np.array(rho)))[0]
@@ -92,7 +95,7 @@ def test_both_discretisations_close_in_on_the_table(registry, family, rho) -> No
     ],
 )
 def test_families_equal_the_cross_check(registry, family, rho, along, diagonal, zener) -> None:
-    fill = cell_fill(registry.cell_families[family], None, rho, 48, subsamples=1)
+    fill = cell_fill(calibrate(registry.cell_families[family]), rho, 48, subsamples=1)
     c = solve_periodic(fill, rtol=1e-4).stiffness
     assert engineering_constants(c).youngs[0] == pytest.approx(along, rel=0.02)
     assert youngs_along(c, np.ones(3)) == pytest.approx(diagonal, rel=0.02)
@@ -116,7 +119,10 @@ def test_filled_voxels_converge_with_the_square_of_their_size(registry) -> None:
     # Against what 24 and 48 voxels extrapolate to, which is within 0.03 % of what they do with a
     # density that is off by the samples at the level; exact is 4.
     family = registry.cell_families["gyroid-network"]
-    c = [solve_periodic(cell_fill(family, None, 0.4, n), rtol=1e-5).stiffness for n in (12, 24, 48)]
+    c = [
+        solve_periodic(cell_fill(calibrate(family), 0.4, n), rtol=1e-5).stiffness
+        for n in (12, 24, 48)
+    ]
     limit = c[2] + (c[2] - c[1]) / 3
     ratio = np.linalg.norm(c[0] - limit) / np.linalg.norm(c[1] - limit)
     assert 3.0 < ratio < 5.0
@@ -124,7 +130,7 @@ def test_filled_voxels_converge_with_the_square_of_their_size(registry) -> None:
 
 
 def test_shipped_table_is_what_the_code_computes(registry) -> None:
-    row = cell_properties(registry.cell_families["gyroid-network"], None, 0.3, resolution=32)
+    row = cell_properties(calibrate(registry.cell_families["gyroid-network"]), 0.3, resolution=32)
     law = computed(registry)["gyroid-network-computed"]
     c = law.stiffness(np.array(0.3))
     assert np.linalg.norm(row.stiffness - c) < 0.005 * np.linalg.norm(c)

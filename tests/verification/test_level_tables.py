@@ -352,7 +352,7 @@ def test_the_cube_of_the_thesis(surface, thickness, length, ratio):
         return np.array([25 * low, 25 * high, 3 / high, 3 / low, 50 * low, 25 * high])
 
     family = FAMILIES[f"{surface}-wall"]
-    ours = sizes(lambda rho: float(wall_mm(family, None, rho, 1.0)))
+    ours = sizes(lambda rho: float(wall_mm(calibrate(family), rho, 1.0)))
     np.testing.assert_allclose(
         sizes(lambda rho: printed_ratio(surface, rho)), (*thickness, *length, *ratio), atol=0.006
     )
@@ -384,7 +384,7 @@ def test_the_sides_of_iwp_differ_in_stiffness():
     # Properties reference, 4.3, at density 0.2: 0.0804 and 0.0175 along the axes, a factor of 4.6;
     # along the diagonals it is the other way round.
     found = {
-        name: solve_periodic(cell_fill(FAMILIES[name], None, 0.2, 48, subsamples=1), rtol=1e-4)
+        name: solve_periodic(cell_fill(calibrate(FAMILIES[name]), 0.2, 48, subsamples=1), rtol=1e-4)
         for name in ("iwp-network", "iwp-network-i")
     }
     stiff, soft = (found[name].stiffness for name in found)

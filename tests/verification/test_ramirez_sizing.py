@@ -13,6 +13,9 @@ from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import boundary_facets, centroids, signed_volumes
 from gradedesign.part.part_mesh import box_part_mesh
@@ -20,9 +23,7 @@ from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
 from gradedesign.sizing.filter import cone_filter
 from gradedesign.sizing.homogenised_model import homogenised_model
-from gradedesign.sizing.responses import DisplacementLimit
 from gradedesign.sizing.size import SizingProblem, size
-from gradedesign.sizing.stress_limit import StressLimit
 
 STEEL = Material(
     name="steel", youngs_modulus=200e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=250.0
@@ -52,14 +53,16 @@ def test_mean_density_at_two_millimetres(surface, bounds, mean_at_most):
     centres = centroids(mesh)
     problem = SizingProblem(
         model=homogenised_model(space, np.zeros(space.element_count), STEEL, law, [case]),
-        displacement_limits=(
+        limits=(
             DisplacementLimit(
-                name="tip", load_case="tip load", component=None, limit=2.0,
+                key=LimitKey(kind="displacement", region="tip", load_case="tip load"),
+                name="tip", component=None, allowed=2.0,
                 nodes=np.unique(facet_nodes(space, tip)),
             ),
-        ),
-        stress_limit=StressLimit(
-            limit=50.0, percentile=99.5, considered=centres[0] > 2 * MESH_SIZE
+            StressLimit(
+                key=LimitKey(kind="stress", region="lattice"), name="stress in lattice",
+                allowed=50.0, percentile=99.5, considered=centres[0] > 2 * MESH_SIZE,
+            ),
         ),
         bounds=bounds,
         filter=cone_filter(centres, signed_volumes(mesh), 30.0),
@@ -69,6 +72,6 @@ def test_mean_density_at_two_millimetres(surface, bounds, mean_at_most):
     last = result.history[-1]
     assert result.converged
     assert result.rho.min() >= bounds[0] * (1 - 1e-12)
-    assert 1.98 <= 2.0 * last.displacement_use[0] <= 2.0 * 1.0005
-    assert last.stress_use <= 1.005
+    assert 1.98 <= 2.0 * last.uses[0] <= 2.0 * 1.0005
+    assert last.uses[1] <= 1.005
     assert mean <= mean_at_most

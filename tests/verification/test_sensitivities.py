@@ -11,20 +11,17 @@ from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.sizing.homogenised import homogenised_system, solve_homogenised, solve_vectors
+from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.homogenised_model import bond_matrix, held_density, homogenised_model
 from gradedesign.sizing.local_fill import LocalFill
-from gradedesign.sizing.responses import (
-    DisplacementLimit,
-    adjoint_loads,
-    displacement_gradient,
-    displacement_values,
-    stiffness_derivative,
-)
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.state import solved_state
 
 LAW = power_law(
     "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
@@ -57,23 +54,25 @@ def _problem(acceleration, temperature, component, exponent=0.0):
             model, stiffness_factor=0.8, stiffness_exponent=exponent, reference_density=0.3
         )
     limit = DisplacementLimit(
-        name="tip", load_case="load", nodes=np.unique(facet_nodes(space, tip)),
-        component=component, limit=1.0, factor=1.1,
+        key=LimitKey(kind="displacement", region="tip", load_case="load"), name="tip",
+        nodes=np.unique(facet_nodes(space, tip)), component=component, allowed=1.0, factor=1.1,
     )  # fmt: skip
     return model, limit, rng.uniform(0.2, 0.5, space.element_count), rng
 
 
+def gradient_of(model, limit, rho):
+    system = homogenised_system(model, rho)
+    state = solved_state(model, rho, [limit], system)
+    return response_gradients(state, system, limit.responses(state)[0])[0]
+
+
 def assert_slope(model, limit, rho, rng):
     """The gradient in a random direction is the difference quotient, itself good to about 1e-6."""
-    system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    derivative = stiffness_derivative(model, rho)
-    gradient = displacement_gradient(model, rho, derivative, model.cases[0], solutions[0], adjoint)
+    gradient = gradient_of(model, limit, rho)
     direction = rng.standard_normal(len(rho))
     step = 1e-4
     ahead, back = (
-        displacement_values([limit], solve_homogenised(model, rho + s * step * direction))[0]
+        limit.predict(solved_state(model, rho + s * step * direction, [limit])).value
         for s in (1, -1)
     )
     assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
@@ -125,16 +124,11 @@ def test_gradient_follows_what_trimmed_cells_hold():
 def test_one_element_at_a_time():
     """Three elements that carry load, against central differences."""
     model, limit, rho, _ = _problem((0.0, 0.0, 0.0), 0.0, None)
-    system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solutions))[0]
-    gradient = displacement_gradient(
-        model, rho, stiffness_derivative(model, rho), model.cases[0], solutions[0], adjoint
-    )
+    gradient = gradient_of(model, limit, rho)
     for e in np.argsort(gradient)[:3]:
         values = []
         for sign in (1, -1):
             changed = rho.copy()
             changed[e] += sign * 1e-3
-            values.append(displacement_values([limit], solve_homogenised(model, changed))[0])
+            values.append(limit.predict(solved_state(model, changed, [limit])).value)
         assert gradient[e] == pytest.approx((values[0] - values[1]) / 2e-3, rel=1e-3)

@@ -51,10 +51,10 @@ def density(name):
 def wanted_size(name, law):
     """Size field: 40 to 50 mm by the ratio rule, or walls of 4 mm."""
     if law == "wall":
-        return size_field_for_wall(density(name), FAMILY, None, WALL)
+        return size_field_for_wall(density(name), calibrate(FAMILY), WALL)
     values = density_grid(name).values
     bounds = (float(values.min()), float(values.max()))
-    return size_field_by_ratio(density(name), FAMILY, None, (40.0, 50.0), bounds)
+    return size_field_by_ratio(density(name), calibrate(FAMILY), (40.0, 50.0), bounds)
 
 
 @cache
@@ -85,7 +85,7 @@ def test_sizes_of_25_to_100_mm_are_kept_twice_as_well_as_by_the_naive_map(origin
     found = report(graded("bricks", "wall"), "bricks", "wall")
     beside = report(naive("bricks", "wall", origin), "bricks", "wall")
     rho = density_grid("bricks").values
-    sizes = size_for_wall(wall_ratio(FAMILY, None, np.array([rho.max(), rho.min()])), WALL)
+    sizes = size_for_wall(wall_ratio(calibrate(FAMILY), np.array([rho.max(), rho.min()])), WALL)
     assert sizes == pytest.approx([25.0, 100.0], rel=0.05)
     assert found.size_error.error.p95 <= min(0.40, 0.5 * beside.size_error.error.p95)
     assert found.shear.p95 <= min(18.0, 0.5 * beside.shear.p95)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.homogenise.fit_surface import POINTS, fit_surface
 from gradedesign.homogenise.macro_directions import spread_directions
 from gradedesign.homogenise.periodic import solve_periodic
@@ -21,7 +22,7 @@ def registry():
 
 
 def field(registry, name, rho, n):
-    return local_stress(solve_periodic(cell_fill(registry.cell_families[name], None, rho, n)))
+    return local_stress(solve_periodic(cell_fill(calibrate(registry.cell_families[name]), rho, n)))
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import SolverError
 from gradedesign.homogenise import cached_table
@@ -33,7 +34,7 @@ HONEYCOMB = CellFamily(
 
 def in_plane(edges, resolution):
     """C11 / C22 - 1 and 2 C66 / (C11 - C12) - 1, which a regular honeycomb has as 0; and C33."""
-    c = solve_periodic(cell_fill(HONEYCOMB, None, 0.3, resolution, edges=edges), rtol=1e-5)
+    c = solve_periodic(cell_fill(calibrate(HONEYCOMB), 0.3, resolution, edges=edges), rtol=1e-5)
     c = c.stiffness
     return c[0, 0] / c[1, 1] - 1, 2 * c[5, 5] / (c[0, 0] - c[0, 1]) - 1, c
 
@@ -76,7 +77,7 @@ def test_tables_of_cells_of_different_edges_are_kept_apart(tmp_path, monkeypatch
 
     def compute(family, parameters, **options):
         asked.append(options["edges"])
-        return compute_table(family, parameters, densities=(0.3, 0.5), **options)
+        return compute_table(calibrate(family, parameters), densities=(0.3, 0.5), **options)
 
     monkeypatch.setattr(cached_table, "compute_table", compute)
     cosines = CellFamily(name="test-cosines", shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0))

@@ -6,36 +6,33 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.errors import CaseError
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell_map import turned_axes, uniform_map
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
-from gradedesign.ladder import wall_cells
-from gradedesign.ladder.wall_cells import wall_factors
-from gradedesign.ladder.wall_kinds import wall_kinds
-from gradedesign.lattice.lattice import KeptRegion
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.plugin.registry import build_registry
+from gradedesign.size_effects import wall_cells
+from gradedesign.size_effects.wall_cells import wall_factors, wall_material
+from gradedesign.size_effects.wall_kinds import wall_kinds
 from gradedesign.sizing.homogenised import (
     homogenised_system,
     lattice_mass,
     solve_homogenised,
-    solve_vectors,
 )
 from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.lattice_stiffness import lattice_stiffness, lattice_stiffness_derivative
-from gradedesign.sizing.responses import (
-    DisplacementLimit,
-    adjoint_loads,
-    displacement_gradient,
-    displacement_values,
-    stiffness_derivative,
-)
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.state import solved_state
 
 CELL = 22.0
 #: Faces 1 mm outside the axes of the struts; longer and wider than what counts as a wall.
@@ -48,7 +45,7 @@ def registry():
     return build_registry()
 
 
-def plate(registry, kept=(), on_wall=str, **lattice):
+def plate(registry, passive=(), on_wall=str, unknown=False, **lattice):
     """Model of a cantilever of simple cubic cells, with its walls."""
     mesh = box_part_mesh(SIZE, 11.0)
     space = tet_space(mesh, 2)
@@ -70,20 +67,19 @@ def plate(registry, kept=(), on_wall=str, **lattice):
         [case],
     )
     surface = box_surface(SIZE)
-    stated = {"edges": (CELL,) * 3, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
-    walls = wall_factors(
-        SimpleNamespace(lattice=SimpleNamespace(**stated)),
+    stated = {"edges": CELL, "rotation": (0.0,) * 3, "origin": (1.0, 1.0, 1.0), **lattice}
+    walls, warnings = wall_factors(
+        uniform_map(stated["edges"], stated["origin"], turned_axes(stated["rotation"])),
         SimpleNamespace(surface=surface),
+        DesignDomain(
+            distance=surface_distance(surface), lower=np.zeros(3), upper=SIZE, passive=passive
+        ),
         mesh,
         np.ones(space.element_count, dtype=bool),
-        kept,
-        surface_distance(surface),
-        registry.cell_families["sc"],
-        {},
-        (0.29, 0.31),
-        0.3,
+        wall_material(calibrate(registry.cell_families["sc"]), (0.29, 0.31), 0.3),
         on_wall,
     )
+    assert bool(warnings) == unknown, warnings
     return replace(model, walls=walls)
 
 
@@ -137,7 +133,7 @@ def test_faces_of_a_kind_are_those_of_its_plane_walls():
 
 def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
     ratios = wall_ratios(
-        registry.cell_families["sc"], None, RHO,
+        calibrate(registry.cell_families['sc']), RHO,
         axis=2, lower=-1 / CELL, upper=1 + 1 / CELL, resolution=24,
     )  # fmt: skip
     E = model.material.youngs_modulus
@@ -157,7 +153,7 @@ def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
 
 def test_mass_counts_what_the_faces_leave(registry, model):
     ratios = wall_ratios(
-        registry.cell_families["sc"], None, RHO,
+        calibrate(registry.cell_families['sc']), RHO,
         axis=2, lower=-1 / CELL, upper=1 + 1 / CELL, resolution=24,
     )  # fmt: skip
     rho = np.full(model.volumes.size, RHO)
@@ -191,17 +187,15 @@ def test_gradients_of_a_displacement_are_exact(model):
         middle - 0.09 * (high - low), middle + 0.09 * (high - low), model.volumes.size
     )
     nodes = np.flatnonzero(model.space.nodes[0] > SIZE[0] - 1e-6)
-    limit = DisplacementLimit(name="tip", load_case="load", nodes=nodes, component=2, limit=1.0)
+    key = LimitKey(kind="displacement", region="tip", load_case="load")
+    limit = DisplacementLimit(key=key, name="tip", nodes=nodes, component=2, allowed=1.0)
 
     def value(at):
-        return displacement_values([limit], solve_homogenised(model, at))[0]
+        return limit.predict(solved_state(model, at, [limit])).value
 
     system = homogenised_system(model, rho)
-    solution = solve_homogenised(model, rho, system)
-    adjoint = solve_vectors(system, adjoint_loads(model, [limit], solution))[0]
-    gradient = displacement_gradient(
-        model, rho, stiffness_derivative(model, rho), model.cases[0], solution[0], adjoint
-    )
+    state = solved_state(model, rho, [limit], system)
+    gradient = response_gradients(state, system, limit.responses(state)[0])[0]
     # Both ways move the tip by a thousand times what the solver leaves.
     along = model.space.nodes[0][model.space.elements[:4]].mean(axis=0) / SIZE[0]
     for way in (np.ones(rho.size), 1 - along):
@@ -217,12 +211,18 @@ def test_a_kept_face_is_no_wall(registry):
     def layer(points):
         return points[2]
 
-    kept = (KeptRegion(distance=layer, margin=1.0),)
-    assert not plate(registry, kept).walls.classes
+    passive = (PassiveRegion(distance=layer, margin=1.0),)
+    assert not plate(registry, passive).walls.classes
 
 
 @pytest.mark.slow
-def test_a_wall_that_falls_apart_names_its_place(registry):
+def test_a_wall_that_falls_apart_counts_as_periodic(registry):
     # Beginning between the struts, 24 mm hold one layer of struts and the ends of others.
-    with pytest.raises(CaseError, match=r"wall of 0\.30 cells across z near"):
-        plate(registry, edges=(80.0,) * 3, origin=(0.0, 0.0, -30.0))
+    model = plate(registry, unknown=True, edges=80.0, origin=(0.0, 0.0, -30.0))
+    assert not model.walls.classes
+    assert (model.walls.kind == -1).all()
+
+
+def test_a_wall_of_too_many_voxels_counts_as_periodic(registry, monkeypatch):
+    monkeypatch.setattr(wall_cells, "MOST_VOXELS", 1e4)
+    assert not plate(registry, unknown=True).walls.classes

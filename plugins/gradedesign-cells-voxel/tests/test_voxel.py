@@ -21,6 +21,7 @@ from gradedesign_cells_voxel import (
 )
 from gradedesign_cells_voxel.helix_library import AMPLITUDE, COUNT, helices
 from gradedesign_cells_voxel.mesh_cell import inside_surface
+from gradedesign_cells_voxel.read_mesh import read_mesh
 from gradedesign_cells_voxel.stored_cells import increments
 from gradedesign_cells_voxel.triangle_distance import periodic_triangle_distance
 from gradedesign_cells_voxel.voxel_cell import voxel_surface
@@ -153,6 +154,12 @@ def test_mesh_of_bars(kind, tmp_path):
     expected = [-0.2, -0.2, 0.3 * 2**0.5, 0.15]
     np.testing.assert_allclose(shape(spots), expected, atol=5e-4)
     np.testing.assert_allclose(shape(spots + 1.0), shape(spots), atol=1e-9)
+
+
+def test_a_box_in_mm_fits_a_surface_in_metres():
+    corners, box = bars(0.2, 10.0), [[0.0, 0.0, 0.0], [10.0, 10.0, 10.0]]
+    found = read_mesh(RawTriangles(corners=corners / 1000.0, unit="m"), box)
+    np.testing.assert_allclose(found, read_mesh(corners, box), atol=1e-6)
 
 
 @pytest.mark.slow

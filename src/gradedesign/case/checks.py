@@ -18,7 +18,7 @@ _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
     ("load_case", _ANY, "fix", _ANY, "region"),
     ("load_case", _ANY, "load", _ANY, "region"),
-    ("limits", "displacement", _ANY, "region"),
+    ("limits", _ANY, _ANY, "region"),
 )
 _PARTS_OF_REGIONS = tuple(
     key
@@ -63,7 +63,7 @@ def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
             yield Problem(
                 key=key, message=f"load case {shown(name)} is defined twice; expected another name"
             )
-    for key, name in _texts(data, ("limits", "displacement", _ANY, "load_case")):
+    for key, name in _texts(data, ("limits", _ANY, _ANY, "load_case")):
         if name not in counts:
             yield Problem(
                 key=key,

@@ -1,4 +1,4 @@
-"""Formulas in x, y, z and d: a small parser, without any evaluation of code.
+"""Formulas in x, y, z and d, or other variables: a small parser, without any evaluation of code.
 
 The grammar, from the weakest binding to the strongest; ``^`` binds to the right and before a sign,
 so ``-x^2`` is ``-(x^2)``::
@@ -28,7 +28,7 @@ from gradedesign.errors import CaseError
 LONGEST = 1000
 DEEPEST = 40
 
-#: What a formula may speak of; x, y, z and d are in mm.
+#: What a formula of the part may speak of, in mm.
 VARIABLES = ("x", "y", "z", "d")
 CONSTANTS = {"pi": math.pi}
 
@@ -95,14 +95,16 @@ class Formula:
     variables: frozenset[str]
 
 
-def parse_formula(text: str) -> Formula:
-    """Parse a formula in x, y, z and d.
+def parse_formula(text: str, *, variables: tuple[str, ...] = VARIABLES) -> Formula:
+    """Parse a formula.
 
     Parameters
     ----------
     text : str
         Numbers, ``+ - * / ^``, parentheses, ``pi``, and the functions min, max, abs, sqrt, exp,
         log, sin, cos, clamp(value, low, high) and smoothstep(low, high, value).
+    variables : tuple of str
+        What it may speak of.
 
     Returns
     -------
@@ -124,7 +126,7 @@ def parse_formula(text: str) -> Formula:
             f"the formula has {len(text)} characters; expected at most {LONGEST}; a map that "
             f"complicated belongs into a voxel array"
         )
-    parser = _Parser(text=text, tokens=_tokens(text))
+    parser = _Parser(text=text, tokens=_tokens(text), variables=variables)
     parser.sum(0)
     if parser.next_token()[0]:
         raise parser.wrong("an operator or the end")
@@ -172,6 +174,7 @@ class _Parser:
 
     text: str
     tokens: list[tuple[str, int]]
+    variables: tuple[str, ...]
     at: int = 0
     program: list[Step] = field(default_factory=list)
 
@@ -245,14 +248,14 @@ class _Parser:
         self.program.append(value)
 
     def named(self, word: str, depth: int) -> None:
-        if word in VARIABLES:
+        if word in self.variables:
             self.program.append(word)
         elif word in CONSTANTS:
             self.program.append(CONSTANTS[word])
         elif word in FUNCTIONS:
             self.call(word, depth)
         else:
-            known = (*VARIABLES, *CONSTANTS, *FUNCTIONS)
+            known = (*self.variables, *CONSTANTS, *FUNCTIONS)
             raise CaseError(f"found the unknown name {shown(word)}; {instead(word, known)}")
 
     def call(self, word: str, depth: int) -> None:

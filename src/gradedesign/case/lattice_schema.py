@@ -13,6 +13,7 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
+    Flag,
     JsonSchema,
     Name,
     Number,
@@ -251,14 +252,9 @@ class LatticeSpec(CellsSpec):
     """Lowest and highest relative density the user allows; the windows of the family and of its
     law narrow it further."""
 
-    faces: Annotated[str, Choice(("periodic", "measured"))] = "periodic"
-    """periodic: sizing takes cells at the part's faces for whole ones; measured: for what their
-    trimmed solid makes of them."""
-
-    finite_size: Annotated[str, Choice(("periodic", "corrected", "walls"))] = "periodic"
-    """periodic: sizing takes every cell for one of an endless lattice; corrected: scales its
-    stiffness by what a wall or block of as few cells as the part has there keeps of that; walls:
-    computes how walls of few cells, cut where the part's faces lie, stretch, bend and shear."""
+    size_effects: Annotated[bool, Flag()] = True
+    """Size walls of few cells for what they are between the part's free faces, where that can be
+    computed; off only to compare with the periodic lattice."""
 
     @model_validator(mode="before")
     @classmethod
@@ -271,40 +267,6 @@ class LatticeSpec(CellsSpec):
                     "density themselves, in cells of one family: leave it out",
                 )
         return value
-
-    @model_validator(mode="after")
-    def _free_straight_walls(self) -> LatticeSpec:
-        if self.finite_size == "periodic":
-            return self
-        if self.faces == "measured":
-            raise key_error(
-                "finite_size",
-                f'found {self.finite_size} beside faces = "measured"; both count what faces do to '
-                "the cells they cut, so expected one of the two",
-            )
-        if self.skin is not None:
-            raise key_error(
-                "finite_size",
-                f"found {self.finite_size} beside a skin; it holds for free faces only",
-            )
-        if self.cell_map is not None or self.warp or self.orientation or len(self.size) > 1:
-            raise key_error(
-                "finite_size",
-                f"found {self.finite_size}, which counts the cells of a straight grid of one size; "
-                "leave it out with a cell_map, warp, orientation, three edges or graded size",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _straight_faces(self) -> LatticeSpec:
-        straight = self.cell_map is None and not self.warp and len(self.size) != 2
-        if self.faces == "measured" and not (straight and self.orientation is None):
-            raise key_error(
-                "faces",
-                "found measured, which counts the trimmed cells of a straight grid of one size; "
-                "leave it out with a cell_map, warp, orientation or graded size",
-            )
-        return self
 
 
 class PrintSpec(Table):

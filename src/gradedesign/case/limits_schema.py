@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, TypeAlias
+from types import GenericAlias
+from typing import Annotated, Any, TypeAlias, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from gradedesign.case.regions_schema import AxisIndex
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
+from gradedesign.case.units import DIMENSIONS
 from gradedesign.case.value_types import (
     Choice,
     JsonSchema,
@@ -85,12 +89,22 @@ class SolidMultiple:
         return f"{self.factor:g} x solid"
 
 
-class _Magnitude(Reader):
-    """A length, or ``"2 x solid"``."""
+@dataclass(frozen=True, slots=True)
+class Allowed(Reader):
+    """A quantity of one dimension above 0, or ``"2 x solid"``.
 
-    __slots__ = ()
+    For a field of a limit in the case file, ``Annotated[float | SolidMultiple, Allowed("work")]``.
+
+    Attributes
+    ----------
+    dimension : str
+        Of `units.DIMENSIONS`, such as ``"length"`` or ``"work"``.
+    """
+
+    dimension: str
 
     def read(self, value: object) -> float | SolidMultiple:
+        """A number in the internal unit, or a multiple."""
         short = isinstance(value, str) and len(value) < 60
         match = _TIMES_SOLID.fullmatch(value) if isinstance(value, str) and short else None
         if match is not None:
@@ -103,18 +117,43 @@ class _Magnitude(Reader):
             check_range(factor, shown(value), at_most=1e6)
             return SolidMultiple(factor=factor)
         try:
-            return Quantity("length", above=0.0).read(value)
+            return Quantity(self.dimension, above=0.0).read(value)
         except Refused as error:
             raise Refused(
                 f'{error}, or a multiple of what the solid part has, such as "2 x solid"'
             ) from None
 
     def json_schema(self) -> JsonSchema:
-        text = "a length above 0, or a multiple of the solid part's value, at least 1"
-        return {"type": "string", "description": text, "examples": ["2 mm", "1.5 x solid"]}
+        """A string; the examples show both forms."""
+        wanted = DIMENSIONS[self.dimension]
+        text = f"{wanted.phrase} above 0, or a multiple of the solid part's value, at least 1"
+        examples = [wanted.example, "1.5 x solid"]
+        return {"type": "string", "description": text, "examples": examples}
 
 
-class DisplacementLimit(Table):
+def in_number(allowed: float | SolidMultiple) -> float:
+    """The allowed value; not a number where only the solid analysis can tell."""
+    return math.nan if isinstance(allowed, SolidMultiple) else allowed
+
+
+def as_multiple(allowed: float | SolidMultiple) -> float | None:
+    """Multiple of the solid part's value; None where a quantity is stated."""
+    return allowed.factor if isinstance(allowed, SolidMultiple) else None
+
+
+def stated_words(allowed: float | SolidMultiple, unit: str) -> str:
+    """The allowed value as a person reads it: ``2 mm`` or ``2 x solid``."""
+    return allowed.words if isinstance(allowed, SolidMultiple) else f"{allowed:g} {unit}"
+
+
+class LimitEntry(Table):
+    """One table of a list of limits in the case file, for one load case or all of them."""
+
+    load_case: Name | None = None
+    """Name of the only load case it holds for; None for all."""
+
+
+class DisplacementLimit(LimitEntry):
     """Largest nodal displacement of a region: of the whole vector, or of one component of it.
 
     ``magnitude`` is always the allowed absolute value; ``component`` narrows it to one direction.
@@ -122,36 +161,21 @@ class DisplacementLimit(Table):
 
     region: RegionName = Field(examples=["tip"])
     """Name of the region."""
-    magnitude: Annotated[float | SolidMultiple, _Magnitude()] = Field(
+    magnitude: Annotated[float | SolidMultiple, Allowed("length")] = Field(
         examples=["2 mm", "1.5 x solid"]
     )
     """Allowed absolute value: mm, or so many times that of the solid part, each load case its
     own."""
     component: AxisIndex | None = None
     """0, 1 or 2 when only x, y or z is limited."""
-    load_case: Name | None = None
-    """Name of the only load case it holds for; None for all."""
-
-    @property
-    def value(self) -> float | None:
-        """The allowed absolute value, mm; None where only the solid analysis can tell."""
-        return None if isinstance(self.magnitude, SolidMultiple) else self.magnitude
-
-    @property
-    def times_solid(self) -> float | None:
-        """Multiple of the solid part's value; None where a length is stated."""
-        return self.magnitude.factor if isinstance(self.magnitude, SolidMultiple) else None
-
-    @property
-    def words(self) -> str:
-        """The allowed value as a person reads it: ``2 mm`` or ``2 x solid``."""
-        if isinstance(self.magnitude, SolidMultiple):
-            return self.magnitude.words
-        return f"{self.magnitude:g} mm"
 
 
 class LimitsSpec(Table):
-    """A stress limit, a safety factor or displacement limits; at least one of them."""
+    """A stress limit, a safety factor or lists of other limits; at least one of them.
+
+    Kinds of limits that bring an entry of their own add a list under their name, see
+    `with_limit_entries`.
+    """
 
     stress: Annotated[float, Quantity("stress", above=0.0)] | None = None
     """Allowed von Mises stress, MPa."""
@@ -167,6 +191,12 @@ class LimitsSpec(Table):
     """Radius around the regions that supports hold, in which stress is not judged."""
     displacement: tuple[DisplacementLimit, ...] = ()
     """Displacement limits."""
+
+    @classmethod
+    def lists(cls) -> tuple[str, ...]:
+        """Names of the lists of limits, those that kinds bring included."""
+        brought = [name for name in cls.model_fields if name not in LimitsSpec.model_fields]
+        return ("displacement", *brought)
 
     @property
     def exclusion_radius(self) -> float | None:
@@ -188,9 +218,36 @@ class LimitsSpec(Table):
             raise key_error(
                 "buckling_factor", 'found beside buckling = "off"; leave one of them out'
             )
-        if self.stress is None and self.safety_factor is None and not self.displacement:
+        lists = [getattr(self, name) for name in self.lists()]
+        if self.stress is None and self.safety_factor is None and not any(lists):
             raise Refused(
                 'no limit given; add stress = "50 MPa", safety_factor = 2 or '
                 'displacement = [{region = "tip", magnitude = "2 mm"}]'
             )
         return self
+
+
+Layout = TypeVar("Layout", bound=Table)
+
+
+def with_limit_entries(
+    layout: type[Layout], entries: Mapping[str, type[LimitEntry]]
+) -> type[Layout]:
+    """A layout of a case file whose ``[limits]`` holds lists of further kinds of limits.
+
+    Parameters
+    ----------
+    layout : type of Table
+        With a field ``limits``.
+    entries : mapping of key to type of LimitEntry
+        What one table of the list under that key holds.
+    """
+    if not entries:
+        return layout
+    fields: dict[str, Any] = {
+        name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in entries.items()
+    }
+    spec = create_model("LimitsSpec", __base__=LimitsSpec, **fields)
+    field = layout.model_fields["limits"]
+    limits: Any = (spec, ...) if field.is_required() else (spec | None, None)
+    return create_model(layout.__name__, __base__=layout, limits=limits)

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from gradedesign.case.part_path import resolve_part_file
-from gradedesign.case.suggest import instead, shown
+from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import Choice, Refused, Size, Triple, Vector
+from gradedesign.case.value_types import Choice, Refused, Size, Text, Triple, Vector
 
 UNITS = ("mm", "cm", "m", "inch")
 #: Edges of a box shorter than this are no part, mm.
@@ -25,7 +25,7 @@ class ShapeSpec(Table):
     box: Annotated[Triple, Vector("length")] | None = None
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
-    """Unit of the coordinates of the file."""
+    """Unit of the coordinates of the file; may be left out where its format carries one."""
     repair: Annotated[str, Choice(("safe", "auto"))] = "safe"
     """How far a damaged surface may be repaired."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
@@ -64,11 +64,6 @@ class ShapeSpec(Table):
                 f'found {count} of file and box; expected exactly one: file = "part.stl" or '
                 'box = ["60 mm", "20 mm", "20 mm"]'
             )
-        if self.file is not None and self.units is None:
-            raise key_error(
-                "file",
-                f"the file carries no unit; {instead('', UNITS, what='add units, one of')}",
-            )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")
         return self
@@ -79,6 +74,13 @@ class PartSpec(ShapeSpec):
 
     mesh_size: Size = Field(examples=["12 mm"])
     """Edge length of the tetrahedra of the solid, mm."""
+    mesher: Annotated[str, Text("the name of a mesher", 80)] | None = None
+    """What meshes the solid; by default bricks cut in six for a box, pytetwild for a file."""
+
+    @property
+    def bricks(self) -> Triple | None:
+        """Edges of a box that is meshed in bricks; None where a mesher is asked."""
+        return self.box if self.mesher is None else None
 
 
 class GeneratePartSpec(ShapeSpec):

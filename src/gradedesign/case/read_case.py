@@ -10,11 +10,12 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from gradedesign.case.checks import case_warnings, cross_problems, reference_problems
+from gradedesign.case.limits_schema import LimitEntry, LimitsSpec, with_limit_entries
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
 from gradedesign.case.schema import Case, CaseFile
@@ -32,7 +33,18 @@ _FILE_NAME = "case.toml"
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
-def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
+#: Lists of ``[limits]`` that kinds of limits bring; called only where a file names one.
+LimitEntries: TypeAlias = Callable[[], Mapping[str, type[LimitEntry]]]
+
+
+def no_entries() -> Mapping[str, type[LimitEntry]]:
+    """The limits of the core alone."""
+    return {}
+
+
+def load_case(
+    path: str | Path, *, allow_outside: bool = False, entries: LimitEntries = no_entries
+) -> Case:
     """Read and check a case file.
 
     Parameters
@@ -41,6 +53,8 @@ def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
         The TOML file, or the folder that holds a ``case.toml``.
     allow_outside : bool
         Whether the part file may lie outside the folder of the case.
+    entries : callable
+        What registered kinds of limits add to ``[limits]``, see `LimitEntries`.
 
     Returns
     -------
@@ -54,7 +68,7 @@ def load_case(path: str | Path, *, allow_outside: bool = False) -> Case:
         right.
     """
     content, file, lines = read_layout(
-        path, CaseFile, allow_outside=allow_outside, across=cross_problems
+        path, CaseFile, allow_outside=allow_outside, across=cross_problems, entries=entries
     )
     told = content.lattice.orientation
     tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
@@ -84,6 +98,7 @@ def read_layout(
     *,
     allow_outside: bool,
     across: Callable[[Layout], Iterable[Problem]],
+    entries: LimitEntries = no_entries,
 ) -> tuple[Layout, Path, dict[str, int]]:
     """Read a case file into a layout of tables.
 
@@ -97,6 +112,8 @@ def read_layout(
         Whether the case may name files outside its folder.
     across : callable
         Finds values of different tables that contradict each other.
+    entries : callable
+        What registered kinds of limits add to ``[limits]``.
 
     Returns
     -------
@@ -118,6 +135,7 @@ def read_layout(
     except CaseError as error:
         raise CaseError(f"{file}: {error}") from None
     data = _parse(text, file)
+    layout = with_limit_entries(layout, _named_entries(data, entries))
     content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
     problems.extend(reference_problems(data))
     if content is not None:
@@ -125,6 +143,22 @@ def read_layout(
     if content is None or problems:
         raise case_error(file, lines, problems)
     return content, file, {dotted(key): line for key, line in lines.items()}
+
+
+def _named_entries(
+    data: Mapping[str, Any], entries: LimitEntries
+) -> Mapping[str, type[LimitEntry]]:
+    """Lists of limits that a file names; all of them where it has a key that nobody knows.
+
+    What is installed beside them does not change the identity of a case.
+    """
+    limits = data.get("limits")
+    known = {field.alias or name for name, field in LimitsSpec.model_fields.items()}
+    more = set(limits) - known if isinstance(limits, dict) else set()
+    if not more:
+        return {}
+    brought = entries()
+    return {name: entry for name, entry in brought.items() if name in more or more - set(brought)}
 
 
 def _case_file(path: Path) -> Path:

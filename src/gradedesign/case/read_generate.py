@@ -9,10 +9,12 @@ from gradedesign.case.checks import cell_map_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
-from gradedesign.case.read_case import case_hash, read_layout
+from gradedesign.case.read_case import LimitEntries, case_hash, no_entries, read_layout
 
 
-def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> GenerateCase:
+def load_generate_case(
+    path: str | Path, *, allow_outside: bool = False, entries: LimitEntries = no_entries
+) -> GenerateCase:
     """Read and check a case whose lattice has a stated density.
 
     Parameters
@@ -22,6 +24,8 @@ def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> Gene
         and ``[lattice]``; the tables of an analysis may be there, and are checked if they are.
     allow_outside : bool
         Whether files may lie outside the folder of the case.
+    entries : callable
+        What registered kinds of limits add to ``[limits]``.
 
     Returns
     -------
@@ -33,7 +37,7 @@ def load_generate_case(path: str | Path, *, allow_outside: bool = False) -> Gene
         With every problem: file, line, key, what was found, what would be right.
     """
     content, file, lines = read_layout(
-        path, GenerateFile, allow_outside=allow_outside, across=_problems
+        path, GenerateFile, allow_outside=allow_outside, across=_problems, entries=entries
     )
     return GenerateCase(
         name=content.case.name,

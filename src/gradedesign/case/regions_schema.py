@@ -27,6 +27,7 @@ from gradedesign.case.value_types import (
     Refused,
     RegionNames,
     Size,
+    Text,
     Triple,
     Whole,
     three,
@@ -37,7 +38,13 @@ AXES = ("x", "y", "z")
 _PLANE_TEXT = re.compile(r"\s*(?P<axis>\w+)\s*=\s*(?P<position>\S[^\n]*?)\s*")
 _PLANE_EXAMPLE = 'plane = "x = min", plane = "z = 12 mm" or plane = {point = [...], normal = [...]}'
 _RADIUS = ("radius", "diameter", "axis", "point")
-_SELECTING = ("plane", "box", "cylinder", "facing", "nearest", "inside", "any", "all", "not")
+_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+#: Keys that ask for faces as the part's file tells them apart.
+FILE_KEYS = ("face", "name", "color")
+_SELECTING = (
+    *("plane", "box", "cylinder", "facing", "nearest", "inside"),
+    *(*FILE_KEYS, "any", "all", "not"),
+)
 
 
 class _Axis(Reader):
@@ -84,6 +91,38 @@ class _Normal(Reader):
 
     def json_schema(self) -> JsonSchema:
         return {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+
+
+class _FaceNumbers(Reader):
+    """A list of different numbers of faces."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> tuple[int, ...]:
+        if not isinstance(value, list) or not value:
+            raise Refused(f"found {shown(value)}; expected a list of numbers such as [3, 7]")
+        numbers = tuple(Whole(0, 2**31 - 1).read(entry) for entry in value)
+        if len(set(numbers)) != len(numbers):
+            raise Refused(f"found {shown(value)}; expected each number once")
+        return numbers
+
+    def json_schema(self) -> JsonSchema:
+        number = {"type": "integer", "minimum": 0}
+        return {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
+
+
+class _Color(Reader):
+    """``#rrggbb`` in lower case."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> str:
+        if not (isinstance(value, str) and _COLOR.fullmatch(value)):
+            raise Refused(f'found {shown(value)}; expected a colour such as "#ff0000"')
+        return value.lower()
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "string", "pattern": f"^{_COLOR.pattern}$", "examples": ["#ff0000"]}
 
 
 AxisIndex: TypeAlias = Annotated[int, _Axis()]
@@ -194,6 +233,12 @@ class RegionSpec(Table):
     """Of the faces that pass the other keys, the one nearest to this point, mm."""
     inside: BoxSpec | None = None
     """Faces whose centroid lies in this box."""
+    face: Annotated[tuple[int, ...], _FaceNumbers()] = ()
+    """What belongs to these faces of the part's file, by their numbers there."""
+    name: Annotated[str, Text("the name of a face or body", 120)] | None = None
+    """What has this name in the part's file."""
+    color: Annotated[str, _Color()] | None = None
+    """What has this colour in the part's file."""
     any: RegionNames = ()
     """Faces of at least one of these regions."""
     all: RegionNames = ()

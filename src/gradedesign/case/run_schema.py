@@ -21,6 +21,7 @@ from gradedesign.case.value_types import (
 #: Formats that are no exporter's: fields of the analyses, and the report.
 OWN_FORMATS = ("vtu", "report")
 _FORMATS = ("stl", *OWN_FORMATS)
+_SOLVER = "multigrid"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -34,6 +35,20 @@ class _Memory(Reader):
 
     def json_schema(self) -> JsonSchema:
         return Quantity("memory").json_schema()
+
+
+class _Name(Reader):
+    """A name of what is installed; what is installed says later whether it is there."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> str:
+        if not (isinstance(value, str) and _NAME.fullmatch(value)):
+            raise Refused(f'found {shown(value)}; expected a name such as "{_SOLVER}"')
+        return value
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "string", "pattern": f"^{_NAME.pattern}$", "examples": [_SOLVER]}
 
 
 class _Formats(Reader):
@@ -71,6 +86,9 @@ class RunSpec(Table):
     """Rounds of correction."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
+    solver: Annotated[str, _Name()] = _SOLVER
+    """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
+    small parts, or one that a plugin supplies."""
     mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
     """Grid cubes of the explicit mesh across the thinnest wall; measured on the cell by default:
     1.25 for walls, 2 to 2.5 for struts."""

@@ -6,17 +6,21 @@ tables they are made of are re-exported here.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, SerializeAsAny
 
 from gradedesign.case.lattice_schema import KeepSpec, LatticeSpec, PrintSpec
 from gradedesign.case.limits_schema import (
     DisplacementLimit,
     Exclusion,
+    LimitEntry,
     LimitsSpec,
     SolidMultiple,
+    with_limit_entries,
 )
 from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.case.material_schema import MaterialSpec
@@ -50,7 +54,7 @@ __all__ = [
     "RunSpec",
     "ShapeSpec",
     "SolidMultiple",
-    "case_schema_json",
+    "schema_json",
 ]
 
 
@@ -123,17 +127,35 @@ class Case(CaseIdentity):
     part: PartSpec
     material: MaterialSpec
     load_case: tuple[LoadCaseSpec, ...]
-    limits: LimitsSpec
+    # Lists that kinds of limits brought are part of what is asked.
+    limits: SerializeAsAny[LimitsSpec]
     lattice: LatticeSpec
 
 
-def case_schema_json() -> dict[str, Any]:
-    """JSON schema of a case file, for completion in editors.
+def schema_json(
+    layout: type[Table], entries: Mapping[str, type[LimitEntry]] = MappingProxyType({})
+) -> dict[str, Any]:
+    """JSON schema of a case file, for completion and checks in editors.
+
+    Parameters
+    ----------
+    layout : type
+        `CaseFile`, or `GenerateFile` for the case of ``gradedesign generate``.
+    entries : mapping of key to type of LimitEntry
+        Lists of limits that registered kinds bring.
 
     Returns
     -------
     dict
-        Draft 2020-12; describes the text that is written, not the converted values.
+        Draft 7, which editors of TOML read; describes the text that is written, not the converted
+        values. What holds across keys or needs a file is left to ``gradedesign check``.
     """
-    schema = CaseFile.model_json_schema(by_alias=True)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    schema = with_limit_entries(layout, entries).model_json_schema(
+        by_alias=True, ref_template="#/definitions/{model}"
+    )
+    definitions = schema.pop("$defs")
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        **schema,
+        "definitions": definitions,
+    }

@@ -123,6 +123,7 @@ _MOMENT = {
     "lbf*in": _POUND_FORCE * _INCH,
     "lbf*ft": _POUND_FORCE * 12 * _INCH,
 }
+_WORK = {"N*mm": 1.0, "mJ": 1.0, "J": 1e3, "kJ": 1e6, **_MOMENT}
 _MEMORY = {
     "GB": 1e9,
     "B": 1.0,
@@ -173,6 +174,7 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
             "an angle", "15 deg", (1e-12, 1e5), a={"deg": 1.0, "rad": 180.0 / math.pi}
         ),
         "moment": _dimension("a moment", "20 N*m", (1e-12, 1e15), a=_MOMENT),
+        "work": _dimension("a work", "120 N*mm", (1e-15, 1e15), a=_WORK),
         "number": _dimension("a plain number", "0.3", (1e-12, 1e12), a={"": 1.0, "%": 0.01}),
     }
 )

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
-from types import MappingProxyType
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, locked
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.percolation import Percolation, percolation
 from gradedesign.cell.period import require_period
@@ -30,64 +29,9 @@ _NODES = (32, 64)
 _NODES_OF_LONG_PERIODS = (48, 96)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Calibration:
-    """The monotone relation of level and density of one cell.
-
-    Attributes
-    ----------
-    family : CellFamily
-    parameters : mapping of str to float
-        Complete.
-    density, level : (k,) arrays
-        The table, increasing, over densities 0 to 1.
-    window : (float, float)
-        Densities between which solid and void percolate, see `percolation`.
-    neck : (float, float, float)
-        Point in cell units, of the first period, where the last connection of the solid forms.
-    """
-
-    family: CellFamily
-    parameters: Mapping[str, float]
-    density: FloatArray
-    level: FloatArray
-    window: tuple[float, float]
-    neck: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        object.__setattr__(self, "density", locked(self.density, (None,), name="density"))
-        object.__setattr__(self, "level", locked(self.level, (None,), name="level"))
-
-    def level_of(self, rho: FloatArray | float) -> FloatArray:
-        """Level ``t`` at which the cell ``g <= t`` has relative density ``rho``, ``(...)``.
-
-        Raises
-        ------
-        DensityError
-            If a density is outside the window.
-        """
-        values = np.asarray(rho, dtype=np.float64)
-        a, b = self.window
-        outside = ~((values >= a - 1e-9) & (values <= b + 1e-9))
-        if outside.any():
-            bad = values[outside]
-            raise DensityError(
-                f"cell '{self.family.name}' exists for relative densities {a:.4f} to {b:.4f}, "
-                f"but {bad.min():.4f} to {bad.max():.4f} was asked for: below, the solid falls "
-                f"apart; above, the void closes; narrow [lattice] density or take another cell"
-            )
-        return np.asarray(np.interp(values, self.density, self.level))
-
-    def density_of(self, level: FloatArray | float) -> FloatArray:
-        """Relative density of ``g <= level``, ``(...)``; 0 below all values, 1 above."""
-        values = np.asarray(level, dtype=np.float64)
-        return np.asarray(np.interp(values, self.level, self.density, left=0.0, right=1.0))
-
-
 def calibrate(
     family: CellFamily, parameters: Mapping[str, float] | None = None, resolution: int = 128
-) -> Calibration:
+) -> Cell:
     """Sample one period of a cell and tabulate the quantiles of its shape function.
 
     Parameters
@@ -100,7 +44,7 @@ def calibrate(
 
     Returns
     -------
-    Calibration
+    Cell
         Kept for the process: the same arguments return the same object.
 
     Raises
@@ -124,9 +68,7 @@ def calibrate(
 
 
 @lru_cache(maxsize=256)
-def _calibrate(
-    family: CellFamily, items: tuple[tuple[str, float], ...], resolution: int
-) -> Calibration:
+def _calibrate(family: CellFamily, items: tuple[tuple[str, float], ...], resolution: int) -> Cell:
     """Calibrate with hashable arguments."""
     parameters = dict(items)
     report_step(f"calibrating cell {family.name}")
@@ -145,7 +87,7 @@ def _calibrate(
     period = family.period
     x, y, z = found.neck if period == 1 else found.last_neck
     log.info("cell %s: densities %.4f to %.4f", family.name, *window)
-    return Calibration(
+    return Cell(
         family=family,
         parameters=parameters,
         density=density,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.errors import CaseError, LatticeError
@@ -34,6 +35,8 @@ class CellMap:
         cells shrink to nothing. ``coordinates`` stay finite there.
     singular_name : str
         What lies there, such as ``"the axis"``.
+    inverse : callable, optional
+        Cell coordinates u ``(3, ...)`` to points ``(3, ...)`` mm, of straight cells.
     """
 
     name: str
@@ -42,6 +45,7 @@ class CellMap:
     size: float
     singular: Callable[[FloatArray], BoolArray] | None = None
     singular_name: str = ""
+    inverse: Field | None = None
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Cell coordinates u ``(3, ...)`` at points ``(3, ...)`` mm."""
@@ -91,6 +95,10 @@ def uniform_map(
             return np.asarray(shifted / along(edges, x))
         return np.tensordot(matrix, shifted, axes=1)
 
+    def to_points(u: FloatArray) -> FloatArray:
+        x = np.asarray(u, dtype=np.float64)
+        return np.asarray(np.tensordot(axes, x * along(edges, x), axes=1) + along(start, x))
+
     def jacobian(points: FloatArray) -> FloatArray:
         return constant_jacobian(matrix, points)
 
@@ -98,8 +106,14 @@ def uniform_map(
         name="uniform",
         coordinates=to_cell,
         jacobian=jacobian,
+        inverse=to_points,
         size=float(edges[0] if np.ptp(edges) == 0 else np.prod(edges) ** (1 / 3)),
     )
+
+
+def turned_axes(degrees: Sequence[float]) -> FloatArray:
+    """Cell axes turned by Euler angles about their own x, then y, then z, as columns ``(3, 3)``."""
+    return np.asarray(Rotation.from_euler("XYZ", degrees, degrees=True).as_matrix())
 
 
 def require_regular(cell_map: CellMap, points: FloatArray) -> None:

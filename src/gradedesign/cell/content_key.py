@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.program_key import program_key
 
@@ -12,27 +12,27 @@ from gradedesign.workspace.program_key import program_key
 PROBES = 2000
 
 
-def cell_key(calibration: Calibration) -> str:
+def cell_key(cell: Cell) -> str:
     """Content key of a cell with its parameters and levels, for answers kept in the user's cache.
 
     Parameters
     ----------
-    calibration : Calibration
+    cell : Cell
 
     Returns
     -------
     str
         Another one wherever the field, its levels or the program changed.
     """
-    family, parameters = calibration.family, dict(calibration.parameters)
+    family, parameters = cell.family, dict(cell.parameters)
     points = np.random.default_rng(1).uniform(0.0, float(family.period), (3, PROBES))
-    densities = np.linspace(*calibration.window, 17)
+    densities = np.linspace(*cell.window, 17)
     return content_key(
         program_key(),
         family.name,
         family.period,
         np.asarray(family.shape(points, **parameters)),
-        np.array(calibration.neck),
+        np.array(cell.neck),
         densities,
-        np.asarray(calibration.level_of(densities)),
+        np.asarray(cell.level_of(densities)),
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import LatticeError
 
@@ -46,7 +46,7 @@ class DensityAchieved:
 
 def density_achieved(
     cell_map: Field,
-    calibration: Calibration,
+    cell: Cell,
     density: Field | float,
     points: FloatArray,
     *,
@@ -59,7 +59,7 @@ def density_achieved(
     ----------
     cell_map : callable
         Points ``(3, ...)`` mm to u ``(3, ...)``.
-    calibration : Calibration
+    cell : Cell
         Of the cell; its level follows the density at each point.
     density : callable or float
         Relative density asked for, points ``(3, ...)`` mm to ``(...)``.
@@ -97,8 +97,8 @@ def density_achieved(
         part = slice(low, low + _CHUNK)
         at = x[:, part]
         asked[part] = density(at) if callable(density) else density
-        value = evaluate_shape(calibration.family, calibration.parameters, cell_map(at))
-        solid[part] = value <= calibration.level_of(asked[part])
+        value = evaluate_shape(cell.family, cell.parameters, cell_map(at))
+        solid[part] = value <= cell.level_of(asked[part])
     first, last = float(x[axis].min()), float(x[axis].max())
     edges = np.linspace(first, last, slabs + 1)
     number = np.clip(np.searchsorted(edges, x[axis], side="right") - 1, 0, slabs - 1)

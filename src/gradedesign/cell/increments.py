@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.cell.calibration import Calibration, calibrate
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.transition import CellTransition, cell_transition
 from gradedesign.errors import CaseError, DensityError
@@ -29,7 +30,7 @@ class CellIncrements:
     parameter : str
     values : (k,) array
         Of the parameter, evenly spread, at the increments.
-    cells : tuple of k Calibration
+    cells : tuple of k Cell
     steps : tuple of k - 1 CellTransition
         From each increment to the next.
     window : (float, float)
@@ -38,7 +39,7 @@ class CellIncrements:
 
     parameter: str
     values: FloatArray
-    cells: tuple[Calibration, ...]
+    cells: tuple[Cell, ...]
     steps: tuple[CellTransition, ...]
     window: tuple[float, float]
 

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import spread_points
 from gradedesign.cell.transition import CellTransition, Scale, cell_transition
 from gradedesign.errors import LatticeError
@@ -123,8 +125,8 @@ def measure_neck(
 
 
 def joining_shift(
-    first: Calibration,
-    second: Calibration,
+    first: Cell,
+    second: Cell,
     density: float,
     *,
     scale: Scale = "rank",
@@ -195,22 +197,12 @@ def _pure(transition: CellTransition, weight: float, resolution: int, cells: int
 def _labels(solid: BoolArray) -> tuple[IntArray, int]:
     """Connected pieces of a bar that is periodic across."""
     labels, count = label(solid)
-    parent = np.arange(count + 1)
-
-    def root(n: int) -> int:
-        while parent[n] != n:
-            parent[n] = parent[parent[n]]
-            n = int(parent[n])
-        return n
-
-    for one, two in ((labels[:, 0], labels[:, -1]), (labels[:, :, 0], labels[:, :, -1])):
-        both = (one > 0) & (two > 0)
-        for a, b in np.unique(np.stack([one[both], two[both]], axis=1), axis=0):
-            p, q = root(int(a)), root(int(b))
-            parent[max(p, q)] = min(p, q)
-    roots = np.array([root(n) for n in range(count + 1)])
-    used, packed = np.unique(roots, return_inverse=True)
-    return packed[labels].astype(np.int64), len(used) - 1
+    sides = ((labels[:, 0], labels[:, -1]), (labels[:, :, 0], labels[:, :, -1]))
+    one, two = (np.concatenate([pair[k].ravel() for pair in sides]) for k in (0, 1))
+    both = (one > 0) & (two > 0)
+    joined = csr_array((both[both], (one[both], two[both])), shape=(count + 1, count + 1))
+    pieces, piece = connected_components(joined, directed=False)
+    return piece[labels].astype(np.int64), int(pieces) - 1  # 0, the void, is joined to nothing
 
 
 def _through(labels: IntArray, piece: int) -> bool:

@@ -7,14 +7,10 @@ or both changing, small cells where it is dense ("by ratio").
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import CaseError, DensityError
 
@@ -22,59 +18,15 @@ from gradedesign.errors import CaseError, DensityError
 _SLACK = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HollowSphereLaw:
-    """Density against wall over size as published, ``rho = beta - beta (1 - alpha r)^gamma``.
-
-    Exact for the shell of a sphere with alpha 2, beta pi/6, gamma 3; fitted for other cells. Our
-    own cells use their calibration instead, see :func:`wall_ratio`.
-
-    References
-    ----------
-    Ramirez Salazar 2022, eq. 2.9.
-    """
-
-    alpha: float
-    beta: float
-    gamma: float
-
-    def density(self, ratio: FloatArray | float) -> FloatArray:
-        """Relative density ``(...)`` at wall over size ``(...)``.
-
-        Raises
-        ------
-        DensityError
-            If a ratio is outside 0 to ``1 / alpha``, at which the cell is closed.
-        """
-        r = np.asarray(ratio, dtype=np.float64)
-        _require_within(r, (0.0, 1 / self.alpha), "wall over cell size")
-        return np.asarray(self.beta - self.beta * np.maximum(1 - self.alpha * r, 0.0) ** self.gamma)
-
-    def ratio(self, rho: FloatArray | float) -> FloatArray:
-        """Wall over size ``(...)`` at a relative density ``(...)``.
-
-        Raises
-        ------
-        DensityError
-            If a density is outside 0 to beta.
-        """
-        values = np.asarray(rho, dtype=np.float64)
-        _require_within(values, (0.0, self.beta), "relative density")
-        share = np.maximum(1 - values / self.beta, 0.0)
-        return np.asarray((1 - share ** (1 / self.gamma)) / self.alpha)
-
-
-def wall_ratio(
-    family: CellFamily, parameters: Mapping[str, float] | None, rho: FloatArray | float
-) -> FloatArray:
-    """Thinnest wall over cell size at a relative density ``(...)``, from the cell's calibration.
+def wall_ratio(cell: Cell, rho: FloatArray | float) -> FloatArray:
+    """Thinnest wall over cell size at a relative density ``(...)``, from its calibration.
 
     Raises
     ------
     DensityError
         If a density is outside the cell's window.
     """
-    return wall_mm(family, parameters, rho, 1.0)
+    return wall_mm(cell, rho, 1.0)
 
 
 def size_for_wall(
@@ -169,8 +121,7 @@ def size_by_ratio(
 
 
 def densities_for_sizes(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     wall: float,
     sizes: tuple[float, float],
 ) -> tuple[float, float]:
@@ -178,8 +129,7 @@ def densities_for_sizes(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     wall : float, mm
     sizes : (float, float), mm
         Least and largest.
@@ -193,13 +143,13 @@ def densities_for_sizes(
     DensityError
         If no density of the cell does.
     """
-    density = np.linspace(*calibrate(family, parameters).window, 4001)
-    ratio = wall_ratio(family, parameters, density)
+    density = np.linspace(*cell.window, 4001)
+    ratio = wall_ratio(cell, density)
     fits = (ratio >= wall / sizes[1]) & (ratio <= wall / sizes[0])
     if not fits.any():
         possible = wall / ratio[ratio > 0]
         raise DensityError(
-            f"walls of {wall:g} mm make cells of '{family.name}' between {possible.min():.4g} and "
+            f"walls of {wall:g} mm make cells of '{cell.name}' between {possible.min():.4g} and "
             f"{possible.max():.4g} mm large, but {sizes[0]:g} to {sizes[1]:g} mm are allowed; "
             f"change the wall or the sizes"
         )
@@ -208,8 +158,7 @@ def densities_for_sizes(
 
 def size_field_for_wall(
     density: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     wall: float,
     limits: tuple[float, float] | None = None,
 ) -> Field:
@@ -220,15 +169,14 @@ def size_field_for_wall(
     """
 
     def size_of(points: FloatArray) -> FloatArray:
-        return size_for_wall(wall_ratio(family, parameters, density(points)), wall, limits)
+        return size_for_wall(wall_ratio(cell, density(points)), wall, limits)
 
     return size_of
 
 
 def size_field_by_ratio(
     density: Field,
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     sizes: tuple[float, float],
     densities: tuple[float, float],
 ) -> Field:
@@ -237,10 +185,10 @@ def size_field_by_ratio(
     Parameters are those of `wall_ratio` and `size_by_ratio`; ``densities`` are the lowest, with
     the largest cells, and the highest.
     """
-    least, most = (float(wall_ratio(family, parameters, rho)) for rho in densities)
+    least, most = (float(wall_ratio(cell, rho)) for rho in densities)
 
     def size_of(points: FloatArray) -> FloatArray:
-        return size_by_ratio(wall_ratio(family, parameters, density(points)), sizes, (least, most))
+        return size_by_ratio(wall_ratio(cell, density(points)), sizes, (least, most))
 
     return size_of
 

@@ -27,7 +27,7 @@ from typing import Literal
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape, spread_points
 from gradedesign.errors import DensityError
 from gradedesign.fields import gradient
@@ -47,7 +47,7 @@ class CellTransition:
 
     Attributes
     ----------
-    first, second : Calibration
+    first, second : Cell
         The families at weight 0 and 1.
     scale : {"rank", "distance"}
     shift : (float, float, float), cells
@@ -64,8 +64,8 @@ class CellTransition:
         The blend at densities evenly spread from 0 to 1, non-decreasing along m.
     """
 
-    first: Calibration
-    second: Calibration
+    first: Cell
+    second: Cell
     scale: Scale
     shift: tuple[float, float, float]
     reference: float
@@ -146,8 +146,8 @@ class CellTransition:
 
 
 def cell_transition(
-    first: Calibration,
-    second: Calibration,
+    first: Cell,
+    second: Cell,
     *,
     scale: Scale = "rank",
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -157,7 +157,7 @@ def cell_transition(
 
     Parameters
     ----------
-    first, second : Calibration
+    first, second : Cell
     scale : {"rank", "distance"}
         Common scale on which they mix.
     shift : (float, float, float), cells
@@ -191,8 +191,8 @@ def cell_transition(
 
 @lru_cache(maxsize=256)
 def _tabulated(
-    first: Calibration,
-    second: Calibration,
+    first: Cell,
+    second: Cell,
     scale: Scale,
     shift: tuple[float, float, float],
     reference: float,
@@ -231,30 +231,28 @@ def _moved(u: FloatArray, shift: tuple[float, float, float]) -> FloatArray:
     return np.asarray(u - np.asarray(shift, dtype=u.dtype)[:, None])
 
 
-def _rank(calibration: Calibration, u: FloatArray) -> FloatArray:
+def _rank(cell: Cell, u: FloatArray) -> FloatArray:
     """Density at which points of one family become solid."""
-    return calibration.density_of(evaluate_shape(calibration.family, calibration.parameters, u))
+    return cell.density_of(evaluate_shape(cell.family, cell.parameters, u))
 
 
-def _scaled(
-    calibration: Calibration, scale: Scale, reference: float, reach: float, u: FloatArray
-) -> FloatArray:
+def _scaled(cell: Cell, scale: Scale, reference: float, reach: float, u: FloatArray) -> FloatArray:
     """One family's function on the common scale."""
     if scale == "rank":
-        return _rank(calibration, u)
-    g = evaluate_shape(calibration.family, calibration.parameters, u)
-    return np.asarray((g - calibration.level_of(reference)) / reach)
+        return _rank(cell, u)
+    g = evaluate_shape(cell.family, cell.parameters, u)
+    return np.asarray((g - cell.level_of(reference)) / reach)
 
 
-def _slope(calibration: Calibration, density: float) -> float:
+def _slope(cell: Cell, density: float) -> float:
     """Median of ``|dg/du|`` over the eighth of the cell nearest to the surface of a density."""
-    if calibration.family.distance:
+    if cell.family.distance:
         return 1.0
 
     def shape(u: FloatArray) -> FloatArray:
-        return evaluate_shape(calibration.family, calibration.parameters, u)
+        return evaluate_shape(cell.family, cell.parameters, u)
 
-    u = calibration.family.period * spread_points(20**3)
-    away = np.abs(shape(u) - calibration.level_of(density))
+    u = cell.family.period * spread_points(20**3)
+    away = np.abs(shape(u) - cell.level_of(density))
     near = u[:, np.argsort(away, kind="stable")[: u.shape[1] // 8]]
     return float(np.median(np.linalg.norm(gradient(shape, near, 1e-4), axis=0)))

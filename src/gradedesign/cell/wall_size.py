@@ -17,7 +17,6 @@ All of them grow with the level because the points measured from stay where they
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -26,9 +25,9 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.calibration import LEAST_DENSITY, Calibration, calibrate
+from gradedesign.cell.calibration import LEAST_DENSITY
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.content_key import cell_key
-from gradedesign.cell.family import CellFamily
 from gradedesign.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.errors import DensityError
 from gradedesign.fields import Field, gradient, level_set_points
@@ -54,8 +53,7 @@ _SETTLED = 1e-3
 
 
 def wall_mm(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: FloatArray | float,
     cell_size: FloatArray | float,
 ) -> FloatArray:
@@ -63,9 +61,7 @@ def wall_mm(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
-        Override the family's defaults.
+    cell : Cell
     rho : (...) array
         Relative density.
     cell_size : (...) array, mm
@@ -80,18 +76,16 @@ def wall_mm(
     DensityError
         If a density is outside the cell's window.
     """
-    calibration = calibrate(family, parameters)
     size = np.asarray(cell_size, dtype=np.float64)
-    level = calibration.level_of(rho)
-    if family.distance:
+    level = cell.level_of(rho)
+    if cell.family.distance:
         return np.asarray(2.0 * level * size)
-    table = _wall_table(calibration)
-    return np.asarray(table(_progress(calibration, rho)) * size)
+    table = _wall_table(cell)
+    return np.asarray(table(_progress(cell, rho)) * size)
 
 
 def density_for_wall(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     min_wall: float,
     cell_size: float,
 ) -> float:
@@ -102,13 +96,13 @@ def density_for_wall(
     DensityError
         If the wall is thinner even at the top of the cell's window.
     """
-    window = calibrate(family, parameters).window
+    window = cell.window
     density = np.linspace(*window, 2001)
-    wall = wall_mm(family, parameters, density, cell_size)
+    wall = wall_mm(cell, density, cell_size)
     enough = wall >= min_wall
     if not enough[-1]:
         raise DensityError(
-            f"cell '{family.name}' of {cell_size:g} mm has walls of at most {wall[-1]:.3g} mm, "
+            f"cell '{cell.name}' of {cell_size:g} mm has walls of at most {wall[-1]:.3g} mm, "
             f"reached at density {window[1]:.3f}, but {min_wall:g} mm was asked for; "
             f"use larger cells"
         )
@@ -116,29 +110,29 @@ def density_for_wall(
 
 
 @lru_cache(maxsize=256)
-def _wall_table(calibration: Calibration) -> PchipInterpolator:
+def _wall_table(cell: Cell) -> PchipInterpolator:
     """Thinnest wall in cell units against `_progress`, non-decreasing, kept in the user's cache."""
-    key = content_key(KIND, cell_key(calibration))
+    key = content_key(KIND, cell_key(cell))
     stored = load_arrays(KIND, key)
-    wall = _measured_walls(calibration) if stored is None else stored["wall"]
+    wall = _measured_walls(cell) if stored is None else stored["wall"]
     if stored is None:
         store_arrays(KIND, key, wall=wall)
     return PchipInterpolator(np.linspace(0.0, 1.0, _STEPS), wall)
 
 
-def _measured_walls(calibration: Calibration) -> FloatArray:
+def _measured_walls(cell: Cell) -> FloatArray:
     """Thinnest wall in cell units at equal steps of `_progress`, non-decreasing, ``(_STEPS,)``."""
-    family = calibration.family
-    view = _whole(calibration)
-    valley = family.sides == 2 or _has_axes(view, calibration)
+    family = cell.family
+    view = _whole(cell)
+    valley = family.sides == 2 or _has_axes(view, cell)
     if not valley:
-        view = _near_neck(calibration)
+        view = _near_neck(cell)
     core = _valley(view) if valley else _strut(view)
     top = -np.inf if valley else float(view.shape(core).max())
     progress = np.linspace(0.0, 1.0, _STEPS)
-    a, b = calibration.window
+    a, b = cell.window
     wall = np.zeros(_STEPS)
-    for i, level in enumerate(calibration.level_of(a + (b - a) * progress**2)):
+    for i, level in enumerate(cell.level_of(a + (b - a) * progress**2)):
         # Voids too small for the grid, close to full density, add no wall to the last one measured.
         if top < level < view.seen:
             distance = _distance_to_level(view, float(level), core)
@@ -162,40 +156,40 @@ class _View(NamedTuple):
     seen: float
 
 
-def _whole(calibration: Calibration) -> _View:
+def _whole(cell: Cell) -> _View:
     """One period."""
-    period = calibration.family.period
-    return _view(calibration, np.zeros(3), period, _GRID if period == 1 else _GRID_OF_LONG_PERIODS)
+    period = cell.family.period
+    return _view(cell, np.zeros(3), period, _GRID if period == 1 else _GRID_OF_LONG_PERIODS)
 
 
-def _near_neck(calibration: Calibration) -> _View:
+def _near_neck(cell: Cell) -> _View:
     """One period, or a cube about the neck so large that its ends do not matter."""
-    period = calibration.family.period
+    period = cell.family.period
     if period <= _NEAR:
-        return _whole(calibration)
-    return _view(calibration, np.array(calibration.neck) - 0.5 * _NEAR, _NEAR, _GRID)
+        return _whole(cell)
+    return _view(cell, np.array(cell.neck) - 0.5 * _NEAR, _NEAR, _GRID)
 
 
-def _view(calibration: Calibration, corner: FloatArray, edge: float, grid: int) -> _View:
+def _view(cell: Cell, corner: FloatArray, edge: float, grid: int) -> _View:
     """Cube of an edge from a corner on, both in cell units."""
 
     def shape(v: FloatArray) -> FloatArray:
         u = edge * v + corner.reshape(3, *[1] * (v.ndim - 1))
-        return evaluate_shape(calibration.family, calibration.parameters, u)
+        return evaluate_shape(cell.family, cell.parameters, u)
 
     return _View(
         shape=shape,
         edge=float(edge),
-        neck=(np.array(calibration.neck) - corner)[:, None] / edge,
-        reach=np.inf if edge == calibration.family.period else 1.0 / edge,
+        neck=(np.array(cell.neck) - corner)[:, None] / edge,
+        reach=np.inf if edge == cell.family.period else 1.0 / edge,
         grid=grid,
         seen=float(shape(grid_nodes(grid, (0.5, 0.5, 0.5))).max()),
     )
 
 
-def _progress(calibration: Calibration, rho: FloatArray | float) -> FloatArray:
+def _progress(cell: Cell, rho: FloatArray | float) -> FloatArray:
     """Root of the way through the window: a neck grows with the root of what exceeds the floor."""
-    a, b = calibration.window
+    a, b = cell.window
     return np.sqrt(np.clip((np.asarray(rho, dtype=np.float64) - a) / (b - a), 0.0, 1.0))
 
 
@@ -229,9 +223,9 @@ def _distance_to_level(view: _View, level: float, points: FloatArray) -> FloatAr
     return np.where(tangent, np.abs(along), distance)
 
 
-def _has_axes(view: _View, calibration: Calibration) -> bool:
+def _has_axes(view: _View, cell: Cell) -> bool:
     """Whether the places where a shape is 0, its least value, hold the cell together."""
-    whole = calibration.window[0] <= LEAST_DENSITY
+    whole = cell.window[0] <= LEAST_DENSITY
     return whole and float(view.shape(grid_nodes(view.grid, (0.31, 0.57, 0.83))).min()) >= 0
 
 

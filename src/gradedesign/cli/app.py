@@ -1,4 +1,7 @@
-"""The command line: options, exit codes, and what an error looks like."""
+"""The command line: options, exit codes, and what an error looks like.
+
+A command imports what it runs when it is called: ``--help`` needs none of it.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +17,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gradedesign.cli import check as check_command
-from gradedesign.cli import doctor as doctor_command
-from gradedesign.cli import generate as generate_command
-from gradedesign.cli import homogenise as homogenise_command
-from gradedesign.cli import lists as list_commands
-from gradedesign.cli import run as run_module
-from gradedesign.cli import tabulate as tabulate_command
-from gradedesign.cli import validate as validate_command
 from gradedesign.cli.interrupt import Interruption
-from gradedesign.cli.tabulate_finite_size import tabulate_finite_size
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 
 #: Errors keep their traceback.
@@ -102,8 +96,10 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
+    from gradedesign.cli.run import run as command
+
     raise typer.Exit(
-        run_module.run(
+        command(
             case,
             output,
             resume=resume,
@@ -124,6 +120,12 @@ def check(
             "-o", "--output", help="Picture of loads and supports [runs/<case>-check/loads.png]."
         ),
     ] = None,
+    estimate: Annotated[
+        bool,
+        typer.Option(
+            "--estimate", help="A first answer too: constant densities and one sizing; it meshes."
+        ),
+    ] = False,
     picture: Annotated[
         bool, typer.Option("--picture/--no-picture", help="Draw loads and supports.")
     ] = True,
@@ -132,9 +134,12 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Dry run in seconds: regions, holes, loads, cell sizes, predicted memory and time."""
-    check_command.check(
+    from gradedesign.cli.check import check as command
+
+    command(
         case,
         output,
+        estimate=estimate,
         picture=picture,
         allow_outside=allow_outside,
         strict_plugins=strict_plugins,
@@ -156,7 +161,9 @@ def generate(
     as_json: Json = False,
 ) -> None:
     """Make the lattice alone, from a stated density or density map, without analysis."""
-    generate_command.generate(
+    from gradedesign.cli.generate import generate as command
+
+    command(
         case,
         output,
         overwrite=overwrite,
@@ -179,10 +186,10 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Run case folders and compare with their expected.toml; exit code 1 if one deviates."""
+    from gradedesign.cli.validate import validate as command
+
     raise typer.Exit(
-        validate_command.validate(
-            folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json
-        )
+        command(folders, keyword, update=update, strict_plugins=strict_plugins, as_json=as_json)
     )
 
 
@@ -197,6 +204,17 @@ def homogenise(
     parameter: Annotated[
         list[str] | None,
         typer.Option("--parameter", help="name=number, overrides the cell's default; repeatable."),
+    ] = None,
+    boundary: Annotated[
+        str,
+        typer.Option(
+            "--boundary",
+            help="periodic; on a finite block: displacement, traction, mixed or macro-tet.",
+        ),
+    ] = "periodic",
+    block_cells: Annotated[
+        int | None,
+        typer.Option("--cells", min=1, help="Cells along the edge of a finite block [1]."),
     ] = None,
     nu: Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")] = 0.3,
     output: Annotated[
@@ -213,9 +231,13 @@ def homogenise(
     as_json: Json = False,
 ) -> None:
     """Effective stiffness and strength of one cell: C, moduli, anisotropy, bounds, strength."""
-    homogenise_command.homogenise(
+    from gradedesign.cli.homogenise import homogenise as command
+
+    command(
         cell,
         density,
+        boundary=boundary,
+        cells=block_cells,
         resolution=resolution,
         parameters=parameter or [],
         poissons_ratio=nu,
@@ -245,21 +267,16 @@ def tabulate(
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
     ] = None,
-    finite_size: Annotated[
-        bool,
-        typer.Option("--finite-size", help="How stiff few cells are, one cell after the other."),
-    ] = False,
     buckling: Annotated[
         bool, typer.Option("--buckling", help="Critical stresses too: minutes per density.")
     ] = False,
     strict_plugins: Strict = False,
 ) -> None:
     """Compute property tables of cells over their densities: what laws are made from."""
-    if finite_size:
-        others = (resolution, workers, scheduler, buckling or None)
-        raise typer.Exit(tabulate_finite_size(cells or [], output, nu, others, strict_plugins))
+    from gradedesign.cli.tabulate import tabulate as command
+
     raise typer.Exit(
-        tabulate_command.tabulate(
+        command(
             cells or [],
             output,
             resolution=resolution,
@@ -282,22 +299,43 @@ def cells(
     as_json: Json = False,
 ) -> None:
     """List the installed cell families with their windows, laws and sources."""
+    from gradedesign.cli import lists
+
     if makers:
-        list_commands.cell_makers(strict_plugins=strict_plugins, as_json=as_json)
+        lists.cell_makers(strict_plugins=strict_plugins, as_json=as_json)
         return
-    list_commands.cells(name, strict_plugins=strict_plugins, as_json=as_json)
+    lists.cells(name, strict_plugins=strict_plugins, as_json=as_json)
 
 
 @app.command()
 def materials(strict_plugins: Strict = False, as_json: Json = False) -> None:
     """List the materials with their values and sources."""
-    list_commands.materials(strict_plugins=strict_plugins, as_json=as_json)
+    from gradedesign.cli.lists import materials as command
+
+    command(strict_plugins=strict_plugins, as_json=as_json)
+
+
+@app.command()
+def schema(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="File to write [standard output].")
+    ] = None,
+    stated_density: Annotated[
+        bool, typer.Option("--generate", help="Of the case of `gradedesign generate`.")
+    ] = False,
+) -> None:
+    """Print the JSON schema of case files, for completion and checks in editors."""
+    from gradedesign.cli.schema import schema as command
+
+    command(output, stated_density=stated_density)
 
 
 @app.command()
 def doctor(strict_plugins: Strict = False, as_json: Json = False) -> None:
     """Show versions, plugins, memory and whether pictures can be drawn."""
-    doctor_command.doctor(strict_plugins=strict_plugins, as_json=as_json)
+    from gradedesign.cli.doctor import doctor as command
+
+    command(strict_plugins=strict_plugins, as_json=as_json)
 
 
 def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:

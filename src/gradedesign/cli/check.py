@@ -1,28 +1,38 @@
-"""``gradedesign check``: what a run would do, in seconds: no law, no mesh, no analysis."""
+"""``gradedesign check``: what a run would do, in seconds; mesh and analysis on request only."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.case.read_case import load_case
-from gradedesign.cli.check_data import check_data, repairs, stated_limits
+from gradedesign.case.schema import Case
+from gradedesign.check.check_case import CaseCheck, check_case
+from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
+from gradedesign.cli.show_answer import answer_data, print_answer
 from gradedesign.errors import CaseError
-from gradedesign.ladder.check_case import CaseCheck, check_case
-from gradedesign.ladder.marks import action_marks, region_marks, warming_note
-from gradedesign.ladder.own_cell import with_own_cell
-from gradedesign.ladder.stages import default_folder
+from gradedesign.loop.stages import default_folder
 from gradedesign.output.pictures import picture_loads
+from gradedesign.plugin.read_case import load_case
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.workspace.progress import report_step
+
+if TYPE_CHECKING:
+    from gradedesign.check.first_answer import FirstAnswer
 
 PICTURE = "loads.png"
 #: Groups of cylinders that are printed; ``--json`` has all.
 _MOST_HOLES = 12
+#: Faces of the file that are printed; ``--json`` has all.
+_MOST_FILE_FACES = 24
 #: Points of one group that are printed.
 _MOST_POINTS = 4
 
@@ -31,29 +41,49 @@ def check(
     path: Path,
     output: Path | None = None,
     *,
+    estimate: bool,
     picture: bool,
     allow_outside: bool,
     strict_plugins: bool,
     as_json: bool,
 ) -> None:
     """Read, repair, select, predict; written is the picture of loads and supports."""
-    case = load_case(path, allow_outside=allow_outside)
-    registry = with_own_cell(case, registry_for(strict_plugins=strict_plugins))
+    registry = registry_for(strict_plugins=strict_plugins)
+    case = load_case(path, allow_outside=allow_outside, registry=registry)
+    registry = with_own_cell(case, registry)
     with ProgressLines("check", err=True):
         found = check_case(case, registry)
         warnings = list(found.warnings)
+        answer = estimated(case, registry) if estimate else None
         drawn = None
         if picture:
             drawn = picture_path(found) if output is None else output
             drawn = drawn / PICTURE if drawn.is_dir() else drawn
             warnings += draw_loads(found, drawn)
     if as_json:
-        print_json(check_data(found, drawn, warnings))
+        data = check_data(found, drawn, warnings)
+        print_json(data if answer is None else {**data, "first_answer": answer_data(answer)})
         return
     print_check(found)
+    if answer is not None:
+        print_answer(answer)
     if drawn is not None:
         print_text(f"picture: {drawn}", hang=2)
     print_warnings(warnings)
+
+
+def estimated(case: Case, registry: Registry) -> FirstAnswer:
+    """Mesh and analyse the solid part as a run does, and size it once."""
+    # Only here: a check without it needs no finite elements.
+    from gradedesign.check.first_answer import first_answer
+    from gradedesign.resolve.setup import prepare
+    from gradedesign.resolve.solid import solve_solid, with_solid
+
+    setup = prepare(case, registry)
+    report_step("solid part")
+    setup = with_solid(setup, solve_solid(setup))
+    report_step("sizing")
+    return first_answer(setup)
 
 
 def picture_path(found: CaseCheck) -> Path:
@@ -101,6 +131,7 @@ def print_check(found: CaseCheck) -> None:
     )
     if found.holes:
         _print_holes(found)
+    _print_file_faces(found)
     _print_loads(found)
     print_text("free rigid motions: none")
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(found))
@@ -112,7 +143,7 @@ def _part_lines(found: CaseCheck) -> Iterator[str]:
     known = found.known
     part = known.part
     edges = np.ptp(part.surface.vertices, axis=0)
-    unit = "" if known.case.part.units is None else f", read in {known.case.part.units}"
+    unit = "" if part.units is None else f", read in {part.units}"
     mass = known.material.density * part.volume * 1e6
     yield f"case: {known.case.name}"
     yield (
@@ -121,6 +152,23 @@ def _part_lines(found: CaseCheck) -> Iterator[str]:
     )
     made = repairs(part)
     yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
+
+
+def _print_file_faces(found: CaseCheck) -> None:
+    rows = file_faces(found.known.part)
+    if not rows:
+        return
+    print_table(
+        "Faces of the file",
+        ("face", "name", "color", "area mm^2"),
+        [
+            (str(row["face"]), row["name"] or "", row["color"] or "", f"{row['area_mm2']:.4g}")
+            for row in rows[:_MOST_FILE_FACES]
+        ],
+    )
+    more = len(rows) - _MOST_FILE_FACES
+    if more > 0:
+        print_text(f"  and {more} more; --json lists all")
 
 
 def _print_holes(found: CaseCheck) -> None:
@@ -159,8 +207,8 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
     known, plan = found.known, found.known.law
     low, high = found.run.bounds
     yield (
-        f"cell: {known.family.name}, {known.case.lattice.size_words}; it exists from density "
-        f"{known.calibration.window[0]:.3g} to {known.calibration.window[1]:.3g}"
+        f"cell: {known.cell.name}, {known.case.lattice.size_words}; it exists from density "
+        f"{known.cell.window[0]:.3g} to {known.cell.window[1]:.3g}"
     )
     thick = found.thickness
     if thick.thickness:
@@ -180,14 +228,17 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
             f"law: {plan.name}, to be computed on {plan.voxels}^3 voxels: {least:.0f} to "
             f"{most:.0f} min the first time ({plan.why})"
         )
-    if known.case.lattice.finite_size == "walls":
-        yield "walls of few cells: looked up in the cache or computed by the run, minutes at most"
+    yield "size effects: " + (
+        f"none, since {found.periodic}"
+        if found.periodic
+        else "of the walls of few cells that the run finds, from the cache or computed in minutes"
+    )
 
 
 def _cost_lines(found: CaseCheck) -> Iterator[str]:
     run, budget = found.run, found.known.case.run
     cost = run.cost
-    exact = "" if found.known.case.part.box is not None else "about "
+    exact = "" if found.known.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
     yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:

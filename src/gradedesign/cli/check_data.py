@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.ladder.check_case import CaseCheck
-from gradedesign.ladder.setup import stress_limit
+from gradedesign.check.check_case import CaseCheck
 from gradedesign.part.part import Part
 
 _REPAIRS = (
@@ -60,7 +59,7 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
             for name, load_case, allowed in stated_limits(found)
         ],
         "free_rigid_motions": [],
-        "cell": known.family.name,
+        "cell": known.cell.name,
         "law": known.law.name,
         "lattice": _lattice(found),
         "prediction": _prediction(found),
@@ -72,35 +71,39 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
 def stated_limits(found: CaseCheck) -> list[tuple[str, str, str]]:
     """Name, load case and value of every limit as the case states it.
 
-    Those relative to the solid part are not in mm yet.
+    Those relative to the solid part are not in its unit yet.
     """
-    case = found.known.case
-    rows: list[tuple[str, str, str]] = []
-    for spec in case.limits.displacement:
-        what = "magnitude" if spec.component is None else "xyz"[spec.component]
-        allowed = f"{spec.times_solid:g} x solid" if spec.times_solid else f"{spec.value:g} mm"
-        rows += [
-            (f"displacement of {spec.region} {what}", one.name, allowed)
-            for one in case.load_case
-            if spec.load_case in (None, one.name)
-        ]
-    stress = stress_limit(case, found.known.material)
-    if stress is not None:
-        rows.append(("stress", "every", f"{stress:.4g} MPa"))
-    return rows
+    return [(one.name, one.load_case, one.allowed) for one in found.known.limits]
 
 
 def _part(found: CaseCheck) -> dict[str, Any]:
     part = found.known.part
     return {
         "source": part.source,
-        "units": found.known.case.part.units,
+        "units": part.units,
         "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
         "solid_mass_g": found.known.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
         "repairs": repairs(part),
+        "file_faces": file_faces(part),
     }
+
+
+def file_faces(part: Part) -> list[dict[str, Any]]:
+    """Faces that the part's file tells apart, as regions select them; none for a box."""
+    faces = part.file_faces
+    if faces is None:
+        return []
+    return [
+        {
+            "face": number,
+            "name": faces.names.get(number),
+            "color": faces.colors.get(number),
+            "area_mm2": area,
+        }
+        for number, area in faces.areas(part.surface).items()
+    ]
 
 
 def repairs(part: Part) -> dict[str, int]:
@@ -133,8 +136,11 @@ def _lattice(found: CaseCheck) -> dict[str, Any]:
     known, plan = found.known, found.known.law
     return {
         "size_mm": list(known.case.lattice.size),
-        "cell_window": list(known.calibration.window),
+        "cell_window": list(known.cell.window),
         "density_window": list(known.bounds),
+        "size_effects": {"mode": "periodic", "reason": found.periodic}
+        if found.periodic
+        else {"mode": "walls"},
         "law": {
             "name": plan.name,
             "window": list(plan.window),

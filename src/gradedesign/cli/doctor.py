@@ -10,8 +10,8 @@ import typer
 from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
-from gradedesign.ladder.summary import library_versions
-from gradedesign.output._opengl import opengl_works
+from gradedesign.output._opengl import probe_opengl
+from gradedesign.results.summary import library_versions
 from gradedesign.workspace.cache import cache_folder
 from gradedesign.workspace.limits import available_memory_bytes
 
@@ -32,9 +32,10 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "failed_plugins": [str(f) for f in registry.failures],
         "reads": sorted(s for reader in registry.readers.values() for s in reader.suffixes),
         "formats": [*registry.exporters, *OWN_FORMATS],
+        "solvers": [*registry.solvers],
         "cores": usable_cores(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
-        "opengl": opengl_works(),
+        "opengl": probe_opengl(),
         "cache_folder": str(cache_folder()),
     }
     if as_json:
@@ -43,6 +44,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
     print_table("Versions", ("library", "version"), list(data["versions"].items()))
     typer.echo("plugins: " + (", ".join(data["plugins"]) or "none"))
     typer.echo(f"parts: {', '.join(data['reads'])}; formats: {', '.join(data['formats'])}")
+    typer.echo(f"solvers: {', '.join(data['solvers'])}")
     typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
     typer.echo(
         "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")

@@ -11,9 +11,10 @@ from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import holds_only_a_failure, print_result_json
 from gradedesign.cli.show import print_files, print_table, print_text, print_warnings
-from gradedesign.ladder.generate import generate as generate_lattice
-from gradedesign.ladder.result import RunResult
-from gradedesign.ladder.stages import default_folder
+from gradedesign.generate.generate import generate as generate_lattice
+from gradedesign.loop.stages import default_folder
+from gradedesign.output.result import RunResult
+from gradedesign.plugin.read_case import entries_of
 
 
 def generate(
@@ -26,8 +27,10 @@ def generate(
     as_json: bool,
 ) -> None:
     """Make a lattice, print its densities and where the files are."""
-    case = load_generate_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
+    case = load_generate_case(
+        path, allow_outside=allow_outside, entries=lambda: entries_of(registry)
+    )
     folder = default_folder(case) if output is None else output
     with ProgressLines(err=as_json, events=not as_json) as progress:
         result = generate_lattice(

@@ -5,29 +5,28 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
+from gradedesign.cli.homogenise_block import PERIODIC, block_data, require_boundary
+from gradedesign.cli.moduli_data import VOIGT, cell_header, digits, moduli_data, rounded
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json
-from gradedesign.cli.show_properties import print_properties
+from gradedesign.cli.show_properties import print_block, print_properties
 from gradedesign.errors import CaseError
+from gradedesign.homogenise.apparent import (
+    BOUNDARIES,
+    Boundary,
+    apparent_stiffness,
+)
 from gradedesign.homogenise.bounds import check_bounds
 from gradedesign.homogenise.cell_properties import CellProperties, cell_properties
 from gradedesign.homogenise.conductivity import conductivity_bound, extrapolated_conductivity
-from gradedesign.homogenise.constants import (
-    engineering_constants,
-    isotropic_averages,
-    youngs_along,
-    zener_ratio,
-)
 from gradedesign.homogenise.critical_stress import CriticalStress, critical_stress
-from gradedesign.homogenise.directional import youngs_extremes
-from gradedesign.ladder.summary import library_versions
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.material.stiffness_constants import relative_errors
 from gradedesign.output.property_plots import (
@@ -36,17 +35,17 @@ from gradedesign.output.property_plots import (
     plot_strength_surface,
 )
 from gradedesign.plugin.registry import lookup
+from gradedesign.results.summary import library_versions
 from gradedesign.workspace.atomic import write_text
 from gradedesign.workspace.progress import report_step
-
-#: Components of stress in the order of the stiffness.
-VOIGT = ("xx", "yy", "zz", "yz", "xz", "xy")
 
 
 def homogenise(
     cell: str,
     density: float,
     *,
+    boundary: str,
+    cells: int | None,
     resolution: int | None,
     parameters: Sequence[str],
     poissons_ratio: float,
@@ -61,30 +60,51 @@ def homogenise(
     Raises
     ------
     CaseError
-        For an unknown cell or parameter, or a folder that cannot be made.
-    DensityError, LatticeError, SolverError
-        As `cell_properties`, and `critical_stress` with ``buckling``.
+        For an unknown cell, parameter or boundary, or a folder that cannot be made.
+    DensityError, LatticeError, ResourceError, SolverError
+        As `cell_properties`, `apparent_stiffness` with another boundary than the periodic one,
+        and `critical_stress` with ``buckling``.
     """
     registry = registry_for(strict_plugins=strict_plugins)
     family = lookup(registry, "cell_families", cell)
     values = parsed_parameters(parameters)
+    if boundary != PERIODIC:
+        unused = {"-o": output is not None, "--conductivity": conductivity, "--buckling": buckling}
+        require_boundary(boundary, [option for option, given in unused.items() if given])
+        with ProgressLines("homogenise", err=True):
+            block = apparent_stiffness(
+                calibrate(family, values),
+                density,
+                boundary=cast("Boundary", boundary),
+                cells=1 if cells is None else cells,
+                resolution=resolution,
+                poissons_ratio=poissons_ratio,
+            )
+        data = block_data(family, values, density, block, poissons_ratio)
+        print_json(data) if as_json else print_block(data)
+        return
+    if cells is not None:
+        raise CaseError(
+            f"--cells {cells} does not go with --boundary {PERIODIC}, whose lattice has no end; "
+            f"leave it out or choose one of {', '.join(BOUNDARIES)}"
+        )
     with ProgressLines("homogenise", err=True):
+        chosen = calibrate(family, values)
         found = cell_properties(
-            family,
-            values,
+            chosen,
             density,
             poissons_ratio=poissons_ratio,
             resolution=resolution,
             with_surface=output is not None,
         )
-        data = properties_data(family, values, found, poissons_ratio)
+        data = properties_data(chosen, found, poissons_ratio)
         laws = [law for law in registry.scaling_laws.values() if cell in law.families]
         data["laws"] = law_values(laws, density)
         if conductivity:
             report_step("conductivity")
-            data["conductivity"] = _conductivity_data(family, found, values)
+            data["conductivity"] = _conductivity_data(chosen, found)
         if buckling:
-            critical = critical_stress(family, values, density, poissons_ratio=poissons_ratio)
+            critical = critical_stress(chosen, density, poissons_ratio=poissons_ratio)
             data["buckling"] = _buckling_data(critical)
         if output is not None:
             report_step("drawing")
@@ -119,63 +139,33 @@ def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
 
 
 def properties_data(
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     found: CellProperties,
     poissons_ratio: float,
 ) -> dict[str, Any]:
     """Plain data of computed properties; moduli are relative to the base material's E."""
     c = found.stiffness
-    constants, means = engineering_constants(c), isotropic_averages(c)
-    least, softest, greatest, stiffest = youngs_extremes(c)
-    diagonals = youngs_along(c, np.array([[1.0, 1, 1], [0, 1, 1], [0, 0, 1]]))
     data: dict[str, Any] = {
-        "cell": family.name,
-        "parameters": {**family.parameters, **parameters},
-        "density": found.density,
-        "poissons_ratio": poissons_ratio,
-        "resolution": found.resolution,
-        "symmetry": family.symmetry,
-        "relative_to": "Young's modulus of the base material",
-        "voigt_order": list(VOIGT),
-        "shear": "engineering",
-        "C": _rounded(c),
-        "C_uncertainty": _rounded(found.uncertainty, 2),
-        "stiffness_error": _digits(found.stiffness_error, 2),
-        "energy_error": _digits(found.energy_error, 2),
+        **cell_header(
+            cell.family, cell.parameters, found.density, poissons_ratio, found.resolution
+        ),
+        "C": rounded(c),
+        "C_uncertainty": rounded(found.uncertainty, 2),
+        "stiffness_error": digits(found.stiffness_error, 2),
+        "energy_error": digits(found.energy_error, 2),
         "constant_errors": {
-            name: _digits(float(error[0]), 2)
+            name: digits(float(error[0]), 2)
             for name, error in relative_errors(
-                found.stiffness[None], found.uncertainty[None], family.symmetry
+                found.stiffness[None], found.uncertainty[None], cell.family.symmetry
             ).items()
         },
-        "engineering": {
-            "E": dict(zip("xyz", map(_digits, constants.youngs), strict=True)),
-            "G": dict(zip(("yz", "xz", "xy"), map(_digits, constants.shear), strict=True)),
-            "nu": dict(zip(("yz", "xz", "xy"), map(_digits, constants.poisson), strict=True)),
-        },
-        "youngs": {
-            "100": _digits(float(diagonals[0])),
-            "110": _digits(float(diagonals[1])),
-            "111": _digits(float(diagonals[2])),
-            "least": _digits(least),
-            "least_along": _direction(softest),
-            "greatest": _digits(greatest),
-            "greatest_along": _direction(stiffest),
-        },
-        "averages": {
-            "bulk": _averages(means.bulk_voigt, means.bulk_reuss),
-            "shear": _averages(means.shear_voigt, means.shear_reuss),
-            "hill_youngs": _digits(means.youngs),
-            "hill_poisson": _digits(means.poisson),
-        },
-        "zener": _digits(zener_ratio(c)),
+        **moduli_data(c),
         "bounds": [
             {
                 "name": bound.name,
-                "value": _digits(bound.value),
+                "value": digits(bound.value),
                 "lower": bound.lower,
-                "upper": None if np.isinf(bound.upper) else _digits(bound.upper),
+                "upper": None if np.isinf(bound.upper) else digits(bound.upper),
                 "holds": bound.holds,
             }
             for bound in check_bounds(c, found.density, poissons_ratio)
@@ -192,7 +182,7 @@ def law_values(laws: Sequence[ScalingLaw], density: float) -> list[dict[str, Any
         {
             "name": law.name,
             "kind": law.kind,
-            "E_x": _digits(1 / float(np.linalg.inv(law.stiffness(np.array(density)))[0, 0])),
+            "E_x": digits(1 / float(np.linalg.inv(law.stiffness(np.array(density)))[0, 0])),
             "source": law.source,
         }
         for law in laws
@@ -245,34 +235,32 @@ def write_files(
 def _strength_data(found: CellProperties) -> dict[str, Any]:
     """Plain data of a strength."""
     data: dict[str, Any] = {
-        "value": _digits(found.strength.strength),
-        "error": _digits(found.strength_error, 2),
+        "value": digits(found.strength.strength),
+        "error": digits(found.strength_error, 2),
         "percentile": found.strength.percentile,
         "factors": {
-            **{name: _digits(v, 5) for name, v in found.strength.factor.items()},
-            "hydrostatic": _digits(found.strength.hydrostatic, 5),
+            **{name: digits(v, 5) for name, v in found.strength.factor.items()},
+            "hydrostatic": digits(found.strength.hydrostatic, 5),
         },
     }
     if found.surface is not None:
         data["surface"] = {
             "exponent": found.surface.exponent,
             "terms": int(found.surface.weights.size),
-            "max_error": _digits(found.surface.max_error, 2),
-            "rms_error": _digits(found.surface.rms_error, 2),
-            "unsafe_error": _digits(found.surface.unsafe_error, 2),
+            "max_error": digits(found.surface.max_error, 2),
+            "rms_error": digits(found.surface.rms_error, 2),
+            "unsafe_error": digits(found.surface.unsafe_error, 2),
         }
     return data
 
 
-def _conductivity_data(
-    family: CellFamily, found: CellProperties, parameters: Mapping[str, float]
-) -> dict[str, Any]:
+def _conductivity_data(cell: Cell, found: CellProperties) -> dict[str, Any]:
     """Plain data of the conductivity, relative to the base material's."""
-    value, error = extrapolated_conductivity(family, parameters, found.density, found.resolution)
+    value, error = extrapolated_conductivity(cell, found.density, found.resolution)
     return {
-        "value": [[_digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
-        "error": _digits(error, 2),
-        "isotropic_bound": _digits(conductivity_bound(found.density)),
+        "value": [[digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
+        "error": digits(error, 2),
+        "isotropic_bound": digits(conductivity_bound(found.density)),
     }
 
 
@@ -283,40 +271,15 @@ def _buckling_data(found: CriticalStress) -> dict[str, Any]:
     """
     return {
         "resolution": found.resolution,
-        "wall_voxels": _digits(found.wall_voxels, 3),
-        "error": _digits(found.error, 2),
+        "wall_voxels": digits(found.wall_voxels, 3),
+        "error": digits(found.error, 2),
         "critical": [
             {
                 "component": VOIGT[k],
-                "negative": _digits(float(found.critical[k, 0]), 4),
-                "positive": _digits(float(found.critical[k, 1]), 4),
+                "negative": digits(float(found.critical[k, 0]), 4),
+                "positive": digits(float(found.critical[k, 1]), 4),
                 "cells": [int(n) for n in found.cells[k]],
             }
             for k in range(6)
         ],
     }
-
-
-def _averages(voigt: float, reuss: float) -> dict[str, float]:
-    """Voigt's, Reuss' and Hill's average."""
-    return {
-        "voigt": _digits(voigt),
-        "reuss": _digits(reuss),
-        "hill": _digits(0.5 * (voigt + reuss)),
-    }
-
-
-def _direction(vector: FloatArray) -> list[float]:
-    """Components of a unit vector; of the two opposite ones that with the larger sum."""
-    turned = vector if vector.sum() >= 0 else -vector
-    return [round(float(v), 3) + 0.0 for v in turned]
-
-
-def _rounded(matrix: FloatArray, digits: int = 7) -> list[list[float]]:
-    """Rows of a matrix in significant digits."""
-    return [[_digits(float(v), digits) for v in row] for row in matrix]
-
-
-def _digits(value: float, digits: int = 7) -> float:
-    """Round to significant digits."""
-    return float(f"{value:.{digits}g}")

@@ -14,6 +14,8 @@ from gradedesign.errors import Interrupted
 AGAIN_S = 0.3
 
 _ASKED = (signal.SIGINT, signal.SIGTERM)
+#: Windows has no such timer: there a swallowed request has to be made again by hand.
+_HAS_TIMER = hasattr(signal, "setitimer")
 
 
 class Interruption:
@@ -32,9 +34,15 @@ class Interruption:
         del number, frame
         if not self.asked:
             self.asked = True
-            signal.setitimer(signal.ITIMER_REAL, AGAIN_S, AGAIN_S)
+            _repeat(AGAIN_S, AGAIN_S)
         if not _on_its_way(sys.exception()):
             raise Interrupted
+
+
+def _repeat(first: float, interval: float) -> None:
+    """Set the timer that repeats a request, where there is one; 0 s stops it."""
+    if _HAS_TIMER:
+        signal.setitimer(signal.ITIMER_REAL, first, interval)
 
 
 def _on_its_way(error: BaseException | None) -> bool:
@@ -57,17 +65,18 @@ def interruptible() -> Iterator[Interruption]:
         if not isinstance(lost.exc_value, Interrupted):
             report_lost(lost)
 
-    alarm = signal.getitimer(signal.ITIMER_REAL)
-    before = {n: signal.signal(n, interruption.ask) for n in (*_ASKED, signal.SIGALRM)}
+    alarm = signal.getitimer(signal.ITIMER_REAL) if _HAS_TIMER else (0.0, 0.0)
+    numbers = (*_ASKED, signal.SIGALRM) if _HAS_TIMER else _ASKED
+    before = {n: signal.signal(n, interruption.ask) for n in numbers}
     sys.unraisablehook = report
     try:
         yield interruption
     finally:
         for number in before:
             signal.signal(number, signal.SIG_IGN)
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        _repeat(0.0, 0.0)
         sys.unraisablehook = report_lost
         for number, handler in before.items():
             # None is a handler of C code, which cannot be put back from here.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        signal.setitimer(signal.ITIMER_REAL, *alarm)
+        _repeat(*alarm)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +17,14 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
+from gradedesign.material.power_fit import MOST_RESIDUAL, power_fits
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import AUTO_KINDS
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
+#: What is fitted by power laws, in words.
+_FITTED = {"E": "E along the softest axis", "strength": "strength"}
 _WINDOW_KIND = "cell-window"
 #: Raised when what is stored of a window changes.
 _WINDOW_VERSION = 2
@@ -72,7 +77,8 @@ def _code_digest(module: str) -> str:
     """
     parts = module.split(".")
     root = ".".join(parts[:2]) if parts[0] == "gradedesign" else parts[0]
-    loaded = sys.modules.get(root) or sys.modules.get(module)
+    own = import_module(root) if parts[0] == "gradedesign" else None
+    loaded = own or sys.modules.get(root) or sys.modules.get(module)
     file = getattr(loaded, "__file__", None)
     if file is None:
         return content_key(module)
@@ -110,10 +116,18 @@ def cell_data(
                 "source": law.source,
                 "test": law.test,
                 "coefficients": dict(law.coefficients),
+                "power_fits": _fit_data(law),
             }
             for law in laws
         ],
     }
+
+
+def _fit_data(law: ScalingLaw) -> dict[str, Any]:
+    """Power laws fitted to a computed law; others state their own coefficients."""
+    if law.kind != "computed":
+        return {}
+    return {what: None if fit is None else asdict(fit) for what, fit in power_fits(law).items()}
 
 
 def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
@@ -195,6 +209,15 @@ def _print_family(family: Mapping[str, Any]) -> None:
         typer.echo(f"law {law['name']} ({law['kind']}), density {low:g} to {high:g}")
         for name, value in law["coefficients"].items():
             typer.echo(f"  {name} = {value:g}")
+        for what, fit in law["power_fits"].items():
+            if fit is None:
+                typer.echo(f"  {what}: no power law follows it within {MOST_RESIDUAL:.0%}")
+                continue
+            low, high = fit["window"]
+            typer.echo(
+                f"  {_FITTED[what]} = {fit['c']:.3f} rho^{fit['n']:.3f} within "
+                f"{fit['residual']:.1%}, density {low:.3g} to {high:.3g}"
+            )
         typer.echo(f"  {law['source']}; {law['test']}")
 
 

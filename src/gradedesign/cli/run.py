@@ -6,7 +6,6 @@ from pathlib import Path
 
 import typer
 
-from gradedesign.case.read_case import load_case
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import (
@@ -16,11 +15,12 @@ from gradedesign.cli.show import (
     print_text,
     print_warnings,
 )
-from gradedesign.ladder.files import RESULT_NAME
-from gradedesign.ladder.result import RunResult, as_json
-from gradedesign.ladder.stages import default_folder
-from gradedesign.output.limit_notes import scope_words
+from gradedesign.loop.stages import default_folder
+from gradedesign.output.result import RunResult, as_json
+from gradedesign.output.scope_words import scope_words
 from gradedesign.pipeline import run as run_case
+from gradedesign.plugin.read_case import load_case
+from gradedesign.results.files import RESULT_NAME
 from gradedesign.workspace.atomic import is_folder
 from gradedesign.workspace.manifest import read_manifest
 from gradedesign.workspace.run_folder import STAGES
@@ -40,8 +40,8 @@ def run(
     as_json: bool,
 ) -> int:
     """Run a case, print its verdict and return the exit code."""
-    case = load_case(path, allow_outside=allow_outside)
     registry = registry_for(strict_plugins=strict_plugins)
+    case = load_case(path, allow_outside=allow_outside, registry=registry)
     folder = default_folder(case) if output is None else output
     with ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json) as progress:
         result = run_case(

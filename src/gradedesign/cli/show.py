@@ -10,7 +10,7 @@ from typing import Any
 import typer
 
 from gradedesign.cli.layout import say, table_lines, wrapped
-from gradedesign.ladder.verdict import LimitRow
+from gradedesign.limits.row import LimitRow
 
 
 def print_json(data: Any) -> None:

@@ -29,17 +29,7 @@ def print_properties(data: Mapping[str, Any]) -> None:
         tuple(data["constant_errors"]),
         [tuple(f"{error:.1%}" for error in data["constant_errors"].values())],
     )
-    moduli = data["engineering"]
-    print_table(
-        "Engineering constants",
-        ("E x", "E y", "E z", "G yz", "G xz", "G xy", "nu yz", "nu xz", "nu xy"),
-        [
-            (
-                *(f"{100 * v:.3f}" for v in (*moduli["E"].values(), *moduli["G"].values())),
-                *(f"{v:.3f}" for v in moduli["nu"].values()),
-            )
-        ],
-    )
+    _print_engineering(data)
     _print_averages(data)
     print_table(
         "Bounds",
@@ -77,6 +67,51 @@ def print_properties(data: Mapping[str, Any]) -> None:
         )
     for path in data.get("files", ()):
         print_text(f"wrote {path}")
+
+
+def print_block(data: Mapping[str, Any]) -> None:
+    """Print the apparent stiffness of a finite block for reading, beside the periodic one."""
+    low, high = data["energy_over_periodic"]
+    piece = "the inscribed tetrahedron of " if data["boundary"] == "macro-tet" else ""
+    void = data["void_stiffness"]
+    print_text(
+        f"{data['cell']} at relative density {data['density']:g}, Poisson's ratio "
+        f"{data['poissons_ratio']:g}: boundary {data['boundary']} on {piece}{data['cells']}^3 "
+        f"cells of {data['resolution']}^3 voxels, {data['solid_share']:.4g} of them solid, void "
+        f"{'with ' + format(void, 'g') + ' of the stiffness' if void else 'empty'}"
+    )
+    print_text("moduli in % of the base material's Young's modulus; nothing is extrapolated")
+    for title, found in (("this block", data), ("the periodic lattice", data["periodic"])):
+        print_table(
+            f"Stiffness C of {title} (engineering shear)",
+            ("", *data["voigt_order"]),
+            [
+                (name, *(f"{100 * v:.4f}" for v in row))
+                for name, row in zip(data["voigt_order"], found["C"], strict=True)
+            ],
+        )
+        _print_engineering(found)
+    _print_averages(data)
+    order = {True: "; it keeps its side of it, as proved", False: "; WRONG SIDE of it", None: ""}
+    print_text(
+        f"strain energy over the periodic lattice's on the same voxels: {low:.4f} to {high:.4f}"
+        f"{order[data['in_order']]}"
+    )
+
+
+def _print_engineering(data: Mapping[str, Any]) -> None:
+    """Print moduli and Poisson's ratios along the axes."""
+    moduli = data["engineering"]
+    print_table(
+        "Engineering constants",
+        ("E x", "E y", "E z", "G yz", "G xz", "G xy", "nu yz", "nu xz", "nu xy"),
+        [
+            (
+                *(f"{100 * v:.3f}" for v in (*moduli["E"].values(), *moduli["G"].values())),
+                *(f"{v:.3f}" for v in moduli["nu"].values()),
+            )
+        ],
+    )
 
 
 def _print_averages(data: Mapping[str, Any]) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from numba import get_num_threads, set_num_threads
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.cli.doctor import usable_cores
 from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
@@ -148,10 +149,11 @@ def table_outcome(
     """Compute one table in whatever process this is; its plugins must be installed there."""
     try:
         family = lookup(build_registry(), "cell_families", name)
-        table = compute_table(family, poissons_ratio=poissons_ratio, resolution=resolution)
+        calibrated = calibrate(family)
+        table = compute_table(calibrated, poissons_ratio=poissons_ratio, resolution=resolution)
         if buckling:
             # Each density's own resolution: that of stiffness would take hours.
-            critical = compute_buckling(family, poissons_ratio=poissons_ratio)
+            critical = compute_buckling(calibrate(family), poissons_ratio=poissons_ratio)
             table = replace(table, buckling=critical)
     except GradeDesignError as error:
         return None, str(error), error.exit_code

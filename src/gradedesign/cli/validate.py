@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gradedesign.case.read_case import load_case
 from gradedesign.cli.layout import say
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text
 from gradedesign.errors import CaseError, GradeDesignError
-from gradedesign.ladder.result import as_json as result_data
+from gradedesign.output.result import as_json as result_data
 from gradedesign.pipeline import run as run_case
+from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry
 from gradedesign.workspace.atomic import is_folder, write_text
 from gradedesign.workspace.progress import Listener, counted, ignore
@@ -25,7 +25,7 @@ from gradedesign.workspace.scratch import scratch_folder
 
 DEVIATES = 1
 
-#: ``["iterations.-1.stress_gap"]`` or ``[status]``, and ``value = 1.5  # comment``.
+#: ``["iterations.-1.limits.0.gap"]`` or ``[status]``, and ``value = 1.5  # comment``.
 _HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')
 _VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
@@ -131,7 +131,7 @@ def run_data(folder: Path, registry: Registry, on_event: Listener = ignore) -> d
     """Run a case in a temporary run folder; what result.json holds, also of a failure."""
     with scratch_folder("validate") as temporary:
         try:
-            case = load_case(folder / "case.toml")
+            case = load_case(folder / "case.toml", registry=registry)
             return result_data(
                 run_case(case, registry, folder=temporary / "run", on_event=on_event)
             )
@@ -201,7 +201,7 @@ def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, An
 
 
 def value_at(data: Mapping[str, Any], name: str) -> Any:
-    """Follow ``iterations.-1.stress_gap``; None where it leads nowhere."""
+    """Follow ``iterations.-1.limits.0.gap``; None where it leads nowhere."""
     value: Any = data
     for key in name.split("."):
         if isinstance(value, Mapping):

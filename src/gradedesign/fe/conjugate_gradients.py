@@ -77,10 +77,8 @@ def conjugate_gradients(
     done = np.zeros(len(right), dtype=np.int64)
     for _ in range(1 + RESTARTS):
         r = right - _product(matrix, keep, x)
-        active = (norms(r) > goal) & (done < max_iterations)
-        if not active.any():
+        if not _iterate(matrix, keep, x, r, precondition, goal, done, max_iterations):
             break
-        _iterate(matrix, keep, x, r, precondition, goal, active, done, max_iterations)
     left = norms(right - _product(matrix, keep, x))
     return Iterate(
         x=x,
@@ -96,16 +94,20 @@ def _iterate(
     r: FloatArray,
     precondition: Callable[[FloatArray], FloatArray],
     goal: FloatArray,
-    active: BoolArray,
     done: IntArray,
     limit: int,
-) -> None:
-    """Improve the active rows of x in place until the residuals r that recur reach the goal."""
+) -> bool:
+    """Improve the rows of x in place until the residuals r that recur reach the goal.
+
+    False where no row is left to improve.
+    """
+    active = (norms(r) > goal) & (done < limit)
+    if not active.any():
+        return False
     z = precondition(r)
     p = z.copy()
     rz = dots(r, z)
     q = np.zeros_like(x)
-    active = active.copy()
     first = norms(r)
     while True:
         multiply(matrix.indptr, matrix.indices, matrix.data, p, keep, 0.0, q)
@@ -120,7 +122,7 @@ def _iterate(
             r[k] -= alpha * q[k]
             active[k] = norms(r[k : k + 1])[0] > goal[k] and done[k] < limit
         if not active.any():
-            return
+            return True
         report_step("multigrid", _share_done(first, norms(r), goal, active))
         z = precondition(r)
         for k in np.flatnonzero(active):

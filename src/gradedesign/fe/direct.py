@@ -1,4 +1,4 @@
-"""Direct solvers: for small systems, and where multigrid does not converge.
+"""The solver ``direct``: for small systems, and where multigrid does not converge.
 
 Pardiso (extra ``fast``) takes symmetric positive definite systems of any size that fits memory;
 SuperLU, which comes with scipy, is reasonable below about 60 000 unknowns only.
@@ -17,7 +17,9 @@ from scipy.sparse.linalg import splu
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.errors import ResourceError, SolverError
+from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem, Solve
 from gradedesign.workspace.limits import available_memory_bytes
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -163,3 +165,17 @@ def _pardiso() -> Any:
     except ImportError:
         return None
     return pypardiso
+
+
+def prepare_direct(system: LinearSystem) -> Solve:
+    """Factorise anew for each set of right-hand sides: factors take more memory than time."""
+
+    def solve(right: FloatArray, _start: FloatArray, _rtol: float) -> LinearAnswer:
+        report_step(f"direct solution of {np.count_nonzero(system.free)} unknowns")
+        x, method = solve_direct(system.matrix, system.free, right)
+        return LinearAnswer(x=x, method=method)
+
+    return solve
+
+
+DIRECT = LinearSolver(name="direct", prepare=prepare_direct)

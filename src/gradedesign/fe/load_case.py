@@ -1,4 +1,4 @@
-"""The load cases of a case file, put on the tetrahedra of a part or of a lattice.
+"""Load cases on the tetrahedra of a part or of a lattice, and their load vectors.
 
 Regions are found geometrically on the surface of the mesh, never by node numbers, and each load
 arrives with the resultant force and moment that it has on the solid part's own surface.
@@ -8,20 +8,86 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
-from gradedesign.case.schema import Case, LoadSpec
 from gradedesign.errors import SolverError
 from gradedesign.fe.facets import facet_nodes
-from gradedesign.fe.loads import pressure_force, resultant, resultant_load
+from gradedesign.fe.loads import (
+    body_force,
+    pressure_force,
+    resultant,
+    resultant_load,
+    thermal_force,
+)
+from gradedesign.fe.solution import LoadVector
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.supports import Supports, supports_on
+from gradedesign.fe.stiffness import Stiffness
+from gradedesign.fe.supports import Displacement, Supports, supports_on
 from gradedesign.part.regions import Region
+
+Triple: TypeAlias = tuple[float, float, float]
 
 #: Resultant force and moment on the mesh may differ from those on the part by this share.
 RESULTANT_TOLERANCE = 1e-3
+
+
+class Support(Protocol):
+    """A held region."""
+
+    @property
+    def region(self) -> str:
+        """Name."""
+
+    @property
+    def displacement(self) -> Displacement:
+        """Prescribed components, mm; None where free."""
+
+
+class RegionLoad(Protocol):
+    """A loaded region; what is given acts together."""
+
+    @property
+    def region(self) -> str:
+        """Name."""
+
+    @property
+    def force(self) -> Triple | None:
+        """Total, N."""
+
+    @property
+    def moment(self) -> Triple | None:
+        """About the centroid of the region, N mm."""
+
+    @property
+    def pressure(self) -> float | None:
+        """Along the inward normal, MPa."""
+
+
+class LoadCaseSpecification(Protocol):
+    """Supports and loads by regions."""
+
+    @property
+    def name(self) -> str:
+        """Of the load case."""
+
+    @property
+    def fix(self) -> Sequence[Support]:
+        """Supports."""
+
+    @property
+    def load(self) -> Sequence[RegionLoad]:
+        """Loads."""
+
+    @property
+    def acceleration(self) -> Triple:
+        """Of the body, mm/s^2."""
+
+    @property
+    def temperature_change(self) -> float:
+        """Uniform, K."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,14 +117,18 @@ class PartLoadCase:
 
 
 def case_loads(
-    space: TetSpace, case: Case, regions: Mapping[str, Region], facets: Mapping[str, IntArray]
+    space: TetSpace,
+    load_cases: Sequence[LoadCaseSpecification],
+    regions: Mapping[str, Region],
+    facets: Mapping[str, IntArray],
 ) -> tuple[PartLoadCase, ...]:
     """Supports and forces of every load case.
 
     Parameters
     ----------
     space : TetSpace
-    case : Case
+    load_cases : sequence of LoadCaseSpecification
+        Such as ``[[load_case]]`` of a case file.
     regions : mapping of name to Region
         On the solid part's surface: they define the resultants.
     facets : mapping of name to (k, 3) int array
@@ -84,11 +154,47 @@ def case_loads(
             acceleration=np.asarray(spec.acceleration, dtype=np.float64),
             temperature_change=spec.temperature_change,
         )
-        for spec in case.load_case
+        for spec in load_cases
     )
 
 
-def region_resultant(region: Region, spec: LoadSpec) -> tuple[FloatArray, FloatArray]:
+def mechanical_force(space: TetSpace, case: PartLoadCase, mass_density: FloatArray) -> FloatArray:
+    """Nodal forces of the loads and the inertia of a design, ``(3, N)``, N."""
+    if not np.any(case.acceleration):
+        return case.force
+    return case.force + body_force(space, mass_density, case.acceleration)
+
+
+def load_vector(
+    space: TetSpace,
+    case: PartLoadCase,
+    stiffness: Stiffness,
+    mass_density: FloatArray,
+    thermal_expansion: float,
+) -> LoadVector:
+    """Nodal forces of a load case on a design: its loads, inertia and thermal expansion.
+
+    Parameters
+    ----------
+    space : TetSpace
+    case : PartLoadCase
+    stiffness : Stiffness
+        What the thermal strain is held by.
+    mass_density : (M,) array, t/mm^3
+    thermal_expansion : float, 1/K
+
+    Returns
+    -------
+    LoadVector
+    """
+    force = mechanical_force(space, case, mass_density)
+    if case.temperature_change:
+        heated = thermal_force(space, stiffness, thermal_expansion, case.temperature_change)
+        force = force + heated
+    return LoadVector(name=case.name, supports=case.supports, force=force)
+
+
+def region_resultant(region: Region, spec: RegionLoad) -> tuple[FloatArray, FloatArray]:
     """Force (N) and moment about the region's centroid (N mm) of a load on the solid part."""
     force = np.zeros(3)
     moment = np.zeros(3)
@@ -105,7 +211,7 @@ def region_resultant(region: Region, spec: LoadSpec) -> tuple[FloatArray, FloatA
     return force, moment
 
 
-def region_force(space: TetSpace, region: Region, facets: IntArray, spec: LoadSpec) -> FloatArray:
+def region_force(space: TetSpace, region: Region, facets: IntArray, spec: RegionLoad) -> FloatArray:
     """Nodal forces of one load with the resultant it has on the solid part, ``(3, N)``, N."""
     force, moment = region_resultant(region, spec)
     nodal = np.zeros(space.nodes.shape)
@@ -122,11 +228,6 @@ def region_force(space: TetSpace, region: Region, facets: IntArray, spec: LoadSp
 def region_nodes(space: TetSpace, facets: IntArray) -> IntArray:
     """Nodes of a region, edge middles included, ``(k,)``."""
     return np.unique(facet_nodes(space, facets))
-
-
-def combined_facets(facets: Mapping[str, IntArray], names: Sequence[str]) -> IntArray:
-    """Facets of several regions together, ``(k, 3)``."""
-    return np.concatenate([facets[name] for name in names]) if names else np.zeros((0, 3), int)
 
 
 def _check_resultant(

@@ -1,8 +1,8 @@
 """Solve linear elasticity for several load cases, and check every answer.
 
-Load cases with the same fixed components share one matrix and one multigrid hierarchy. Nothing is
-accepted unchecked: rigid motions are looked for before, residual, balance of forces and moments,
-and energy after.
+Load cases with the same fixed components share one matrix and what a solver prepares for it.
+Whatever solver it is, nothing is accepted unchecked: rigid motions are looked for before, residual,
+balance of forces and moments, and energy after.
 """
 
 from __future__ import annotations
@@ -10,50 +10,24 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import bsr_matrix
 
-from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.errors import ResourceError, SolverError
-from gradedesign.fe.assembly import (
-    AssemblyPattern,
-    assemble,
-    assembly_pattern,
-    strain_energy_per_element,
-)
-from gradedesign.fe.conjugate_gradients import conjugate_gradients
-from gradedesign.fe.direct import solve_direct
+from gradedesign.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.fe.equilibrium import ACCEPTED, defects, evaluate, right_hand_side
-from gradedesign.fe.multigrid import Hierarchy, build_hierarchy, preconditioner
+from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.rigid_modes import require_held
-from gradedesign.fe.solution import Balance, LoadVector, Solution
+from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import Stiffness, require_positive
-from gradedesign.workspace.progress import report_step, stepping
-
-__all__ = [
-    "Balance",
-    "ElasticSystem",
-    "LoadVector",
-    "Solution",
-    "predict_memory_bytes",
-    "prepare_elastic",
-    "solve_cases",
-    "solve_elastic",
-    "strain_energy_per_element",
-]
+from gradedesign.fe.stiffness import Stiffness
+from gradedesign.workspace.progress import stepping
 
 log = logging.getLogger(__name__)
 
-#: Unknowns below which a direct solver is at once faster and simpler.
-SMALL = 3000
-#: Iterations after which multigrid is given up; thin lattices take 50 to 70.
-MAX_ITERATIONS = 300
-#: Load cases iterated together: they share each pass over the matrix, and the vectors of one take
-#: less than a tenth of its memory.
-TOGETHER = 2
 #: Rounding may leave the true residual this much above the tolerance; more is no convergence.
 STALLED = 10.0
 #: Tightening of the tolerance, and how often, where balance needs more than the residual asked.
@@ -63,80 +37,28 @@ BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}
 BASE_BYTES = 250_000_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ElasticSystem:
-    """A space and its assembled stiffness, ready for load cases.
-
-    Attributes
-    ----------
-    space : TetSpace
-    stiffness : Stiffness
-    matrix : bsr_matrix
-        Without supports.
-    hierarchies : dict
-        Multigrid by fixed components, built when first needed: later load cases find it here.
-    """
-
-    space: TetSpace
-    stiffness: Stiffness
-    matrix: bsr_matrix
-    hierarchies: dict[bytes, Hierarchy] = field(default_factory=dict, repr=False)
-
-
-def prepare_elastic(
-    space: TetSpace, stiffness: Stiffness, *, pattern: AssemblyPattern | None = None
-) -> ElasticSystem:
-    """Assemble a stiffness once for all load cases to come.
-
-    Parameters
-    ----------
-    space : TetSpace
-    stiffness : Stiffness
-    pattern : AssemblyPattern, optional
-        Of `space`, to save finding it again.
-
-    Returns
-    -------
-    ElasticSystem
-
-    Raises
-    ------
-    SolverError
-        If a stiffness is not positive.
-    """
-    start = time.perf_counter()
-    report_step(f"assembling {space.dof_count} unknowns")
-    require_positive(stiffness)
-    matrix = assemble(pattern or assembly_pattern(space), stiffness)
-    log.info(
-        "assembled %d unknowns on %d tets in %.2f s",
-        space.dof_count, space.element_count, time.perf_counter() - start,
-    )  # fmt: skip
-    return ElasticSystem(space=space, stiffness=stiffness, matrix=matrix)
-
-
 def solve_elastic(
     space: TetSpace,
     stiffness: Stiffness,
     cases: Sequence[LoadVector],
     *,
     rtol: float = 1e-8,
-    pattern: AssemblyPattern | None = None,
+    solver: LinearSolver = MULTIGRID,
 ) -> tuple[Solution, ...]:
     """Displacements, reactions and energy of every load case: `prepare_elastic`, `solve_cases`.
 
     Raises
     ------
     SolverError
-        If supports leave rigid motions free, a stiffness is not positive, or no solver reaches a
-        residual and balance of 1e-6.
+        If supports leave rigid motions free, a stiffness is not positive, or the solver does not
+        reach a residual and balance of 1e-6.
     ResourceError
-        If memory does not suffice.
+        If memory does not suffice, or the solver does not take as many unknowns.
     """
     _require_matching(space, cases, rtol)
     groups = _equal_supports(cases)
     _require_all_held(space, groups, cases)
-    return _solve_groups(prepare_elastic(space, stiffness, pattern=pattern), cases, groups, rtol)
+    return _solve_groups(prepare_elastic(space, stiffness, solver=solver), cases, groups, rtol)
 
 
 def solve_cases(
@@ -149,8 +71,8 @@ def solve_cases(
     system : ElasticSystem
     cases : sequence of LoadVector
     rtol : float
-        Residual at which conjugate gradients stop, over the right-hand side; tightened by itself
-        where balance needs it.
+        Residual at which a solver may stop, over the right-hand side; tightened by itself where
+        balance needs it.
 
     Returns
     -------
@@ -160,13 +82,15 @@ def solve_cases(
     Raises
     ------
     SolverError
-        If supports leave rigid motions free, or no solver reaches a residual and balance of 1e-6.
+        If supports leave rigid motions free, or the solver does not reach a residual and balance
+        of 1e-6.
     ResourceError
         If memory does not suffice.
     """
     _require_matching(system.space, cases, rtol)
     groups = _equal_supports(cases)
-    fresh = {key: members for key, members in groups.items() if key not in system.hierarchies}
+    known = {key for _, key in system.prepared}
+    fresh = {key: members for key, members in groups.items() if key not in known}
     _require_all_held(system.space, fresh, cases)
     return _solve_groups(system, cases, groups, rtol)
 
@@ -232,44 +156,44 @@ def _solve_group(
     system: ElasticSystem, key: bytes, cases: Sequence[LoadVector], rtol: float
 ) -> list[Solution]:
     """Solve load cases that share their fixed components."""
-    fixed = cases[0].supports.fixed
-    free = ~fixed.T.ravel()
+    solver = system.solver
+    free = ~cases[0].supports.fixed.T.ravel()
     right = np.stack([free * right_hand_side(system.matrix, case) for case in cases])
-    if np.count_nonzero(free) < SMALL:
-        return _directly(system, cases, free, right, note="")
-    if key not in system.hierarchies:
-        report_step(f"multigrid of {right.shape[1]} unknowns")
-        system.hierarchies[key] = build_hierarchy(
-            system.space, system.stiffness, system.matrix, fixed
-        )
-    hierarchy = system.hierarchies[key]
-    solutions = [
-        solution
-        for k in range(0, len(cases), TOGETHER)
-        for solution in _by_multigrid(
-            system, hierarchy, cases[k : k + TOGETHER], free, right[k : k + TOGETHER], rtol
-        )
-    ]
+    if solver.other is not None and np.count_nonzero(free) < solver.least_unknowns:
+        solver = solver.other
+    solutions = _iterated(system, solver, key, cases, right, rtol)
+    if solver.other is None:
+        _require_sound(solutions)
+        return solutions
     poor = [k for k, s in enumerate(solutions) if s.residual > STALLED * rtol or defects(s)]
     if poor:
         replaced = _instead(
-            system, [cases[k] for k in poor], free, right[poor], [solutions[k] for k in poor]
-        )
+            system, solver.other, key, [cases[k] for k in poor], right[poor],
+            [solutions[k] for k in poor], rtol,
+        )  # fmt: skip
         for k, solution in zip(poor, replaced, strict=True):
             solutions[k] = solution
     return solutions
 
 
-def _by_multigrid(
+def _iterated(
     system: ElasticSystem,
-    hierarchy: Hierarchy,
+    solver: LinearSolver,
+    key: bytes,
     cases: Sequence[LoadVector],
-    free: BoolArray,
     right: FloatArray,
     rtol: float,
 ) -> list[Solution]:
-    """Iterate to the residual, and further while balance asks for it; the caller judges."""
-    keep = free.astype(np.float64)
+    """Solve to the residual, and further while balance asks for it; the caller judges."""
+    if (solver.name, key) not in system.prepared:
+        system.prepared[solver.name, key] = solver.prepare(
+            LinearSystem(
+                matrix=system.matrix,
+                fixed=cases[0].supports.fixed,
+                space=system.space,
+                stiffness=system.stiffness,
+            )
+        )
     x = np.zeros_like(right)
     done = np.zeros(len(cases), dtype=np.int64)
     found: dict[int, Solution] = {}
@@ -278,78 +202,78 @@ def _by_multigrid(
         goal = rtol * TIGHTER**tightening
         names = dict.fromkeys(cases[k].name for k in open_cases)
         with stepping(f"solving {', '.join(names)}"):
-            step = conjugate_gradients(
-                system.matrix, keep, right[open_cases], preconditioner(hierarchy, len(open_cases)),
-                rtol=goal, max_iterations=MAX_ITERATIONS - int(done[open_cases].max()),
-                start=x[open_cases],
-            )  # fmt: skip
-        x[open_cases] = step.x
-        done[open_cases] += step.iterations
+            answer = system.prepared[solver.name, key](right[open_cases], x[open_cases], goal)
+        _require_answer(solver, answer, (len(open_cases), right.shape[1]))
+        x[open_cases] = answer.x
+        if answer.iterations is not None:
+            done[open_cases] += answer.iterations
         for k in open_cases:
             found[k] = evaluate(
                 system.space, system.matrix, cases[k], x[k], right[k],
-                iterations=int(done[k]), method="multigrid",
+                iterations=int(done[k]), method=answer.method or solver.name,
             )  # fmt: skip
-        reached = step.residual <= STALLED * goal
         open_cases = [
-            k for k, near in zip(open_cases, reached, strict=True) if near and defects(found[k])
+            k for k in open_cases if found[k].residual <= STALLED * goal and defects(found[k])
         ]
-        if not open_cases:
+        if not open_cases or answer.iterations is None:
             break
     for k, case in enumerate(cases):
         log.info(
-            "'%s': multigrid, %d iterations, residual %.1e",
-            case.name, done[k], found[k].residual,
+            "'%s': %s, %d iterations, residual %.1e",
+            case.name, found[k].method, done[k], found[k].residual,
         )  # fmt: skip
     return [found[k] for k in range(len(cases))]
 
 
-def _directly(
-    system: ElasticSystem,
-    cases: Sequence[LoadVector],
-    free: BoolArray,
-    right: FloatArray,
-    note: str,
-) -> list[Solution]:
-    """Solve by factorisation; raise if an answer is not sound."""
-    report_step(f"direct solution of {np.count_nonzero(free)} unknowns")
-    x, method = solve_direct(system.matrix, free, right)
-    solutions = [
-        evaluate(
-            system.space, system.matrix, case, x[k], right[k], iterations=0, method=method + note
-        )
-        for k, case in enumerate(cases)
-    ]
-    for solution in solutions:
-        found = defects(solution)
-        if found:
-            raise SolverError(f"load case '{solution.name}', solved by {method}: {found}")
-    return solutions
-
-
 def _instead(
     system: ElasticSystem,
+    solver: LinearSolver,
+    key: bytes,
     cases: Sequence[LoadVector],
-    free: BoolArray,
     right: FloatArray,
     stopped: Sequence[Solution],
+    rtol: float,
 ) -> list[Solution]:
-    """Solve directly what multigrid did not; keep its answers if they are good enough."""
+    """Solve by another solver what the first did not; keep its answers if they are good enough."""
     worst = max(stopped, key=lambda s: s.residual)
-    note = f" (multigrid stopped at residual {worst.residual:.1e})"
+    first = worst.method
     log.warning(
-        "'%s': multigrid stopped after %d iterations at residual %.1e; trying a direct solver",
-        worst.name, worst.iterations, worst.residual,
+        "'%s': %s stopped after %d iterations at residual %.1e; trying a %s solver",
+        worst.name, first, worst.iterations, worst.residual, solver.name,
     )  # fmt: skip
     try:
-        return _directly(system, cases, free, right, note)
+        solutions = _iterated(system, solver, key, cases, right, rtol)
+        _require_sound(solutions)
     except (SolverError, ResourceError) as error:
         unsound = [s for s in stopped if defects(s)]
         if unsound:
             raise type(error)(
-                f"load case '{unsound[0].name}': multigrid stopped after "
-                f"{unsound[0].iterations} iterations: {defects(unsound[0])}; direct solver: "
-                f"{error}"
+                f"load case '{unsound[0].name}': {first} stopped after "
+                f"{unsound[0].iterations} iterations: {defects(unsound[0])}; {solver.name} "
+                f"solver: {error}"
             ) from error
-        log.warning("kept the answers of multigrid; direct solver: %s", error)
-        return [replace(s, method=f"multigrid (stopped at {s.residual:.1e})") for s in stopped]
+        log.warning("kept the answers of %s; %s solver: %s", first, solver.name, error)
+        return [replace(s, method=f"{first} (stopped at {s.residual:.1e})") for s in stopped]
+    note = f" ({first} stopped at residual {worst.residual:.1e})"
+    return [replace(s, method=s.method + note) for s in solutions]
+
+
+def _require_sound(solutions: Sequence[Solution]) -> None:
+    """Refuse answers that do not balance."""
+    for solution in solutions:
+        found = defects(solution)
+        if found:
+            after = f" in {solution.iterations} iterations" if solution.iterations else ""
+            raise SolverError(
+                f"load case '{solution.name}', solved by {solution.method}{after}: {found}"
+            )
+
+
+def _require_answer(solver: LinearSolver, answer: LinearAnswer, shape: tuple[int, int]) -> None:
+    """Refuse what is no answer to the right-hand sides."""
+    got = answer.x.shape if isinstance(answer, LinearAnswer) else type(answer).__name__
+    if got != shape:
+        raise SolverError(
+            f"solver '{solver.name}' returned {got}, expected a LinearAnswer whose x has shape "
+            f"{shape}, as the right-hand sides"
+        )

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray, IntArray, locked
-from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.errors import CaseError, SolverError
+from gradedesign.fe.load_case import LoadCaseSpecification
 from gradedesign.finite_cell.elements import Elements, cut_elements, solid_volume
 from gradedesign.finite_cell.grid import Plane, fit_grid
 from gradedesign.finite_cell.iterate import conjugate_gradients
-from gradedesign.finite_cell.loads import case_force
+from gradedesign.finite_cell.loads import case_force, thermal_force
 from gradedesign.finite_cell.multigrid import build_preconditioner, cycle
 from gradedesign.finite_cell.operator import lame_constants, operator, product
 from gradedesign.finite_cell.space import BrickSpace, brick_space, node_points
@@ -53,7 +53,7 @@ class Problem:
         Points ``(3, ...)`` in mm to values ``(...)``, negative inside the solid.
     lower, upper : (3,) array, mm
         Box of the part; the solid ends at its faces.
-    cases : tuple of LoadCaseSpec
+    cases : tuple of LoadCaseSpecification
     regions : mapping of name to Region
         Of the part's surface; every one named in a load case, and others to measure on.
     material : Material
@@ -67,7 +67,7 @@ class Problem:
     field: Field
     lower: FloatArray
     upper: FloatArray
-    cases: tuple[LoadCaseSpec, ...]
+    cases: tuple[LoadCaseSpecification, ...]
     regions: Mapping[str, Region]
     material: Material
     planes: tuple[Plane, ...] = ()
@@ -89,6 +89,8 @@ class CaseSolution:
         At the nodes of the elements.
     energy : float, N mm
         Strain energy, that of springs and of the soft void included.
+    work : float, N mm
+        Of loads and inertia on the displacements they cause.
     iterations : int
     residual : float
         Norm of unbalanced forces over that of the right-hand side.
@@ -98,6 +100,7 @@ class CaseSolution:
     name: str
     u: FloatArray
     energy: float
+    work: float
     iterations: int
     residual: float
     thermal_strain: float
@@ -137,6 +140,24 @@ class FiniteCellResult:
     processor_seconds: float
     lame: tuple[float, float]
     notes: tuple[str, ...] = ()
+
+    @property
+    def work(self) -> dict[str, float]:
+        """Work of loads and inertia on the displacements they cause, by load case, N mm."""
+        return {s.name: s.work for s in self.solutions}
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements where the solid reaches a region, ``(3, k)``, mm."""
+        at = self.places[region]
+        u = solution_of(self, load_case).u
+        return displacement_in(self.elements, self.space, u, at.element, at.points)
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of the solid, mm: of the centroids of its octants."""
+        at = solid_points(self.elements)
+        u = solution_of(self, load_case).u
+        found = displacement_in(self.elements, self.space, u, at.element, at.points)
+        return float(np.linalg.norm(found, axis=0).max())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -293,10 +314,7 @@ def displacement_on(
     result: FiniteCellResult, region: str, load_case: str, component: int | None
 ) -> float:
     """Largest displacement of a region's solid, magnitude or absolute component, mm."""
-    at = result.places[region]
-    u = displacement_in(
-        result.elements, result.space, solution_of(result, load_case).u, at.element, at.points
-    )
+    u = result.region_displacement(region, load_case)
     values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
     return float(values.max())
 
@@ -348,9 +366,10 @@ def _solved(
         keep = (~held[0].fixed).astype(np.float64)
         for k, own in zip(members, held, strict=True):
             case = problem.cases[k]
-            force = own.spring_force + case_force(
-                elements, space, case, problem.regions, places, material
-            )
+            mechanical = case_force(elements, space, case, problem.regions, places, material)
+            force = mechanical + own.spring_force
+            if case.temperature_change:
+                force += thermal_force(elements, space, case.temperature_change, material)
             right = keep * (force - product(stiffness, own.value) if own.value.any() else force)
             with stepping(f"solving {case.name}"):
                 found = conjugate_gradients(
@@ -364,6 +383,7 @@ def _solved(
                 name=case.name,
                 u=u,
                 energy=0.5 * float(np.einsum("nc,nc->", u, product(stiffness, u))),
+                work=float(np.einsum("nc,nc->", u, mechanical)),
                 iterations=found.iterations,
                 residual=found.residual,
                 thermal_strain=material.thermal_expansion * case.temperature_change,

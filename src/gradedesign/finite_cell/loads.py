@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.case.load_schema import LoadCaseSpec, LoadSpec
 from gradedesign.errors import SolverError
-from gradedesign.fe.load_case import region_resultant
+from gradedesign.fe.load_case import LoadCaseSpecification, RegionLoad, region_resultant
 from gradedesign.fe.loads import WORST_CONDITION
 from gradedesign.finite_cell.basis import (
     CUT_POINTS,
@@ -32,12 +31,12 @@ CHUNK = 2**16
 def case_force(
     elements: Elements,
     space: BrickSpace,
-    case: LoadCaseSpec,
+    case: LoadCaseSpecification,
     regions: Mapping[str, Region],
     places: Mapping[str, SurfacePoints],
     material: Material,
 ) -> FloatArray:
-    """Nodal forces of one load case, ``(N, 3)``, N.
+    """Nodal forces of loads and acceleration of one load case, ``(N, 3)``, N.
 
     Every load on a region has exactly the resultant force and moment that it has on the part.
 
@@ -52,14 +51,19 @@ def case_force(
         force += scattered(space, places[load.region], traction)
     if any(case.acceleration):
         force += material.density * _volume_force(elements, space, np.array(case.acceleration))
-    if case.temperature_change:
-        first, shear = lame_constants(material.youngs_modulus, material.poissons_ratio)
-        strain = material.thermal_expansion * case.temperature_change
-        force += (3.0 * first + 2.0 * shear) * strain * _divergence_force(elements, space)
     return force
 
 
-def region_traction(region: Region, load: LoadSpec, at: SurfacePoints) -> FloatArray:
+def thermal_force(
+    elements: Elements, space: BrickSpace, change: float, material: Material
+) -> FloatArray:
+    """Nodal forces of free thermal expansion by a change of temperature in K, ``(N, 3)``, N."""
+    first, shear = lame_constants(material.youngs_modulus, material.poissons_ratio)
+    pressure = (3.0 * first + 2.0 * shear) * material.thermal_expansion * change
+    return pressure * _divergence_force(elements, space)
+
+
+def region_traction(region: Region, load: RegionLoad, at: SurfacePoints) -> FloatArray:
     """Traction at the points of a region, ``(3, m)``, MPa.
 
     A pressure acts along the part's normals; the rest of the resultant is spread as under a rigid

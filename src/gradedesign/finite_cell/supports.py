@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.case.load_schema import FixSpec, LoadCaseSpec
 from gradedesign.errors import CaseError, SolverError
+from gradedesign.fe.load_case import LoadCaseSpecification, Support
 from gradedesign.fe.rigid_modes import free_modes
 from gradedesign.fe.supports import AGREEMENT
 from gradedesign.finite_cell.basis import shapes_at
@@ -52,7 +52,7 @@ class Held:
     spring_force: FloatArray
 
 
-def support_key(case: LoadCaseSpec) -> tuple[tuple[str, tuple[bool, ...]], ...]:
+def support_key(case: LoadCaseSpecification) -> tuple[tuple[str, tuple[bool, ...]], ...]:
     """What load cases share that share their supports: regions and held components."""
     return tuple(
         sorted((f.region, tuple(d is not None for d in f.displacement)) for f in case.fix)
@@ -62,7 +62,7 @@ def support_key(case: LoadCaseSpec) -> tuple[tuple[str, tuple[bool, ...]], ...]:
 def held_by(
     elements: Elements,
     space: BrickSpace,
-    case: LoadCaseSpec,
+    case: LoadCaseSpecification,
     regions: Mapping[str, Region],
     places: Mapping[str, SurfacePoints],
     modulus: float,
@@ -73,7 +73,7 @@ def held_by(
     ----------
     elements : Elements
     space : BrickSpace
-    case : LoadCaseSpec
+    case : LoadCaseSpecification
     regions : mapping of name to Region
     places : mapping of name to SurfacePoints
         Where the solid reaches the regions.
@@ -175,7 +175,7 @@ def _refuse_conflict(fixed: BoolArray, value: FloatArray, asked: float, region: 
 def _add_springs(
     elements: Elements,
     space: BrickSpace,
-    fix: FixSpec,
+    fix: Support,
     at: SurfacePoints,
     weak: BoolArray,
     modulus: float,

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
+from gradedesign.fe.lanczos import lanczos
 from gradedesign.homogenise.alternating import (
     REPEATED,
     Signs,
@@ -23,7 +25,6 @@ from gradedesign.homogenise.alternating import (
     folded,
     padded_by,
 )
-from gradedesign.homogenise.extreme_values import ExtremeValue, extreme_values
 from gradedesign.homogenise.operator import threads_for
 from gradedesign.homogenise.periodic import PeriodicSolution, conjugate_gradients
 from gradedesign.homogenise.strength import local_stress
@@ -161,6 +162,7 @@ def weakest_modes(
     start: FloatArray,
     signs: Signs = REPEATED,
     both: bool,
+    solver: EigenSolver = lanczos,
 ) -> tuple[ExtremeValue, ExtremeValue | None]:
     """Modes in which a field of stress, and that field reversed, buckle a grid first.
 
@@ -175,6 +177,7 @@ def weakest_modes(
         Of the modes from each cell to the next.
     both : bool
         Look at the reversed stress too.
+    solver : EigenSolver
 
     Returns
     -------
@@ -209,15 +212,23 @@ def weakest_modes(
         product = geometric_product(padded, extended(x.reshape(shape), signs))
         return -folded(product, signs).ravel()
 
+    def stiffness(x: FloatArray) -> FloatArray:
+        product = np.zeros(shape)
+        operator.product(x.reshape(shape), product)
+        return product.ravel()
+
     with threads_for(fill.size):
         inverse = alternating_inverse(fill.shape, poissons_ratio, signs)
         phase = alternating_phase(fill.shape, signs)
-        return extreme_values(
-            weakening,
-            solve,
-            np.where(active, start, 0.0).ravel(),
-            both=both,
-            negligible=NEGLIGIBLE if both else _NEVER,
+        return solver(
+            EigenProblem(
+                form=weakening,
+                stiffness=stiffness,
+                solve=solve,
+                start=np.where(active, start, 0.0).ravel(),
+                both=both,
+                negligible=NEGLIGIBLE if both else _NEVER,
+            )
         )
 
 

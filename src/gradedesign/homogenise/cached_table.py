@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import complete_parameters, evaluate_shape, grid_nodes
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.shape import evaluate_shape, grid_nodes
 from gradedesign.errors import DensityError, PluginError, SolverError
 from gradedesign.homogenise.cell_properties import RESOLUTIONS
 from gradedesign.homogenise.sampling import CUBE
@@ -39,8 +38,7 @@ ON_DEMAND_RESOLUTION = 48
 
 
 def property_table(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None = None,
+    cell: Cell,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
@@ -50,9 +48,7 @@ def property_table(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float, optional
-        Override the family's defaults.
+    cell : Cell
     poissons_ratio : float
         Of the base material.
     resolution : int, optional
@@ -77,17 +73,16 @@ def property_table(
     complete parameters, nu, the resolution, and the versions of method and format: a changed cell
     or a newer method is computed again.
     """
-    key = _table_key(family, parameters, poissons_ratio, resolution, edges)
+    key = _table_key(cell, poissons_ratio, resolution, edges)
     entry = load_arrays(_KIND, key)
     if entry is not None:
         try:
             return read_property_table(entry["json"].tobytes().decode("utf-8"))
         except (KeyError, UnicodeDecodeError, PluginError) as error:
-            log.warning("the cached table of cell %s is unusable: %s", family.name, error)
-    log.info("no table for cell %s: computing one", family.name)
+            log.warning("the cached table of cell %s is unusable: %s", cell.name, error)
+    log.info("no table for cell %s: computing one", cell.name)
     table = compute_table(
-        family,
-        parameters,
+        cell,
         poissons_ratio=poissons_ratio,
         resolution=resolution,
         on_row=on_row,
@@ -99,32 +94,30 @@ def property_table(
 
 
 def has_table(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None = None,
+    cell: Cell,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
 ) -> bool:
     """Whether `property_table` would find its answer in the user's cache."""
-    key = _table_key(family, parameters, poissons_ratio, resolution, edges)
+    key = _table_key(cell, poissons_ratio, resolution, edges)
     return load_arrays(_KIND, key) is not None
 
 
 def _table_key(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     poissons_ratio: float,
     resolution: int | None,
     edges: Sequence[float],
 ) -> str:
     """Content key of a table: see the notes of `property_table`."""
-    complete = complete_parameters(family, parameters)
+    points = cell.family.period * grid_nodes(16, (0.3, 0.6, 0.8))
     return content_key(
-        family.name,
-        family.symmetry,
-        repr(sorted(complete.items())),
-        family.period,
-        evaluate_shape(family, complete, family.period * grid_nodes(16, (0.3, 0.6, 0.8))),
+        cell.name,
+        cell.family.symmetry,
+        repr(sorted(cell.parameters.items())),
+        cell.family.period,
+        evaluate_shape(cell.family, cell.parameters, points),
         float(poissons_ratio),
         int(resolution or 0),
         *_stretch(edges),
@@ -135,8 +128,7 @@ def _table_key(
 
 
 def on_demand_resolution(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None = None,
+    cell: Cell,
     edges: Sequence[float] = CUBE,
 ) -> int:
     """Voxels along a cell whose table is computed during a run.
@@ -150,18 +142,17 @@ def on_demand_resolution(
     """
     for n in (ON_DEMAND_RESOLUTION, *RESOLUTIONS[:-1]):
         try:
-            table_densities(family, parameters, n, edges)
+            table_densities(cell, n, edges)
         except DensityError as error:
             log.info("not %d voxels: %s", n, error)
         else:
             return n
-    table_densities(family, parameters, RESOLUTIONS[-1], edges)
+    table_densities(cell, RESOLUTIONS[-1], edges)
     return RESOLUTIONS[-1]
 
 
 def computed_law(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None = None,
+    cell: Cell,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
@@ -172,9 +163,7 @@ def computed_law(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float, optional
-        Override the family's defaults.
+    cell : Cell
     poissons_ratio : float
         Of the base material.
     resolution : int, optional
@@ -199,33 +188,32 @@ def computed_law(
         As `compute_table`; `DensityError` also if the law would not meet ``density``, `SolverError`
         if stiffness or strength do not grow with density.
     """
-    resolution = resolution or on_demand_resolution(family, parameters, edges)
+    resolution = resolution or on_demand_resolution(cell, edges)
     if density is not None:
-        _require_meeting(family, parameters, resolution, edges, density)
-    table = property_table(family, parameters, poissons_ratio, resolution, edges, on_row)
+        _require_meeting(cell, resolution, edges, density)
+    table = property_table(cell, poissons_ratio, resolution, edges, on_row)
     try:
         return tabulated_law(table)
     except ValueError as error:
         raise SolverError(
-            f"no law follows from the computed properties of cell '{family.name}' on "
+            f"no law follows from the computed properties of cell '{cell.name}' on "
             f"{resolution}^3 voxels: {error}"
         ) from error
 
 
 def _require_meeting(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     resolution: int,
     edges: Sequence[float],
     density: tuple[float, float],
 ) -> None:
     """Refuse densities that the law to be computed will not meet; a single one may be its end."""
-    chosen = table_densities(family, parameters, resolution, edges)
+    chosen = table_densities(cell, resolution, edges)
     low, high = chosen[0], chosen[-1]
     if density[0] > high + 1e-9 or density[1] < low - 1e-9:
-        exists = calibrate(family, parameters).window
+        exists = cell.window
         raise DensityError(
-            f"no law of cell '{family.name}' can be computed for relative density {density[0]:g} "
+            f"no law of cell '{cell.name}' can be computed for relative density {density[0]:g} "
             f"to {density[1]:g}: on {resolution}^3 voxels it reaches from {low:g} to {high:g}, and "
             f"the cell exists from {exists[0]:.3g} to {exists[1]:.3g}; change [lattice] density"
         )

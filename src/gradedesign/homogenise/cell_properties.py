@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily, Symmetry
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.family import Symmetry
 from gradedesign.errors import SolverError
 from gradedesign.homogenise.bounds import require_bounds
 from gradedesign.homogenise.fit_surface import fit_surface
@@ -82,8 +83,7 @@ class CellProperties:
 
 
 def cell_properties(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     *,
     poissons_ratio: float = 0.3,
@@ -96,8 +96,7 @@ def cell_properties(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     rho : float
     poissons_ratio : float
         Of the base material.
@@ -128,16 +127,16 @@ def cell_properties(
     with the square of the voxel: between 24, 48 and 96 voxels the changes are in a ratio of 3.8 to
     4 (gyroid sheet, density 0.3), so a third of the last change is added.
     """
-    fine = resolution or _resolution(family, parameters, rho, edges)
+    fine = resolution or _resolution(cell, rho, edges)
     if fine % 2 or fine < 8:
         raise SolverError(f"resolution {fine} is impossible; expected an even number of 8 or more")
-    require_resolved(family, parameters, rho, fine, edges)
+    require_resolved(cell, rho, fine, edges)
     stiffness, strength = [], []
-    symmetry = stretched_symmetry(family.symmetry, edges)
+    symmetry = stretched_symmetry(cell.family.symmetry, edges)
     for n in (fine // 2, fine):
         with stepping(f"{n}^3 voxels"):
             report_step("filling voxels")
-            fill = cell_fill(family, parameters, rho, n, edges=edges)
+            fill = cell_fill(cell, rho, n, edges=edges)
             solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)
             stiffness.append(solution.stiffness)
             report_step("strength")
@@ -148,11 +147,11 @@ def cell_properties(
     extrapolated = stiffness[1] + correction
     uncertainty = np.abs(correction)
     if symmetry == "cubic":
-        symmetric = cubic_part(extrapolated, family.name)
+        symmetric = cubic_part(extrapolated, cell.name)
         uncertainty = np.maximum(uncertainty, np.abs(extrapolated - symmetric))
         extrapolated = symmetric
     report_step("strength surface")
-    require_bounds(extrapolated, rho, poissons_ratio, what=f"cell '{family.name}'")
+    require_bounds(extrapolated, rho, poissons_ratio, what=f"cell '{cell.name}'")
     return CellProperties(
         density=rho,
         resolution=fine,
@@ -203,15 +202,14 @@ def stretched_symmetry(symmetry: Symmetry, edges: Sequence[float]) -> Symmetry:
 
 
 def _resolution(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     edges: Sequence[float],
 ) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
     # A strut bends by its corners; a sheet is resolved with half as many.
-    wanted = LEAST_VOXELS if family.sides == 2 else STRUT_VOXELS
+    wanted = LEAST_VOXELS if cell.family.sides == 2 else STRUT_VOXELS
     for n in RESOLUTIONS:
-        if voxels_in_wall(family, parameters, rho, n, edges) >= wanted:
+        if voxels_in_wall(cell, rho, n, edges) >= wanted:
             return n
     return RESOLUTIONS[-1]

@@ -6,14 +6,13 @@ operator, as for the stiffness, with one unknown per node instead of three.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
 import scipy.fft
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.errors import SolverError
 from gradedesign.homogenise.islands import connected_fill
 from gradedesign.homogenise.sampling import cell_fill
@@ -56,15 +55,12 @@ def cell_conductivity(
     return np.asarray(0.5 * (conductivity + conductivity.T))
 
 
-def extrapolated_conductivity(
-    family: CellFamily, parameters: Mapping[str, float] | None, rho: float, resolution: int
-) -> tuple[FloatArray, float]:
+def extrapolated_conductivity(cell: Cell, rho: float, resolution: int) -> tuple[FloatArray, float]:
     """Conductivity ``(3, 3)`` of a cell from filled voxels of two grids, and its relative error.
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     rho : float
     resolution : int
         Even; the other grid has half of it.
@@ -77,8 +73,7 @@ def extrapolated_conductivity(
         As `cell_conductivity`.
     """
     coarse, fine = (
-        cell_conductivity(cell_fill(family, parameters, rho, n), rtol=1e-3)
-        for n in (resolution // 2, resolution)
+        cell_conductivity(cell_fill(cell, rho, n), rtol=1e-3) for n in (resolution // 2, resolution)
     )
     correction = (fine - coarse) / 3
     result = fine + correction

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.errors import SolverError
+from gradedesign.fe.eigen_solver import ExtremeValue
 from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, Signs
 from gradedesign.homogenise.buckling import NEGLIGIBLE, macro_prestress, weakest_modes
 from gradedesign.homogenise.cell_properties import RTOL, stretched_symmetry
-from gradedesign.homogenise.extreme_values import ExtremeValue
 from gradedesign.homogenise.periodic import PAIRS, PeriodicSolution, solve_periodic
 from gradedesign.homogenise.sampling import (
     CUBE,
@@ -73,8 +73,7 @@ class CriticalStress:
 
 
 def critical_stress(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     *,
     poissons_ratio: float = 0.3,
@@ -85,8 +84,7 @@ def critical_stress(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     rho : float
     poissons_ratio : float
         Of the base material.
@@ -116,14 +114,14 @@ def critical_stress(
     change is added. Under cubic symmetry compression and tension along x and shear in xy stand for
     all; half turns about the axes make the two senses of shear equal.
     """
-    fine = resolution or _resolution(family, parameters, rho, edges)
+    fine = resolution or _resolution(cell, rho, edges)
     if fine % 4 or fine < 8:
         raise SolverError(f"resolution {fine} is impossible; expected a multiple of 4, from 8")
-    require_resolved(family, parameters, rho, fine, edges)
-    symmetry = stretched_symmetry(family.symmetry, edges)
+    require_resolved(cell, rho, fine, edges)
+    symmetry = stretched_symmetry(cell.family.symmetry, edges)
     coarse_solution, fine_solution = (
         solve_periodic(
-            cell_fill(family, parameters, rho, n, edges=edges, share_ties=True),
+            cell_fill(cell, rho, n, edges=edges, share_ties=True),
             poissons_ratio=poissons_ratio,
             rtol=RTOL,
         )
@@ -143,7 +141,7 @@ def critical_stress(
     return CriticalStress(
         density=rho,
         resolution=fine,
-        wall_voxels=voxels_in_wall(family, parameters, rho, fine, edges),
+        wall_voxels=voxels_in_wall(cell, rho, fine, edges),
         critical=critical,
         cells=cells,
         error=error,
@@ -241,13 +239,12 @@ def refined_mode(mode: FloatArray, signs: Signs) -> FloatArray:
 
 
 def _resolution(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     edges: Sequence[float],
 ) -> int:
     """Pick the first resolution whose voxels resolve the wall; the last where none does."""
     for n in BUCKLING_RESOLUTIONS:
-        if voxels_in_wall(family, parameters, rho, n, edges) >= LEAST_VOXELS:
+        if voxels_in_wall(cell, rho, n, edges) >= LEAST_VOXELS:
             return n
     return BUCKLING_RESOLUTIONS[-1]

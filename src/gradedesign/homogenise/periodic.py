@@ -148,15 +148,6 @@ def _solve(
     )
 
 
-def unit_strain(case: int) -> FloatArray:
-    """Tensor ``(3, 3)`` of a unit strain of Voigt component ``case``, engineering shear."""
-    i, j = PAIRS[case]
-    strain = np.zeros((3, 3))
-    strain[i, j] += 0.5
-    strain[j, i] += 0.5
-    return strain
-
-
 def unit_load(operator: VoxelOperator, case: int) -> FloatArray:
     """Nodal forces ``(3, nx, ny, nz)`` by which a homogeneous unit strain is out of balance."""
     stress = solid_stiffness(operator.poissons_ratio) @ np.eye(6)[case]

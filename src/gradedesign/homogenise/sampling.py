@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import DensityError, SolverError
@@ -31,8 +30,7 @@ _ROUNDING = 2e-3
 
 
 def cell_fill(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     resolution: int,
     *,
@@ -47,8 +45,7 @@ def cell_fill(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     rho : float
     resolution : int
         Voxels along each edge of the cell, or of its period where that is longer.
@@ -73,17 +70,16 @@ def cell_fill(
     """
     if share_ties is None:
         share_ties = subsamples > 1
-    calibration = calibrate(family, parameters)
-    calibration.level_of(rho)
+    cell.level_of(rho)
     counts = voxel_counts(edges, resolution)
     n = tuple(c * subsamples for c in counts)
-    axes = [(np.arange(m) + 0.5) / m * family.period for m in n]
+    axes = [(np.arange(m) + 0.5) / m * cell.family.period for m in n]
     value = np.zeros(n)
     # In slices: a shape function may need many times the memory of its result.
     step = max(1, 2_000_000 // (n[1] * n[2]))
     for start in range(0, n[0], step):
         u = np.stack(np.meshgrid(axes[0][start : start + step], *axes[1:], indexing="ij"))
-        value[start : start + step] = evaluate_shape(family, calibration.parameters, u)
+        value[start : start + step] = evaluate_shape(cell.family, cell.parameters, u)
     # Shared, the last sample counts as far as the density asks; else it must not exceed it.
     wanted = rho * value.size
     rank = max(int(np.ceil(wanted) if share_ties else wanted) - 1, 0)
@@ -97,7 +93,7 @@ def cell_fill(
         # Rounding in the number wanted must not take the share past all of them.
         share = min((wanted - less) / (whole - less), 1.0)
         fill = without + share * (fill - without)
-    return _symmetric(fill) if family.symmetry == "cubic" and len(set(counts)) == 1 else fill
+    return _symmetric(fill) if cell.family.symmetry == "cubic" and len(set(counts)) == 1 else fill
 
 
 def _counted(solid: BoolArray, counts: tuple[int, int, int], subsamples: int) -> FloatArray:
@@ -164,20 +160,18 @@ def _symmetric(fill: FloatArray) -> FloatArray:
 
 
 def voxels_in_wall(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     resolution: int,
     edges: Sequence[float] = CUBE,
 ) -> float:
     """Voxels across the thinnest wall or strut, at least: walls across the shortest edge."""
     along = min(voxel_counts(edges, resolution))
-    return float(wall_mm(family, parameters, rho, 1.0)) * along / family.period
+    return float(wall_mm(cell, rho, 1.0)) * along / cell.family.period
 
 
 def require_resolved(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     resolution: int,
     edges: Sequence[float] = CUBE,
@@ -189,13 +183,13 @@ def require_resolved(
     DensityError
         Saying which resolution would do.
     """
-    found = voxels_in_wall(family, parameters, rho, resolution, edges)
+    found = voxels_in_wall(cell, rho, resolution, edges)
     if found < LEAST_VOXELS:
         # A grid of half as many voxels is extrapolated from, for buckling an even one.
         enough = 4 * np.ceil(0.25 * resolution * LEAST_VOXELS / found) if found > 0 else 0
         need = f"{enough:g}" if enough else "no resolution"
         raise DensityError(
-            f"cell '{family.name}' at density {rho:g} has {found:.2f} voxels across its thinnest "
+            f"cell '{cell.name}' at density {rho:g} has {found:.2f} voxels across its thinnest "
             f"wall at resolution {resolution}, expected {LEAST_VOXELS:g} at least; take resolution "
             f"{need} or a higher density"
         )

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import TypeAlias
 
 import numpy as np
 
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import complete_parameters
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import DensityError, SolverError
 from gradedesign.homogenise.cell_properties import (
@@ -58,8 +56,7 @@ _ABOVE_FLOOR = 1.15
 
 
 def compute_table(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None = None,
+    cell: Cell,
     *,
     densities: Sequence[float] | None = None,
     poissons_ratio: float = 0.3,
@@ -71,8 +68,7 @@ def compute_table(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float, optional
+    cell : Cell
     densities : sequence of float, optional
         By default `table_densities`.
     poissons_ratio : float
@@ -92,29 +88,27 @@ def compute_table(
     DensityError, LatticeError, SolverError
         As `cell_properties`.
     """
-    complete = complete_parameters(family, parameters)
     finest = resolution or RESOLUTIONS[-1]
     if densities is None:
-        densities = table_densities(family, parameters, finest, edges)
+        densities = table_densities(cell, finest, edges)
     rows: list[CellProperties] = []
-    for rho in counted(densities, f"{family.name}, density", len(densities)):
+    for rho in counted(densities, f"{cell.name}, density", len(densities)):
         row = cell_properties(
-            family,
-            parameters,
+            cell,
             rho,
             poissons_ratio=poissons_ratio,
             resolution=resolution,
             edges=edges,
         )
-        log.info("cell %s at %.3f: C11 %.5f", family.name, rho, row.stiffness[0, 0])
+        log.info("cell %s at %.3f: C11 %.5f", cell.name, rho, row.stiffness[0, 0])
         if on_row is not None:
             on_row(row, len(rows) + 1, len(densities))
         rows.append(row)
     return PropertyTable(
-        name=f"{family.name}-computed{'' if min(edges) == max(edges) else '-stretched'}",
-        family=family.name,
-        parameters=complete,
-        symmetry=stretched_symmetry(family.symmetry, edges),
+        name=f"{cell.name}-computed{'' if min(edges) == max(edges) else '-stretched'}",
+        family=cell.name,
+        parameters=cell.parameters,
+        symmetry=stretched_symmetry(cell.family.symmetry, edges),
         poissons_ratio=poissons_ratio,
         density=np.array([r.density for r in rows]),
         stiffness=np.array([r.stiffness for r in rows]),
@@ -136,8 +130,7 @@ def compute_table(
 
 
 def compute_buckling(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None = None,
+    cell: Cell,
     *,
     densities: Sequence[float] | None = None,
     poissons_ratio: float = 0.3,
@@ -148,8 +141,7 @@ def compute_buckling(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float, optional
+    cell : Cell
     densities : sequence of float, optional
         By default 0.05, 0.1, 0.2 and 0.3, as far as the thinnest wall has three voxels; those
         whose critical stresses do not settle are left out, with a warning in the log.
@@ -174,17 +166,14 @@ def compute_buckling(
         densities
         if densities is not None
         else [
-            d
-            for d in BUCKLING_DENSITIES
-            if voxels_in_wall(family, parameters, d, finest, edges) >= LEAST_VOXELS
+            d for d in BUCKLING_DENSITIES if voxels_in_wall(cell, d, finest, edges) >= LEAST_VOXELS
         ]
     )
     rows, refused = [], ""
-    for rho in counted(chosen, f"buckling of {family.name}, density", len(chosen)):
+    for rho in counted(chosen, f"buckling of {cell.name}, density", len(chosen)):
         try:
             row = critical_stress(
-                family,
-                parameters,
+                cell,
                 rho,
                 poissons_ratio=poissons_ratio,
                 resolution=resolution,
@@ -194,12 +183,12 @@ def compute_buckling(
             if given:
                 raise
             refused = f"; at {rho:g}: {error}"
-            log.warning("buckling of %s at density %g is left out: %s", family.name, rho, error)
+            log.warning("buckling of %s at density %g is left out: %s", cell.name, rho, error)
         else:
             rows.append(row)
     if len(rows) < 2:
         raise DensityError(
-            f"critical stresses of cell '{family.name}' are found at fewer than two of the "
+            f"critical stresses of cell '{cell.name}' are found at fewer than two of the "
             f"densities {list(BUCKLING_DENSITIES)}: at others its walls have fewer than "
             f"{LEAST_VOXELS:g} voxels at resolution {finest}, or they do not settle{refused}"
         )
@@ -235,8 +224,7 @@ def buckling_table(rows: Sequence[CriticalStress], poissons_ratio: float) -> Buc
 
 
 def table_densities(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     resolution: int,
     edges: Sequence[float] = CUBE,
 ) -> tuple[float, ...]:
@@ -252,19 +240,19 @@ def table_densities(
     DensityError
         If fewer than two are left.
     """
-    window = calibrate(family, parameters).window
-    voxel = family.period / min(voxel_counts(edges, resolution))
-    window_top = float(wall_mm(family, parameters, window[1], 1.0))
+    window = cell.window
+    voxel = cell.family.period / min(voxel_counts(edges, resolution))
+    window_top = float(wall_mm(cell, window[1], 1.0))
     if window_top < LEAST_VOXELS * voxel:
         need = "none will do"
         if window_top > 0.0:
             need = f"{2 * np.ceil(0.5 * resolution * LEAST_VOXELS * voxel / window_top):g}"
         raise DensityError(
-            f"cell '{family.name}' has {window_top / voxel:.2f} voxels across its thinnest wall at "
+            f"cell '{cell.name}' has {window_top / voxel:.2f} voxels across its thinnest wall at "
             f"resolution {resolution} and its highest density, {window[1]:.3f}; expected "
             f"{LEAST_VOXELS:g} at least; resolution needed: {need}"
         )
-    thinnest = density_for_wall(family, parameters, LEAST_VOXELS * voxel, 1.0)
+    thinnest = density_for_wall(cell, LEAST_VOXELS * voxel, 1.0)
     floor = max(thinnest, _ABOVE_FLOOR * window[0])
     lower = max(np.ceil(1000 * floor + 0.01) / 1000, _DENSITIES[0])
     upper = min(np.floor(1000 * window[1] - 0.01) / 1000, _DENSITIES[-1])
@@ -272,7 +260,7 @@ def table_densities(
     chosen = (float(lower), *inner, float(upper))
     if lower >= upper:
         raise DensityError(
-            f"cell '{family.name}' has walls of {LEAST_VOXELS:g} voxels at resolution {resolution} "
+            f"cell '{cell.name}' has walls of {LEAST_VOXELS:g} voxels at resolution {resolution} "
             f"only from density {lower:.3f} on, but its void closes at {upper:.3f}; "
             f"take a higher resolution"
         )

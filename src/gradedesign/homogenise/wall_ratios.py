@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.family import CellFamily
-from gradedesign.cell.shape import complete_parameters, evaluate_shape
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import SolverError
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import SUBSAMPLES
@@ -51,8 +49,7 @@ class WallRatios:
 
 
 def wall_ratios(
-    family: CellFamily,
-    parameters: Mapping[str, float] | None,
+    cell: Cell,
     rho: float,
     *,
     axis: int,
@@ -65,8 +62,7 @@ def wall_ratios(
 
     Parameters
     ----------
-    family : CellFamily
-    parameters : mapping of str to float or None
+    cell : Cell
     rho : float
         Relative density of the endless lattice.
     axis : int
@@ -88,11 +84,10 @@ def wall_ratios(
     SolverError
         If a solve does not converge, or the wall is no thicker than two voxels.
     """
-    level = float(calibrate(family, parameters).level_of(rho))
-    complete = tuple(sorted(complete_parameters(family, parameters).items()))
-    whole, endless = _endless(family, complete, level, axis, resolution, poissons_ratio)
+    level = float(cell.level_of(rho))
+    whole, endless = _endless(cell, level, axis, resolution, poissons_ratio)
     plane = np.linalg.inv(np.linalg.inv(endless)[np.ix_(PLANE, PLANE)])
-    cut, middle = _cut_fill(family, dict(complete), level, axis, lower, upper, resolution)
+    cut, middle = _cut_fill(cell, level, axis, lower, upper, resolution)
     if cut.shape[2] < 2:
         raise SolverError(
             f"a wall of {upper - lower:.3g} cells has {cut.shape[2]} voxels across; expected 2"
@@ -110,23 +105,21 @@ def wall_ratios(
 
 @lru_cache(maxsize=32)
 def _endless(
-    family: CellFamily,
-    parameters: tuple[tuple[str, float], ...],
+    cell: Cell,
     level: float,
     axis: int,
     resolution: int,
     poissons_ratio: float,
 ) -> tuple[float, FloatArray]:
     """Density and stiffness of the endless lattice on the same voxels, in the wall's axes."""
-    top = float(family.period)
-    fill, _ = _cut_fill(family, dict(parameters), level, axis, 0.0, top, resolution)
+    top = float(cell.family.period)
+    fill, _ = _cut_fill(cell, level, axis, 0.0, top, resolution)
     solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)
     return float(fill.mean()), solution.stiffness
 
 
 def _cut_fill(
-    family: CellFamily,
-    parameters: Mapping[str, float],
+    cell: Cell,
     level: float,
     axis: int,
     lower: float,
@@ -142,12 +135,12 @@ def _cut_fill(
     edges = np.clip(np.arange(first, last + 1), lower * resolution, upper * resolution)
     step = (np.arange(SUBSAMPLES) + 0.5) / SUBSAMPLES
     height = (edges[:-1, None] + step * np.diff(edges)[:, None]).ravel() / resolution
-    n = family.period * resolution
+    n = cell.family.period * resolution
     along = (np.arange(n * SUBSAMPLES) + 0.5) / (SUBSAMPLES * resolution)
     local = np.meshgrid(along, along, height, indexing="ij")
     # Local axes follow the normal in the cycle: the last one is the normal itself.
     u = np.stack([local[(i - axis - 1) % 3] for i in range(3)])
-    solid = evaluate_shape(family, parameters, u) <= level
+    solid = evaluate_shape(cell.family, cell.parameters, u) <= level
     shape = (n, SUBSAMPLES, n, SUBSAMPLES, last - first, SUBSAMPLES)
     fill = solid.reshape(shape).mean(axis=(1, 3, 5)) * np.diff(edges)
     return fill, 0.5 * (lower + upper) * resolution - first

@@ -8,29 +8,14 @@ from types import MappingProxyType
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray, locked
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.compose import banded_distance, compose
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 
 #: Coarse grid of the banded distances, in bands.
 _COARSE = 4.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class KeptRegion:
-    """A region of the part that stays solid.
-
-    Attributes
-    ----------
-    distance : callable
-        Unsigned distance to the region's surface, points ``(3, ...)`` mm to ``(...)`` mm.
-    margin : float, mm
-        The part is solid within this distance.
-    """
-
-    distance: Field
-    margin: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,8 +24,8 @@ class LatticeDesign:
 
     Attributes
     ----------
-    part : callable
-        Signed distance of the part, points ``(3, ...)`` mm to ``(...)`` mm, negative inside.
+    domain : DesignDomain
+        The part, its skin and its passive regions.
     shape : callable
         The cell's ``g(u, **parameters)``; the solid is ``g <= t``.
     level_of : callable
@@ -51,42 +36,22 @@ class LatticeDesign:
         Typical size of a cell; only scales the cell's values towards mm.
     density : DensityGrid or float
         Relative density, graded or uniform.
-    lower, upper : (3,) array, mm
-        Box around the part.
     parameters : mapping of str to float
         Keyword arguments of ``shape``.
-    skin : float, optional, mm
-        Thickness of the solid skin.
-    kept : tuple of KeptRegion
-        Regions that stay solid.
     """
 
-    part: Field
+    domain: DesignDomain
     shape: Callable[..., FloatArray]
     level_of: Callable[[FloatArray], FloatArray]
     cell_map: Callable[[FloatArray], FloatArray]
     cell_size: float
     density: DensityGrid | float
-    lower: FloatArray
-    upper: FloatArray
     parameters: Mapping[str, float] = field(default_factory=dict)
-    skin: float | None = None
-    kept: tuple[KeptRegion, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
-        object.__setattr__(self, "upper", locked(self.upper, (3,), name="upper"))
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-        if not (self.upper > self.lower).all():
-            raise LatticeError(f"the lattice's box is empty: {self.lower} to {self.upper} mm")
         if not self.cell_size > 0:
             raise LatticeError(f"cell size is {self.cell_size:g} mm, expected a positive size")
-        sizes = [k.margin for k in self.kept] + ([] if self.skin is None else [self.skin])
-        if any(not s > 0 for s in sizes):
-            raise LatticeError(
-                f"skin and margins of kept regions must be positive, got {sizes} mm; leave out "
-                f"what is not wanted"
-            )
 
 
 def density_at(design: LatticeDesign, points: FloatArray) -> FloatArray:
@@ -154,12 +119,12 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 def body_field(design: LatticeDesign) -> Field:
     """Cells, skin and kept regions before the part trims them, negative inside, about mm."""
     cell = cell_field(design)
-    kept = [_grown(region) for region in design.kept]
+    kept = [_grown(region) for region in design.domain.passive]
 
     def body(points: FloatArray) -> FloatArray:
         united = cell(points)
-        if design.skin is not None:
-            united = np.minimum(united, -(design.part(points) + design.skin))
+        if design.domain.skin is not None:
+            united = np.minimum(united, -(design.domain.distance(points) + design.domain.skin))
         for region in kept:
             united = np.minimum(united, region(points))
         return united
@@ -202,11 +167,13 @@ def lattice_field(
         if not near.any():
             return np.array(distance)
         if near.all():
-            return compose(distance, cell(points), skin=design.skin, kept=[k(points) for k in kept])
+            return compose(
+                distance, cell(points), skin=design.domain.skin, kept=[k(points) for k in kept]
+            )
         values = np.array(distance)
         inside = points[:, near]
         values[near] = compose(
-            distance[near], cell(inside), skin=design.skin, kept=[k(inside) for k in kept]
+            distance[near], cell(inside), skin=design.domain.skin, kept=[k(inside) for k in kept]
         )
         return values
 
@@ -214,19 +181,21 @@ def lattice_field(
 
 
 def _distances(design: LatticeDesign, band: float | None) -> tuple[Field, list[Field]]:
-    """Distance of the part and of every kept region less its margin, banded if asked."""
-    kept = [_grown(region) for region in design.kept]
+    """Distance of the part and of every passive region less its margin, banded if asked."""
+    kept = [_grown(region) for region in design.domain.passive]
     if band is None:
-        return design.part, kept
+        return design.domain.distance, kept
     if not band > 0:
         raise LatticeError(f"band is {band:g} mm, expected a positive reach")
-    box = (design.lower - band, design.upper + band)
-    inner = band + (design.skin or 0.0)
-    part = banded_distance(design.part, *box, spacing=_COARSE * band, inner=inner, outer=band)
+    box = (design.domain.lower - band, design.domain.upper + band)
+    inner = band + (design.domain.skin or 0.0)
+    part = banded_distance(
+        design.domain.distance, *box, spacing=_COARSE * band, inner=inner, outer=band
+    )
     return part, [
         banded_distance(k, *box, spacing=_COARSE * band, inner=band, outer=band) for k in kept
     ]
 
 
-def _grown(region: KeptRegion) -> Field:
+def _grown(region: PassiveRegion) -> Field:
     return lambda points: region.distance(points) - region.margin

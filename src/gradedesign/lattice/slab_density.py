@@ -10,6 +10,7 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, locked
 from gradedesign.cell.shape import spread_points
 from gradedesign.errors import LatticeError
+from gradedesign.lattice.domain import LATTICE, phase_at
 from gradedesign.lattice.lattice import LatticeDesign, density_at
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 
@@ -103,7 +104,9 @@ def slab_density(
     LatticeError
         If the part has no volume in a slab.
     """
-    edges = slab_edges(float(design.lower[axis]), float(design.upper[axis]), thickness)
+    edges = slab_edges(
+        float(design.domain.lower[axis]), float(design.domain.upper[axis]), thickness
+    )
     whole = np.diff(volumes_below(part, axis, edges))
     if not (whole > 0).all():
         raise LatticeError(f"the part has no volume in {np.count_nonzero(whole <= 0)} slabs")
@@ -111,7 +114,7 @@ def slab_density(
     target = np.zeros(len(whole))
     share = np.zeros(len(whole))
     for n, (low, high) in enumerate(pairwise(edges)):
-        lower, upper = np.array(design.lower), np.array(design.upper)
+        lower, upper = np.array(design.domain.lower), np.array(design.domain.upper)
         lower[axis], upper[axis] = low, high
         target[n], share[n] = _means(design, lattice, lower, upper)
     return SlabDensities(
@@ -178,15 +181,12 @@ def _means(
     inside, solid, target = 0, 0, 0.0
     for start in range(0, points.shape[1], _BATCH):
         batch = points[:, start : start + _BATCH]
-        depth = design.part(batch)
+        depth = design.domain.distance(batch)
         batch, depth = batch[:, depth <= 0], depth[depth <= 0]
         if not batch.size:
             continue
-        wanted = density_at(design, batch)
-        if design.skin is not None:
-            wanted = np.where(depth >= -design.skin, 1.0, wanted)
-        for region in design.kept:
-            wanted = np.where(region.distance(batch) <= region.margin, 1.0, wanted)
+        lattices = phase_at(design.domain, batch, depth) == LATTICE
+        wanted = np.where(lattices, density_at(design, batch), 1.0)
         inside += batch.shape[1]
         solid += int(np.count_nonzero(lattice(batch) <= 0))
         target += float(wanted.sum())

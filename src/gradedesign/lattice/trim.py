@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gradedesign.arrays import FloatArray
+from gradedesign.lattice.domain import grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.surface import extract_surface, require_closed
 from gradedesign.mesh.boolean import intersection
@@ -29,7 +29,7 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     ----------
     design : LatticeDesign
     part : SurfaceMesh
-        Closed and outward oriented; its signed distance is ``design.part``.
+        Closed and outward oriented; its signed distance is ``design.domain.distance``.
     step : float, mm
         Grid of the contour.
 
@@ -45,21 +45,12 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         If the Boolean kernel refuses a surface or nothing is left.
     """
     overhang = OVERHANG * step
-    inner = design.part
-
-    def grown(points: FloatArray) -> FloatArray:
-        return inner(points) - overhang
-
-    untrimmed = replace(
-        design,
-        part=grown,
-        skin=None if design.skin is None else design.skin + overhang,
-        lower=design.lower - overhang,
-        upper=design.upper + overhang,
-    )
+    untrimmed = replace(design, domain=grown(design.domain, overhang))
     field = lattice_field(untrimmed, band=3 * step, single=True)
     with stepping(f"contouring at {step:.3g} mm"):
-        raw = extract_surface(field, untrimmed.lower - step, untrimmed.upper + step, step)
+        raw = extract_surface(
+            field, untrimmed.domain.lower - step, untrimmed.domain.upper + step, step
+        )
     with stepping(f"cutting {len(raw.faces)} triangles with the part"):
         trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
     require_closed(trimmed)

@@ -8,13 +8,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gradedesign.errors import DensityError
+from gradedesign.material.power_fit import softest_modulus
 from gradedesign.material.scaling_law import ScalingLaw
-
-
-def relative_modulus(law: ScalingLaw, rho: float) -> float:
-    """Young's modulus along the softest cell axis over the base material's."""
-    compliance = np.linalg.inv(law.stiffness(np.asarray(rho, dtype=np.float64)))
-    return float(1.0 / np.diag(compliance)[:3].max())
 
 
 def density_for_displacement(law: ScalingLaw, displacement: float, permitted: float) -> float:
@@ -46,7 +41,7 @@ def density_for_displacement(law: ScalingLaw, displacement: float, permitted: fl
     """
     return _smallest_density(
         law,
-        lambda rho: relative_modulus(law, rho),
+        lambda rho: float(softest_modulus(law, np.asarray(rho, dtype=np.float64))),
         _ratio("displacement", displacement, permitted, "mm"),
         f"a displacement of {displacement:g} mm when solid and a limit of {permitted:g} mm",
     )
@@ -75,6 +70,16 @@ def density_for_stress(law: ScalingLaw, von_mises: float, permitted: float) -> f
     References
     ----------
     Ramirez Salazar, thesis, Grenoble 2022, eqs. 1.9 and 1.11.
+
+    Examples
+    --------
+    The beam of section 4.3:
+
+    >>> from gradedesign.material.power_law import power_law
+    >>> law = power_law("g", ("test-wall",), 0.402, 1.176, 0.426, 1.537, (0.125, 0.624),
+    ...                 kind="fe", source="table 4.1", test="4x4x4 cells")
+    >>> round(density_for_stress(law, 3.6705, 50.0), 3)
+    0.319
     """
     return _smallest_density(
         law,
@@ -82,41 +87,6 @@ def density_for_stress(law: ScalingLaw, von_mises: float, permitted: float) -> f
         _ratio("stress", von_mises, permitted, "MPa"),
         f"a stress of {von_mises:g} MPa when solid and a limit of {permitted:g} MPa",
     )
-
-
-def constant_density(
-    law: ScalingLaw,
-    *,
-    displacement: float,
-    permitted_displacement: float,
-    von_mises: float,
-    permitted_stress: float,
-) -> tuple[float, str]:
-    """Density that holds both limits, and which one decides.
-
-    Returns
-    -------
-    density : float
-    governing : str
-        ``"displacement"`` or ``"stress"``.
-
-    Examples
-    --------
-    The gyroid beam of Ramirez Salazar, section 4.3:
-
-    >>> from gradedesign.material.power_law import power_law
-    >>> law = power_law("g", ("gyroid-wall",), 0.402, 1.176, 0.426, 1.537, (0.125, 0.624),
-    ...                 kind="fe", source="table 4.1", test="4x4x4 cells")
-    >>> rho, governing = constant_density(law, displacement=0.1413, permitted_displacement=2.0,
-    ...                                   von_mises=3.6705, permitted_stress=50.0)
-    >>> round(rho, 3), governing
-    (0.319, 'stress')
-    """
-    by_displacement = density_for_displacement(law, displacement, permitted_displacement)
-    by_stress = density_for_stress(law, von_mises, permitted_stress)
-    if by_stress > by_displacement:
-        return by_stress, "stress"
-    return by_displacement, "displacement"
 
 
 def _ratio(what: str, value: float, permitted: float, unit: str) -> float:

@@ -157,7 +157,7 @@ def _law(
     poissons_ratio: float,
 ) -> ScalingLaw:
     """Check the curves and put them behind the window."""
-    strong, stronger = _log_curve(name, *strength)
+    strong, _ = _log_curve(name, *strength)
     if strength[0][0] > window[0] + 1e-9 or strength[0][-1] < window[1] - 1e-9:
         raise ValueError(
             f"law '{name}': strengths are given for densities {strength[0][0]:g} to "
@@ -174,7 +174,6 @@ def _law(
             derivatives(within_window(name, window, rho))
         ),
         strength=lambda rho: strong(within_window(name, window, rho)),
-        strength_derivative=lambda rho: stronger(within_window(name, window, rho)),
         window=window,
         kind=kind,
         source=source,

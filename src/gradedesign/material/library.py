@@ -8,10 +8,6 @@ general use that no document at hand confirmed. Replace those by your own before
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from gradedesign.case.suggest import instead, shown
-from gradedesign.errors import CaseError
 from gradedesign.material.material import Material
 
 _EOS_316L = "EOS process data sheet StainlessSteel 316L-4441, EOS M 290, 20 um"
@@ -227,36 +223,3 @@ def builtin_materials() -> tuple[Material, ...]:
     tuple of Material
     """
     return tuple(sorted((*_METALS, *_POLYMERS), key=lambda material: material.name))
-
-
-def find_material(name: str, materials: Iterable[Material] | None = None) -> Material:
-    """Look a material up by its exact name.
-
-    Parameters
-    ----------
-    name : str
-        As in ``[material] name``.
-    materials : iterable of Material, optional
-        Where to look; by default the built-in ones.
-
-    Returns
-    -------
-    Material
-
-    Raises
-    ------
-    CaseError
-        Naming the nearest spelling and what there is.
-
-    Examples
-    --------
-    >>> find_material("316L").youngs_modulus
-    180000.0
-    """
-    known = {m.name: m for m in (builtin_materials() if materials is None else materials)}
-    if name not in known:
-        raise CaseError(
-            f"material {shown(name)} is not in the library; {instead(name, known)}; or give "
-            "youngs_modulus, poissons_ratio and density in [material]"
-        )
-    return known[name]

@@ -96,17 +96,12 @@ def power_law(
         c, n = strength_terms()
         return np.asarray(c * within_window(name, window, rho) ** n)
 
-    def strength_derivative(rho: FloatArray) -> FloatArray:
-        c, n = strength_terms()
-        return np.asarray(c * n * within_window(name, window, rho) ** (n - 1))
-
     return ScalingLaw(
         name=name,
         families=families,
         stiffness=stiffness,
         stiffness_derivative=stiffness_derivative,
         strength=strength,
-        strength_derivative=strength_derivative,
         window=window,
         kind=kind,
         source=source,

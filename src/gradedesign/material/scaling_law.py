@@ -33,8 +33,6 @@ class ScalingLaw:
     strength : callable
         rho ``(...)`` to the macroscopic von Mises stress at first yield of the cell, relative
         to the base material's strength, ``(...)``.
-    strength_derivative : callable
-        d(strength)/d(rho).
     window : (float, float)
         Densities between which the source supports the law.
     kind : {"fe", "experiment", "computed"}
@@ -59,7 +57,6 @@ class ScalingLaw:
     stiffness: Callable[[FloatArray], FloatArray]
     stiffness_derivative: Callable[[FloatArray], FloatArray]
     strength: Callable[[FloatArray], FloatArray]
-    strength_derivative: Callable[[FloatArray], FloatArray]
     window: tuple[float, float]
     kind: Literal["fe", "experiment", "computed"]
     source: str

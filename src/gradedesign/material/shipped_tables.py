@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from functools import cache
 from importlib import resources
 
-from gradedesign.material.finite_size_table import FiniteSizeTable, read_finite_size_table
 from gradedesign.material.property_table import read_property_table
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.material.tabulated_law import tabulated_law
@@ -35,23 +34,6 @@ def shipped_laws(package: str) -> Iterator[ScalingLaw]:
     ...     yield from gradedesign.shipped_laws("my_cells.properties")
     """
     yield from _laws(package)
-
-
-def shipped_finite_size_tables(package: str) -> Iterator[FiniteSizeTable]:
-    """Every table of few cells in a package, by file name.
-
-    Parameters
-    ----------
-    package : str
-        Importable name of the folder that holds what ``gradedesign tabulate --finite-size`` wrote.
-
-    Raises
-    ------
-    PluginError
-        If a table is damaged or of another format.
-    """
-    for text in _tables(package):
-        yield read_finite_size_table(text)
 
 
 @cache

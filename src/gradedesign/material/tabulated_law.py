@@ -56,7 +56,7 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
             f"the strengths {table.strength.tolist()} of table '{name}' do not grow with density; "
             f"compute it at a higher resolution"
         )
-    strength, strength_slope = _exponential(log_density, np.log(table.strength))
+    strength, _ = _exponential(log_density, np.log(table.strength))
     build = _cubic if table.symmetry == "cubic" else _matrix_logarithm
     stiffness, stiffness_slope = build(table)
     if table.symmetry != "cubic":
@@ -76,7 +76,6 @@ def tabulated_law(table: PropertyTable) -> ScalingLaw:
         stiffness=inside(stiffness),
         stiffness_derivative=inside(stiffness_slope),
         strength=inside(strength),
-        strength_derivative=inside(strength_slope),
         window=window,
         kind="computed",
         source=f"gradedesign {table.version}, {table.date}",

@@ -8,32 +8,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.workspace.worker import Option, serve
+from gradedesign.mesh.mesher import serve_mesher
+from gradedesign.workspace.worker import Option
 
 
 def mesh_surface(
-    arrays: Mapping[str, NDArray[Any]], options: Mapping[str, Option]
-) -> dict[str, NDArray[Any]]:
-    """Mesh the inside of a surface.
+    vertices: NDArray[Any], faces: NDArray[Any], options: Mapping[str, Option]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Mesh the inside of a surface; see `serve_mesher`.
 
-    Parameters
-    ----------
-    arrays : mapping
-        ``vertices`` (n, 3) in mm and ``faces`` (m, 3).
-    options : mapping
-        ``edge_length`` mm, ``relative_epsilon`` of the bounding box's diagonal, ``stop_energy``,
-        ``threads`` (0: all), ``simplify``.
-
-    Returns
-    -------
-    mapping
-        ``points`` (n, 3) in mm and ``tets`` (m, 4), positively oriented.
+    Of the way come the options ``threads`` (0: all) and ``simplify``.
     """
     import pytetwild
 
     points, tets = pytetwild.tetrahedralize(
-        np.ascontiguousarray(arrays["vertices"], dtype=np.float64),
-        np.ascontiguousarray(arrays["faces"], dtype=np.int32),
+        np.ascontiguousarray(vertices, dtype=np.float64),
+        np.ascontiguousarray(faces, dtype=np.int32),
         edge_length_abs=float(options["edge_length"]),
         epsilon=float(options["relative_epsilon"]),
         stop_energy=float(options["stop_energy"]),
@@ -42,7 +32,7 @@ def mesh_surface(
         vtk_ordering=True,  # its own order has negative volumes
         quiet=True,
     )
-    return {"points": points, "tets": tets}
+    return points, tets
 
 
 def load() -> None:
@@ -51,4 +41,4 @@ def load() -> None:
 
 
 if __name__ == "__main__":
-    serve(mesh_surface, load=load)
+    serve_mesher(mesh_surface, load=load)

@@ -1,8 +1,7 @@
-"""Mesh the inside of a surface with pytetwild, in a process that may fail, and check the result."""
+"""Mesh the inside of a surface in a process that may fail, and check the result."""
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import logging
 from collections.abc import Mapping, Sequence
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.mesh.long_edges import bisect_long_edges, least_count
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.mesh.quality import TetReport, require_sound, without_loose_points
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.tet_mesh import TetMesh
@@ -28,7 +28,6 @@ log = logging.getLogger(__name__)
 
 _KIND = "tetwild"
 _FAILED_KIND = "tetwild-failed"
-_WORKER = "gradedesign.mesh._tetwild_worker"
 #: Times the length asked for that no edge exceeds: where fTetWild splits (Hu et al. 2020, 3.2).
 LONGEST_EDGE = 4.0 / 3.0
 #: Of bisection: tetrahedra for one of the least number, and bytes for each of them, measured at
@@ -38,12 +37,6 @@ _BISECTED, _BYTES_PER_TET = 5.4, 430.0
 _LEAST_S = 0.001
 #: How the line of an attempt says that it is the last one.
 _SUCCEEDED = "succeeded in"
-#: What attempts differ in. Never a geometric tolerance: that would be another question.
-_WAYS: tuple[tuple[str, dict[str, Option]], ...] = (
-    ("all threads, surface simplified first", {"threads": 0, "simplify": True}),
-    ("one thread, surface simplified first", {"threads": 1, "simplify": True}),
-    ("all threads, surface not simplified", {"threads": 0, "simplify": False}),
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,15 +101,16 @@ def tetrahedralize(
     expected_volume: float | None = None,
     stop_energy: float = 10.0,
     cache: bool = True,
-    worker_module: str = _WORKER,
+    mesher: Mesher = PYTETWILD,
 ) -> MeshedSurface:
-    """Mesh the inside of a closed surface with tetrahedra (Hu et al. 2020, fTetWild).
+    """Mesh the inside of a closed surface with tetrahedra.
 
-    The mesher stops as soon as its tetrahedra are well shaped, on a box before they are as small as
-    asked; those with an edge longer than 4/3 of the length asked for are bisected.
+    fTetWild stops as soon as its tetrahedra are well shaped, on a box before they are as small as
+    asked; of any mesher, those with an edge longer than 4/3 of the length asked for are bisected.
 
-    The mesher is not deterministic, so that the same question is answered from the user's cache;
-    a crash or a refused mesh is retried in up to three ways that share the geometric tolerance.
+    fTetWild is not deterministic, so that the same question is answered from the user's cache; a
+    crash or a refused mesh is retried in the ways of the mesher, which share the geometric
+    tolerance.
 
     Parameters
     ----------
@@ -138,7 +132,7 @@ def tetrahedralize(
         Quality at which the mesher stops improving (AMIPS energy).
     cache : bool
         Use and fill the user's cache.
-    worker_module : str
+    mesher : Mesher
         What runs in the process.
 
     Returns
@@ -158,21 +152,20 @@ def tetrahedralize(
     question = _question(
         surface, edge_length, epsilon, stop_energy, expected_volume, volume_tolerance
     )
-    version = importlib.metadata.version("pytetwild")
     key = content_key(
         surface.vertices,
         surface.faces,
         edge_length,
         epsilon,
         stop_energy,
-        version,
-        worker_module,
+        mesher.version,
+        mesher.worker,
         LONGEST_EDGE,
     )
     found = _from_cache(question, key) if cache else None
     if found is None:
         log.info("meshing %s", question.what)
-        mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, worker_module)
+        mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, mesher)
         log.info("meshed: %d tetrahedra in %.1f s", report.count, clock.elapsed())
     else:
         mesh, report, attempts = found
@@ -239,17 +232,17 @@ def _attempt(
     key: str,
     clock: Deadline,
     memory_limit_bytes: int,
-    worker_module: str,
+    mesher: Mesher,
 ) -> tuple[TetMesh, TetReport, tuple[str, ...]]:
     """Ask in each way until an answer is sound."""
     attempts: list[str] = []
-    for number, (way, options) in enumerate(_WAYS, start=1):
+    for number, (way, options) in enumerate(mesher.ways, start=1):
         clock.require(f"meshing {question.what}")
         start = clock.elapsed()
-        report_step(f"mesher, way {number} of {len(_WAYS)}: {way}")
+        report_step(f"mesher, way {number} of {len(mesher.ways)}: {way}")
         try:
             result = run_worker(
-                worker_module,
+                mesher.worker,
                 {"vertices": question.vertices, "faces": question.faces},
                 {**question.options, **options},
                 time_limit_s=max(clock.remaining(), _LEAST_S),

@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import logging
+import os
+import platform
+import re
 import subprocess
 import sys
+import time
 from functools import cache
+from importlib.metadata import version
+
+import numpy as np
+
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 log = logging.getLogger(__name__)
 
@@ -18,10 +27,37 @@ plotter.close()
 raise SystemExit(0 if image.min() != image.max() else 3)
 """
 
+#: Seconds for which an answer from the user's cache is believed.
+_BELIEVED_S = 86_400.0
+#: Environment variables that change what VTK draws with.
+_STEERING = re.compile(r"DISPLAY|WAYLAND_DISPLAY|(VTK|LIBGL|MESA|GALLIUM|EGL|_*GLX?|CUDA)_.*")
+
 
 @cache
-def opengl_works(limit_s: float = 90.0) -> bool:
-    """Draw a small sphere in a process of its own; asked once per process.
+def opengl_works() -> bool:
+    """Whether a small sphere could be drawn, today in this environment or just now.
+
+    Only a success is kept, for a day: where nothing can be drawn the next process looks again.
+    """
+    key = _environment_key()
+    stored = load_arrays("opengl", key)
+    if stored is not None and 0.0 <= time.time() - float(stored["seen"]) < _BELIEVED_S:
+        return True
+    works = probe_opengl()
+    if works:
+        store_arrays("opengl", key, seen=np.array(time.time()))
+    return works
+
+
+def _environment_key() -> str:
+    """Content key of what decides whether VTK finds OpenGL: machine, session and versions."""
+    steering = sorted(item for item in os.environ.items() if _STEERING.fullmatch(item[0]))
+    machine = (platform.node(), platform.platform(), sys.executable, repr(steering))
+    return content_key(_PROBE, version("vtk"), version("pyvista"), *machine)
+
+
+def probe_opengl(limit_s: float = 90.0) -> bool:
+    """Draw a small sphere in a process of its own.
 
     VTK ends the whole process where no OpenGL is found, so it is never tried in ours first.
     """

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gradedesign.arrays import Field
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PrintedLattice:
-    """What is printed: the surface that is written, and what files may say about it.
+    """What is printed: its surface, the field that the surface came from, and what files may say.
 
     More attributes may follow; those that are there keep their meaning.
 
@@ -21,8 +23,14 @@ class PrintedLattice:
         verdict was reached, it is the surface that was judged.
     name : str
         Of the case.
+    version : str
+        Of gradedesign.
+    case_hash : str
+        SHA-256 of what the case asks for, as in ``result.json``.
     material : str or None
         Its name; None where the case states none.
+    mass_g : float or None
+        Of what the surface encloses, g; None where the case states no material.
     field : callable or None
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
         when it is first called. Loose pieces, which the surface leaves out, are still in it.
@@ -32,6 +40,28 @@ class PrintedLattice:
 
     surface: SurfaceMesh
     name: str
+    version: str = ""
+    case_hash: str = ""
     material: str | None = None
+    mass_g: float | None = None
     field: Field | None = None
     unit: str = "mm"
+
+    @property
+    def bounds(self) -> FloatArray:
+        """Least and largest corner ``(2, 3)`` of the surface, mm; ``field`` is positive beyond."""
+        points = self.surface.vertices[np.unique(self.surface.faces)]
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What a file may say in words, by name; empty entries are left out."""
+        words = {
+            "name": self.name,
+            "unit": self.unit,
+            "material": self.material or "",
+            "mass_g": "" if self.mass_g is None else f"{self.mass_g:.6g}",
+            "gradedesign": self.version,
+            "case_hash": self.case_hash,
+        }
+        return {key: value for key, value in words.items() if value}

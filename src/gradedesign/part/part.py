@@ -16,15 +16,16 @@ from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
+from gradedesign.part.file_faces import FileFaces, carried
+from gradedesign.part.raw_triangles import RawTriangles, in_mm
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
 from gradedesign.part.smooth_faces import SmoothFaces, segment_faces
 
 log = logging.getLogger(__name__)
 
-#: Reads one file format: path and unit to triangles.
-Reader: TypeAlias = Callable[[Path, str], RawTriangles]
+#: Reads one file format.
+Reader: TypeAlias = Callable[[Path], RawTriangles]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,6 +37,10 @@ class Part:
     surface : SurfaceMesh
         Closed, outward.
     faces : SmoothFaces
+    file_faces : FileFaces or None
+        Faces, names and colours of the file on the triangles of ``surface``.
+    units : str or None
+        Unit in which the file was read; None for a box.
     regions : mapping of str to Region
         In the order of the case.
     volume : float, mm^3
@@ -49,6 +54,8 @@ class Part:
 
     surface: SurfaceMesh
     faces: SmoothFaces
+    file_faces: FileFaces | None
+    units: str | None
     regions: Mapping[str, Region]
     volume: float
     diagonal: float
@@ -78,8 +85,19 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     """
     start = time.perf_counter()
     spec = case.part
+    file_faces: FileFaces | None = None
+    units: str | None = None
     if spec.file is not None:
-        surface, report, source = _read_file(spec, spec.file, readers)
+        raw, units = _read_file(spec, spec.file, readers)
+        source = spec.file.name
+        surface, report = build_surface(
+            raw.corners, repair=spec.repair, bodies=spec.bodies, source=source
+        )
+        if raw.faces is not None:
+            file_faces = carried(
+                raw.faces, raw.corners, surface, tolerance=10.0 * report.weld_tolerance
+            )
+        report = replace(report, warnings=(*raw.warnings, *report.warnings))
     elif spec.box is not None:
         box = corner_points(box_surface(spec.box))
         surface, report = build_surface(box, source="box")
@@ -90,7 +108,9 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     part = Part(
         surface=surface,
         faces=faces,
-        regions=select_regions(surface, faces, case.region),
+        file_faces=file_faces,
+        units=units,
+        regions=select_regions(surface, faces, case.region, file_faces),
         volume=enclosed_volume(surface),
         diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
         source=source,
@@ -109,20 +129,20 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
 
 def _read_file(
     spec: ShapeSpec, path: Path, readers: Mapping[str, Reader]
-) -> tuple[SurfaceMesh, RepairReport, str]:
-    """Read and repair a part file."""
+) -> tuple[RawTriangles, str]:
+    """Triangles of a part file in mm, and the unit that it was read in."""
     read = readers.get(path.suffix.lower())
     if read is None:
         near = instead(path.suffix.lower(), sorted(readers), what="readable")
         raise CaseError(f"part.file: found {path.name}, which no reader takes; {near}")
-    if spec.units is None:
+    raw = read(path)
+    unit = spec.units or raw.unit
+    if unit is None:
         raise CaseError(
             f"part.units: missing; {path.name} carries no unit, state mm, cm, m or inch"
         )
-    raw = read(path, spec.units)
-    # Whoever wrote the reader: no part is empty, not finite or larger than any building.
-    raw = raw_triangles(raw.corners, "mm", source=path.name, warnings=raw.warnings)
-    surface, report = build_surface(
-        raw.corners, repair=spec.repair, bodies=spec.bodies, source=path.name
-    )
-    return surface, replace(report, warnings=(*raw.warnings, *report.warnings)), path.name
+    scaled = in_mm(raw, unit, path.name)
+    if raw.unit not in (None, unit):
+        said = f"{path.name}: read in {unit} as [part] units says, though its unit is {raw.unit}"
+        scaled = replace(scaled, warnings=(*scaled.warnings, said))
+    return scaled, unit

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
 from gradedesign.errors import CaseError, MeshError
 from gradedesign.mesh.closest import ClosestPoints, build_triangle_tree, closest_features
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 from gradedesign.mesh.tetwild import MeshedSurface, tetrahedralize
@@ -60,6 +61,7 @@ def mesh_part(
     time_limit_s: float,
     memory_limit_bytes: int,
     cache: bool = True,
+    mesher: Mesher = PYTETWILD,
 ) -> MeshedSurface:
     """Mesh the inside of a part's surface.
 
@@ -75,6 +77,7 @@ def mesh_part(
         Of the mesher's process.
     cache : bool
         Use and fill the user's cache.
+    mesher : Mesher
 
     Returns
     -------
@@ -98,6 +101,7 @@ def mesh_part(
         memory_limit_bytes=memory_limit_bytes,
         volume_tolerance=VOLUME_TOLERANCE,
         cache=cache,
+        mesher=mesher,
     )
 
 

@@ -1,15 +1,16 @@
-"""Triangles as a file gives them: loose corners, in mm, checked for nonsense only."""
+"""Triangles as a file gives them: loose corners with its faces, checked for nonsense only."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.errors import CaseError, PartError
+from gradedesign.part.file_faces import FileFaces, require_labels
 
 #: Length of one file unit, mm.
 UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
@@ -22,15 +23,21 @@ SMALLEST_DIAGONAL = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RawTriangles:
-    """What a reader returns: unconnected triangles and what was odd about the file.
+    """Unconnected triangles of a part file, in its unit, with its faces and its oddities.
 
     Attributes
     ----------
-    corners : (m, 3 corners, 3 coordinates) array, mm
+    corners : (m, 3 corners, 3 coordinates) array, ``unit``
+    unit : str or None
+        ``mm``, ``cm``, ``m`` or ``inch``; None where the format carries none and the case says it.
+    faces : FileFaces or None
+        Face of every triangle, where the format tells faces, bodies or colours apart.
     warnings : tuple of str
     """
 
     corners: FloatArray
+    unit: str | None = None
+    faces: FileFaces | None = None
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -38,36 +45,66 @@ class RawTriangles:
 
 
 def raw_triangles(
-    corners: ArrayLike, unit: str, *, source: str, warnings: Sequence[str] = ()
+    corners: ArrayLike,
+    *,
+    source: str,
+    unit: str | None = None,
+    faces: FileFaces | None = None,
+    warnings: Sequence[str] = (),
 ) -> RawTriangles:
-    """Scale triangles to mm and refuse those that cannot be a part.
+    """Triangles that a reader returns, refused where none of them can be a part.
 
     Parameters
     ----------
     corners : (m, 3, 3) array_like, file units
+    source : str
+        Name of the file, for messages.
+    unit : str, optional
+        Of the file, where the format carries one.
+    faces : FileFaces, optional
+        Of the file, where the format has them.
+    warnings : sequence of str
+        Passed on.
+
+    Raises
+    ------
+    PartError
+        If there are no triangles, or some are not finite.
+    """
+    values = np.asarray(corners, dtype=np.float64)
+    if len(values) == 0:
+        raise PartError(f"{source}: no triangles in the file; export the part again as a solid")
+    require_finite(values, source=source)
+    return RawTriangles(corners=values, unit=unit, faces=faces, warnings=tuple(warnings))
+
+
+def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
+    """Triangles scaled from a unit to mm, checked whoever wrote their reader.
+
+    Parameters
+    ----------
+    raw : RawTriangles
+        Its own unit is not looked at.
     unit : str
         ``mm``, ``cm``, ``m`` or ``inch``.
     source : str
         Name of the file, for messages.
-    warnings : sequence of str
-        Passed on.
 
     Raises
     ------
     CaseError
         If the unit is unknown.
     PartError
-        If there are no triangles, some are not finite, or their range is absurd.
+        If there are no triangles, their range is absurd, or their faces do not belong to them.
     """
     if unit not in UNIT_MM:
         raise CaseError(f"unit {unit!r} of {source} is unknown; use one of {', '.join(UNIT_MM)}")
-    values = np.asarray(corners, dtype=np.float64)
-    if len(values) == 0:
+    if len(raw.corners) == 0:
         raise PartError(f"{source}: no triangles in the file; export the part again as a solid")
-    require_finite(values, source=source)
-    scaled = values * UNIT_MM[unit]
+    require_labels(raw.faces, len(raw.corners), source)
+    scaled = raw.corners * UNIT_MM[unit]
     _require_sane_range(scaled, unit, source)
-    return RawTriangles(corners=scaled, warnings=tuple(warnings))
+    return replace(raw, corners=scaled, unit="mm")
 
 
 def require_finite(corners: FloatArray, *, source: str) -> None:

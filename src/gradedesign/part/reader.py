@@ -20,10 +20,11 @@ class PartReader:
     suffixes : tuple of str
         Lower-case file endings with their dot, such as ``(".stl",)``.
     read : callable
-        ``read(path, unit)`` returns `RawTriangles` in mm; ``unit`` is ``mm``, ``cm``, ``m`` or
-        ``inch``. It raises `gradedesign.PartError` for a file it does not understand.
+        ``read(path)`` returns `RawTriangles`: corners in the file's unit, the unit where the
+        format carries one, and faces, names and colours where it has them. It raises
+        `gradedesign.PartError` for a file it does not understand.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[[Path, str], RawTriangles]
+    read: Callable[[Path], RawTriangles]

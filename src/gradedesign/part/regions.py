@@ -23,6 +23,8 @@ from gradedesign.part._face_filters import (
     place,
     point_distance,
 )
+from gradedesign.part._file_filter import marked_triangles
+from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces
 
 #: How many faces a message lists.
@@ -65,18 +67,23 @@ class Region:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Selection:
-    """Faces of a region before they are cut, and the boxes that cut them."""
+    """Faces of a region before they are cut, its triangles on them, and the boxes that cut them."""
 
     faces: BoolArray
+    triangles: BoolArray
     clips: tuple[BoxSpec, ...] = ()
 
 
 def select_regions(
-    surface: SurfaceMesh, faces: SmoothFaces, specs: Mapping[str, RegionSpec]
+    surface: SurfaceMesh,
+    faces: SmoothFaces,
+    specs: Mapping[str, RegionSpec],
+    file_faces: FileFaces | None = None,
 ) -> dict[str, Region]:
     """Find the faces of every region.
 
-    All keys of a region must hold; ``nearest`` then picks one of the faces left.
+    All keys of a region must hold; ``nearest`` then picks one of the faces left. Keys on faces,
+    names and colours of the file take whole triangles, which may be some of a smooth face.
 
     Parameters
     ----------
@@ -84,6 +91,8 @@ def select_regions(
     faces : SmoothFaces
         Of that surface.
     specs : mapping of str to RegionSpec
+    file_faces : FileFaces, optional
+        Faces of the file on that surface.
 
     Returns
     -------
@@ -99,7 +108,7 @@ def select_regions(
     part = faced_part(surface, faces)
     done: dict[str, _Selection] = {}
     for name in specs:
-        _resolve(part, specs, name, done, ())
+        _resolve(part, specs, name, done, (), file_faces)
     return {name: _region(part, name, specs[name], done[name]) for name in specs}
 
 
@@ -109,6 +118,7 @@ def _resolve(
     name: str,
     done: dict[str, _Selection],
     above: tuple[str, ...],
+    file_faces: FileFaces | None,
 ) -> _Selection:
     """Select the faces of one region, after those of the regions it names."""
     if name in done:
@@ -119,8 +129,16 @@ def _resolve(
         known = ", ".join(specs)
         raise CaseError(f"region.{above[-1]}: names the region {name!r}; there are {known}")
     spec = specs[name]
-    named = {other: _resolve(part, specs, other, done, (*above, name)) for other in spec.names}
-    found = [*matches(part, spec), *_combined(spec, named, name)]
+    named = {
+        other: _resolve(part, specs, other, done, (*above, name), file_faces)
+        for other in spec.names
+    }
+    found = [*matches(part, spec), *_combined(part, spec, named, name)]
+    triangles = np.ones(len(part.faces.label), dtype=bool)
+    if spec.face or spec.name or spec.color:
+        triangles = marked_triangles(spec, file_faces, name)
+        found.append(_touched(part, triangles, "face, name and color of the file"))
+    triangles &= _combined_triangles(spec, named, len(triangles))
     fits = np.asarray(np.all([match.fits for match in found] or [_everything(part)], axis=0))
     miss = np.sum([match.miss for match in found], axis=0) if found else np.zeros(len(fits))
     if not fits.any():
@@ -132,7 +150,10 @@ def _resolve(
         clips += named[spec.any[0]].clips
     if spec.clip and spec.box is not None:
         clips += (spec.box,)
-    done[name] = _Selection(faces=fits, clips=clips)
+    triangles &= fits[part.faces.label]
+    if not triangles.any():
+        raise CaseError(_nothing_found(part, name, found, miss))
+    done[name] = _Selection(faces=fits, triangles=triangles, clips=clips)
     return done[name]
 
 
@@ -140,7 +161,27 @@ def _everything(part: FacedPart) -> BoolArray:
     return np.ones(len(part.corners), dtype=bool)
 
 
-def _combined(spec: RegionSpec, named: Mapping[str, _Selection], name: str) -> list[Match]:
+def _touched(part: FacedPart, triangles: BoolArray, key: str) -> Match:
+    """Faces that hold some of these triangles, ``(m,)``."""
+    fits = np.bincount(part.faces.label[triangles], minlength=len(part.corners)) > 0
+    return Match(key=key, fits=fits, miss=np.where(fits, 0.0, 1.0))
+
+
+def _combined_triangles(spec: RegionSpec, named: Mapping[str, _Selection], count: int) -> BoolArray:
+    """Triangles ``(m,)`` that the regions leave which a region names."""
+    result = np.ones(count, dtype=bool)
+    for other in spec.all:
+        result &= named[other].triangles
+    if spec.any:
+        result &= np.any([named[other].triangles for other in spec.any], axis=0)
+    for other in spec.not_:
+        result &= ~named[other].triangles
+    return result
+
+
+def _combined(
+    part: FacedPart, spec: RegionSpec, named: Mapping[str, _Selection], name: str
+) -> list[Match]:
     """Judge faces by the regions that a region names."""
     loose = spec.not_ if len(spec.any) < 2 else (*spec.any, *spec.not_)
     clipped = [other for other in loose if named[other].clips]
@@ -152,11 +193,10 @@ def _combined(spec: RegionSpec, named: Mapping[str, _Selection], name: str) -> l
     result = []
     for word, others in (("any", spec.any), ("all", spec.all), ("not", spec.not_)):
         if others:
-            faces = np.array([named[other].faces for other in others])
-            fits = np.asarray(faces.all(axis=0) if word == "all" else faces.any(axis=0))
-            fits = ~fits if word == "not" else fits
-            miss = np.where(fits, 0.0, 1.0)
-            result.append(Match(key=f"{word} of {', '.join(others)}", fits=fits, miss=miss))
+            taken = np.array([named[other].triangles for other in others])
+            left = taken.all(axis=0) if word == "all" else taken.any(axis=0)
+            left = np.asarray(~left if word == "not" else left)
+            result.append(_touched(part, left, f"{word} of {', '.join(others)}"))
     return result
 
 
@@ -173,7 +213,7 @@ def _nearest(part: FacedPart, fits: BoolArray, point: FloatArray) -> BoolArray:
 
 def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection) -> Region:
     """Cut out the triangles of a region and check what the case asserts about it."""
-    triangles = np.flatnonzero(selection.faces[part.faces.label])
+    triangles = np.flatnonzero(selection.triangles)
     corners = corner_points(part.surface)[triangles]
     for box in selection.clips:
         if len(corners) == 0:

@@ -37,7 +37,7 @@ _MAGIC = (
 )
 
 
-def read_stl(path: Path, unit: str) -> RawTriangles:
+def read_stl(path: Path) -> RawTriangles:
     """Read an ASCII or binary STL file.
 
     Facet normals are ignored: the order of the corners says where outside is.
@@ -45,20 +45,17 @@ def read_stl(path: Path, unit: str) -> RawTriangles:
     Parameters
     ----------
     path : Path
-    unit : str
-        Unit of the file: ``mm``, ``cm``, ``m`` or ``inch``; STL does not carry it.
 
     Returns
     -------
     RawTriangles
-        In mm, with warnings about oddities that do not change the geometry.
+        Without a unit, which STL does not carry; with warnings about oddities that do not change
+        the geometry.
 
     Raises
     ------
     PartError
         If the file is missing, damaged, empty or not STL.
-    CaseError
-        If the unit is unknown.
     """
     name = path.name
     try:
@@ -69,7 +66,7 @@ def read_stl(path: Path, unit: str) -> RawTriangles:
         ) from error
     corners, warnings = parse_stl(data, name)
     log.info("%s: %d facets read", name, len(corners))
-    return raw_triangles(corners, unit, source=name, warnings=warnings)
+    return raw_triangles(corners, source=name, warnings=warnings)
 
 
 def parse_stl(data: bytes, source: str) -> tuple[FloatArray, list[str]]:

@@ -4,13 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gradedesign.cell.formula_cell import FORMULA_MAKER
+from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.scikit_fem import SCIKIT_FEM
+from gradedesign.limits.kinds import builtin_kinds
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.stl import export_stl
+from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
+from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
+
+
+@hookimpl
+def gradedesign_cell_makers() -> Iterable[CellMaker]:
+    """Register the maker of cells that a case states as a formula."""
+    yield FORMULA_MAKER
 
 
 @hookimpl
@@ -21,11 +38,37 @@ def gradedesign_materials() -> Iterable[Material]:
 
 @hookimpl
 def gradedesign_readers() -> Iterable[PartReader]:
-    """Register the STL reader."""
+    """Register the readers of STL, OBJ, PLY, OFF and GLB."""
     yield PartReader(name="stl", suffixes=(".stl",), read=read_stl)
+    yield PartReader(name="obj", suffixes=(".obj",), read=read_obj)
+    yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
+    yield PartReader(name="off", suffixes=(".off",), read=read_off)
+    yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
+
+
+@hookimpl
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register pytetwild."""
+    yield PYTETWILD
 
 
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register the STL exporter."""
+    """Register the exporters of STL, OBJ, PLY, OFF and GLB."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
+    yield Exporter(name="obj", suffix=".obj", write=export_obj)
+    yield Exporter(name="ply", suffix=".ply", write=export_ply)
+    yield Exporter(name="off", suffix=".off", write=export_off)
+    yield Exporter(name="glb", suffix=".glb", write=export_glb)
+
+
+@hookimpl
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register the linear solvers."""
+    return MULTIGRID, DIRECT, SCIKIT_FEM
+
+
+@hookimpl
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register the kinds of limits of the core."""
+    return builtin_kinds()

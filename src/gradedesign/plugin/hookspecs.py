@@ -12,9 +12,11 @@ import pluggy
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.material.finite_size_table import FiniteSizeTable
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 
@@ -86,29 +88,6 @@ def gradedesign_scaling_laws() -> Iterable[ScalingLaw]:
 
 
 @hookspec
-def gradedesign_finite_size_tables() -> Iterable[FiniteSizeTable]:
-    """Register how stiff few cells are against the endless lattice, one table for each family.
-
-    Examples
-    --------
-    >>> from gradedesign import hookimpl, read_finite_size_table
-    >>> TEXT = '''{"gradedesign finite size table": 1, "family": "simple-cubic",
-    ...     "parameters": {}, "poissons_ratio": 0.3, "method": "mine", "version": "1",
-    ...     "date": "2026-11-21",
-    ...     "rows": [{"density": 0.2, "resolution": 24, "block": [[1, 0.9, 0.01, 0]],
-    ...               "wall": [[1, 0.95, 0.01, 0]], "wall_shear": [[1, 0.9, 0.01, 0]]},
-    ...              {"density": 0.4, "resolution": 24, "block": [[1, 0.95, 0.01, 0]],
-    ...               "wall": [[1, 0.97, 0.01, 0]], "wall_shear": [[1, 0.9, 0.01, 0]]}]}'''
-    >>> @hookimpl
-    ... def gradedesign_finite_size_tables():
-    ...     yield read_finite_size_table(TEXT)
-    >>> [table.name for table in gradedesign_finite_size_tables()]
-    ['simple-cubic']
-    """
-    return ()
-
-
-@hookspec
 def gradedesign_materials() -> Iterable[Material]:
     """Register base materials (MPa, t/mm^3, 1/K).
 
@@ -134,10 +113,11 @@ def gradedesign_readers() -> Iterable[PartReader]:
     Examples
     --------
     >>> import numpy as np
-    >>> from gradedesign import PartReader, hookimpl, raw_triangles
-    >>> def read_corners(path, unit):
-    ...     corners = np.loadtxt(path).reshape(-1, 3, 3)
-    ...     return raw_triangles(corners, unit, source=path.name)
+    >>> from gradedesign import FileFaces, PartReader, hookimpl, raw_triangles
+    >>> def read_corners(path):
+    ...     rows = np.loadtxt(path)  # nine coordinates and the number of a face
+    ...     faces = FileFaces(label=rows[:, 9], names={3: "bolt hole"}, colors={3: "#ff0000"})
+    ...     return raw_triangles(rows[:, :9].reshape(-1, 3, 3), source=path.name, faces=faces)
     >>> @hookimpl
     ... def gradedesign_readers():
     ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
@@ -163,5 +143,71 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     ...     yield Exporter(name="corners", suffix=".corners", write=write_corners)
     >>> [exporter.name for exporter in gradedesign_exporters()]
     ['corners']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_solvers() -> Iterable[LinearSolver]:
+    """Register linear solvers, which ``[run] solver`` names.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import LinearAnswer, LinearSolver, hookimpl
+    >>> def prepare(system):
+    ...     free = np.flatnonzero(system.free)
+    ...     inverse = np.linalg.inv(system.matrix.toarray()[np.ix_(free, free)])
+    ...     def solve(right, start, rtol):
+    ...         x = np.zeros_like(right)
+    ...         x[:, free] = right[:, free] @ inverse
+    ...         return LinearAnswer(x=x)
+    ...     return solve
+    >>> @hookimpl
+    ... def gradedesign_solvers():
+    ...     yield LinearSolver(name="my-inverse", prepare=prepare, most_unknowns=3000)
+    >>> [solver.name for solver in gradedesign_solvers()]
+    ['my-inverse']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_meshers() -> Iterable[Mesher]:
+    """Register what fills a closed surface with tetrahedra.
+
+    Examples
+    --------
+    >>> from gradedesign import Mesher, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_meshers():
+    ...     yield Mesher(name="my-mesher", worker="my_mesher.worker", version="1.0")
+    >>> [mesher.worker for mesher in gradedesign_meshers()]
+    ['my_mesher.worker']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_limits() -> Iterable[LimitKind]:
+    """Register kinds of limits, which add a list of tables to ``[limits]`` under their name.
+
+    Examples
+    --------
+    >>> from gradedesign import LimitEntry, LimitKind, StatedLimit, hookimpl
+    >>> class StrokeEntry(LimitEntry):
+    ...     region: str
+    >>> def stated(case, material):
+    ...     return [
+    ...         StatedLimit(name=f"stroke of {one.region}", load_case="every", allowed="1 mm")
+    ...         for one in case.limits.stroke
+    ...     ]
+    >>> @hookimpl
+    ... def gradedesign_limits():
+    ...     yield LimitKind(
+    ...         name="stroke", entry=StrokeEntry, stated=stated, make=lambda placed: ((), ())
+    ...     )
+    >>> [kind.name for kind in gradedesign_limits()]
+    ['stroke']
     """
     return ()

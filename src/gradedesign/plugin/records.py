@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
-from gradedesign.material.finite_size_table import FiniteSizeTable
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 
@@ -46,9 +48,9 @@ class Registry:
 
     Attributes
     ----------
-    cell_families, cell_makers, scaling_laws, finite_size_tables, materials, readers : mapping
+    cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    exporters : mapping
+    exporters, solvers, meshers, limits : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -63,10 +65,12 @@ class Registry:
     cell_families: Mapping[str, CellFamily]
     cell_makers: Mapping[str, CellMaker]
     scaling_laws: Mapping[str, ScalingLaw]
-    finite_size_tables: Mapping[str, FiniteSizeTable]
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
     exporters: Mapping[str, Exporter]
+    solvers: Mapping[str, LinearSolver]
+    meshers: Mapping[str, Mesher]
+    limits: Mapping[str, LimitKind]
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
     failures: tuple[PluginFailure, ...]

@@ -16,13 +16,16 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
-from gradedesign.material.finite_size_table import FiniteSizeTable
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
 from gradedesign.plugin.format_checks import check_formats
+from gradedesign.plugin.limit_checks import check_limit_keys
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 
@@ -34,16 +37,20 @@ log = logging.getLogger(__name__)
 DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 
 _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+#: A key of the case file.
+_UNDERSCORED = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _SPACED = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 ._-]*[A-Za-z0-9])?")
 
 Kind = Literal[
     "cell_families",
     "cell_makers",
     "scaling_laws",
-    "finite_size_tables",
     "materials",
     "readers",
     "exporters",
+    "solvers",
+    "meshers",
+    "limits",
 ]
 
 
@@ -59,10 +66,12 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "cell_families": _Shelf(CellFamily, _DASHED, "cell family"),
     "cell_makers": _Shelf(CellMaker, _DASHED, "cell maker"),
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
-    "finite_size_tables": _Shelf(FiniteSizeTable, _DASHED, "finite size table"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
+    "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
+    "meshers": _Shelf(Mesher, _DASHED, "mesher"),
+    "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
 }
 
 
@@ -112,6 +121,7 @@ def build_registry(
         ) from error
     found, more = _collect(manager, sources)
     check_formats(found["readers"], found["exporters"])
+    check_limit_keys(found["limits"])
     failures = tuple(sorted([*failures, *more], key=str))
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
@@ -143,8 +153,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     ----------
     registry : Registry
     kind : str
-        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``finite_size_tables``,
-        ``materials``, ``readers`` or ``exporters``.
+        ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
+        ``exporters``, ``solvers``, ``meshers`` or ``limits``.
     name : str
 
     Raises

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from gradedesign.arrays import FloatArray
-from gradedesign.fe.load_case import PartLoadCase
-from gradedesign.fe.loads import body_force, thermal_force
+from gradedesign.fe.elastic_system import ElasticSystem, prepare_elastic
+from gradedesign.fe.load_case import load_vector
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.solve import ElasticSystem, prepare_elastic, solve_cases
+from gradedesign.fe.solve import solve_cases
 from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density, held_slope
 from gradedesign.sizing.lattice_stiffness import as_stiffness, effective_stiffness
 
@@ -41,7 +39,7 @@ def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def lattice_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     """Mass of the lattice phase alone, t."""
-    weights = model.volumes * (1 - model.solid_share)
+    weights = model.lattice_volumes
     return float(model.material.density * (weights @ solid_held(model, rho)))
 
 
@@ -50,25 +48,10 @@ def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     return float(model.volumes @ mass_density(model, rho))
 
 
-def density_loads(model: HomogenisedModel, rho: FloatArray, case: PartLoadCase) -> FloatArray:
-    """Forces that follow the design: inertia and thermal expansion, ``(3, N)``, N."""
-    force = np.zeros_like(case.force)
-    if np.any(case.acceleration):
-        force += body_force(model.space, mass_density(model, rho), case.acceleration)
-    if case.temperature_change:
-        force += thermal_force(
-            model.space,
-            as_stiffness(model, effective_stiffness(model, rho)),
-            model.material.thermal_expansion,
-            case.temperature_change,
-        )
-    return force
-
-
 def homogenised_system(model: HomogenisedModel, rho: FloatArray) -> ElasticSystem:
     """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike."""
     stiffness = as_stiffness(model, effective_stiffness(model, rho))
-    return prepare_elastic(model.space, stiffness, pattern=model.pattern)
+    return prepare_elastic(model.space, stiffness, solver=model.solver, pattern=model.pattern)
 
 
 def solve_homogenised(
@@ -78,15 +61,12 @@ def solve_homogenised(
 
     ``system`` is theirs by `homogenised_system`, where it is at hand.
     """
+    system = system or homogenised_system(model, rho)
+    density, expansion = mass_density(model, rho), model.material.thermal_expansion
     vectors = [
-        LoadVector(
-            name=case.name,
-            supports=case.supports,
-            force=case.force + density_loads(model, rho, case),
-        )
-        for case in model.cases
+        load_vector(model.space, case, system.stiffness, density, expansion) for case in model.cases
     ]
-    return solve_vectors(system or homogenised_system(model, rho), vectors)
+    return solve_vectors(system, vectors)
 
 
 def solve_vectors(system: ElasticSystem, vectors: Sequence[LoadVector]) -> tuple[Solution, ...]:

@@ -14,12 +14,13 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.fe.assembly import AssemblyPattern, assembly_pattern
+from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.space import TetSpace
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import signed_volumes
-from gradedesign.sizing.local_factor import LocalFactor
 from gradedesign.sizing.local_fill import LocalFill
 from gradedesign.sizing.wall_factors import WallFactors
 
@@ -43,6 +44,7 @@ class HomogenisedModel:
     cases : tuple of PartLoadCase
     pattern : AssemblyPattern
         Of the space, found once.
+    solver : LinearSolver
     stiffness_factor : float
         Correction of the law's stiffness from explicit analyses; 1 at first.
     stiffness_exponent : float
@@ -50,8 +52,6 @@ class HomogenisedModel:
     reference_density : float
     fill : LocalFill or None
         Density that the trimmed cells really hold; None: the one asked for.
-    few_cells : LocalFactor or None
-        What few cells across the part keep of the law's stiffness; None: all of it.
     walls : WallFactors or None
         How the stiffness varies over walls of few cells; None: not at all.
     """
@@ -64,11 +64,11 @@ class HomogenisedModel:
     rotation: FloatArray
     cases: tuple[PartLoadCase, ...]
     pattern: AssemblyPattern
+    solver: LinearSolver = MULTIGRID
     stiffness_factor: float = 1.0
     stiffness_exponent: float = 0.0
     reference_density: float = 1.0
     fill: LocalFill | None = None
-    few_cells: LocalFactor | None = None
     walls: WallFactors | None = None
 
     def __post_init__(self) -> None:
@@ -82,6 +82,11 @@ class HomogenisedModel:
         if self.walls is not None and self.rotation.ndim == 4:
             raise ValueError("walls lie along the axes of the cells: expected one rotation for all")
 
+    @property
+    def lattice_volumes(self) -> FloatArray:
+        """Volume of each tetrahedron that is lattice, not solid, ``(M,)``, mm^3."""
+        return np.asarray(self.volumes * (1 - self.solid_share))
+
 
 def homogenised_model(
     space: TetSpace,
@@ -92,6 +97,7 @@ def homogenised_model(
     *,
     rotation: FloatArray | None = None,
     stiffness_factor: float = 1.0,
+    solver: LinearSolver = MULTIGRID,
 ) -> HomogenisedModel:
     """Build a model; columns of ``rotation``, (3, 3) or (3, 3, 4, M), are the cell axes."""
     return HomogenisedModel(
@@ -104,6 +110,7 @@ def homogenised_model(
         cases=tuple(cases),
         pattern=assembly_pattern(space),
         stiffness_factor=stiffness_factor,
+        solver=solver,
     )
 
 

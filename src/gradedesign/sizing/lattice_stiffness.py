@@ -68,7 +68,7 @@ def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
 def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """d(ln C11)/d(ln rho) in the axes of the cells, ``(M,)``.
 
-    With the correction and few cells, without walls.
+    With the correction, without walls.
     """
     whole = _law_stiffness(model, held_density(model, rho))[0, 0]
     return rho * _relative_slope(model, rho)[0, 0] / whole
@@ -85,10 +85,9 @@ def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 
 def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """What few cells keep of the lattice's stiffness, and explicit analyses taught, ``(M,)``."""
+    """What explicit analyses taught about the lattice's stiffness, ``(M,)``."""
     grown = (rho / model.reference_density) ** model.stiffness_exponent
-    few = 1.0 if model.few_cells is None else model.few_cells.at(rho)
-    return np.asarray(model.stiffness_factor * grown * few)
+    return np.asarray(model.stiffness_factor * grown)
 
 
 def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
@@ -102,16 +101,13 @@ def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     slope = _law_slope(model, held) * held_slope(model, rho)
     if model.stiffness_exponent:
         slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, held)
-    if model.few_cells is not None:
-        relative = model.few_cells.slope(rho) / model.few_cells.at(rho)
-        slope = slope + relative * _law_stiffness(model, held)
     return slope
 
 
 def _law_stiffness(model: HomogenisedModel, held: FloatArray) -> FloatArray:
     """Stiffness of the law, in proportion to the solid beyond the ends of its window.
 
-    Only densities held at the faces of a part leave the window; what is asked for never does.
+    Only densities held beside kept regions leave the window; what is asked for never does.
     """
     if model.fill is None:
         return model.law.stiffness(held)

@@ -1,4 +1,4 @@
-"""How much solid a trimmed lattice really holds near a point, for each density asked of it."""
+"""Density that the lattice holds near a point beside passive regions, for each nominal one."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 class LocalFill:
     """Density held near every tetrahedron as a function of the density asked for.
 
-    Faces of a part cut cells: a face through the axes of struts leaves half ones, a face beyond
-    them whole ones. Between the asked densities the held ones are linear.
+    A passive region that fills the void of cells leaves their struts whole, in less room. Between
+    the asked densities the held ones are linear.
 
     Attributes
     ----------

@@ -11,31 +11,27 @@ from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import DensityError
-from gradedesign.sizing.buckling_limit import BucklingLimit
+from gradedesign.limits.limit import Limit
 from gradedesign.sizing.homogenised_model import HomogenisedModel
-from gradedesign.sizing.responses import DisplacementLimit
-from gradedesign.sizing.stress_limit import StressLimit
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SizingStep:
-    """One line of the history: values are divided by their limits."""
+    """One line of the history; ``uses`` are values over their limits, in the problem's order."""
 
     iteration: int
     mass_g: float
     mean_density: float
-    displacement_use: tuple[float, ...]
-    stress_use: float
+    uses: tuple[float, ...]
     change: float
     move: float
-    buckling_use: float = 0.0
 
     @property
     def use(self) -> float:
         """Largest use of any limit."""
-        return max(*self.displacement_use, self.stress_use, self.buckling_use)
+        return max(self.uses, default=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,8 +41,7 @@ class SizingProblem:
     Attributes
     ----------
     model : HomogenisedModel
-    displacement_limits : tuple of DisplacementLimit
-    stress_limit : StressLimit or None
+    limits : tuple of Limit
     bounds : (float, float)
         Density bounds: the intersection of user, family and law.
     filter : (M, n) sparse matrix
@@ -54,24 +49,21 @@ class SizingProblem:
         density.
     target : float
         Use of the governing limit that sizing aims at, just below 1.
-    buckling_limit : BucklingLimit or None
 
     Raises
     ------
     DensityError
         If the bounds are empty.
     ValueError
-        If a displacement limit is no positive length: one relative to the solid part that its
-        analysis has not resolved yet.
+        If a limit is not positive: one relative to the solid part that its analysis has not
+        resolved yet.
     """
 
     model: HomogenisedModel
-    displacement_limits: tuple[DisplacementLimit, ...]
-    stress_limit: StressLimit | None
+    limits: tuple[Limit, ...]
     bounds: tuple[float, float]
     filter: csr_matrix
     target: float = 1.0
-    buckling_limit: BucklingLimit | None = None
 
     def __post_init__(self) -> None:
         lo, hi = self.bounds
@@ -79,11 +71,11 @@ class SizingProblem:
             raise DensityError(
                 f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1"
             )
-        for limit in self.displacement_limits:
-            if not limit.limit > 0:
+        for limit in self.limits:
+            if not limit.allowed > 0:
                 raise ValueError(
-                    f"displacement limit '{limit.name}' ({limit.load_case}) is {limit.limit:g} mm; "
-                    f"expected a positive length"
+                    f"limit on {limit.name} ({limit.key.load_case}) is {limit.allowed:g} "
+                    f"{limit.unit}; expected a positive value"
                 )
 
 

@@ -10,23 +10,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.sizing.buckling_limit import buckling_use, density_for_buckling
-from gradedesign.sizing.governing_points import (
-    GoverningPoints,
-    no_points,
-    point_limits,
-    remember_points,
-)
-from gradedesign.sizing.homogenised import (
-    homogenised_system,
-    lattice_mass,
-    solid_slope,
-    solve_homogenised,
-    solve_vectors,
-)
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.state import Response
+from gradedesign.sizing.homogenised import homogenised_system, lattice_mass, solid_slope
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
-from gradedesign.sizing.lattice_stress import LatticeStress, lattice_stress
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.problem import (
     SizingProblem,
@@ -34,13 +22,8 @@ from gradedesign.sizing.problem import (
     SizingStep,
     sizing_result,
 )
-from gradedesign.sizing.responses import (
-    adjoint_loads,
-    displacement_gradient,
-    displacement_values,
-    stiffness_derivative,
-)
-from gradedesign.sizing.stress_limit import density_for_stress, stress_use
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.state import SolvedState, solved_state
 from gradedesign.sizing.uniform import size_uniform
 from gradedesign.workspace.progress import report_step, stepping
 
@@ -55,7 +38,7 @@ INSISTENCE = 3
 STILL = 0.05
 
 
-__all__ = ["SizingProblem", "SizingResult", "SizingStep", "active_elements", "size"]
+__all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]
 
 
 def size(
@@ -68,7 +51,7 @@ def size(
     keep: float = 0.0,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Minimise the mass of the lattice under displacement, stress and buckling limits.
+    """Minimise the mass of the lattice under its limits.
 
     Parameters
     ----------
@@ -93,10 +76,10 @@ def size(
 
     Notes
     -----
-    A filter of one column is a uniform density, see `size_uniform`. Else displacements enter by
-    adjoints through an optimality criterion; the stress limit enters as a lower bound of each
-    density, the stress ratio (Ramirez 2022, A.2.3), and so does buckling; the higher of the two
-    governs. Iterates that jump to and fro are recognised and damped by halving the move limit.
+    A filter of one column is a uniform density, see `size_uniform`. Else limits by gradient enter
+    by adjoints through an optimality criterion; the others enter as a lower bound of each density,
+    as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump to and
+    fro are recognised and damped by halving the move limit.
     """
     if problem.filter.shape[1] == 1:
         return size_uniform(
@@ -108,7 +91,7 @@ def size(
         )
     lo, hi = problem.bounds
     model = problem.model
-    weights = model.volumes * (1 - model.solid_share)
+    weights = model.lattice_volumes
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
     per_asked = solid_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
     cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
@@ -120,35 +103,28 @@ def size(
     x = np.where(active, np.clip(x, lo, hi), lo)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
-    floor = np.full(model.volumes.shape, lo)
-    allowance, room = 1.0, 1.0
-    places = no_points(len(problem.displacement_limits))
+    by_gradient = [k for k, limit in enumerate(problem.limits) if limit.by_gradient]
+    allowances = [1.0] * len(problem.limits)
+    memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     calm = np.ones(x.shape)
     kept = keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
-            use, pointwise, stress, places = _evaluate(problem, rho, places)
+            uses, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
-        worst = stress_use(problem.stress_limit, model, rho, stress)
-        if problem.stress_limit is not None:
-            allowance = _next_allowance(allowance, problem.target, worst)
-            wanted = density_for_stress(problem.stress_limit, model, stress, allowance=allowance)
-            floor = np.clip(wanted, lo, hi)
-        buckled = 0.0
-        if problem.buckling_limit is not None:
-            buckled = buckling_use(problem.buckling_limit, model, rho, stress).value
-            # The most used cell must hold: none may exceed the limit as a percentile allows.
-            room = min(_next_allowance(room, problem.target, buckled), 1.0)
-            thin = density_for_buckling(problem.buckling_limit, model, stress, allowance=room)
-            least = floor if problem.stress_limit is not None else lo
-            floor = np.maximum(least, np.clip(thin, lo, hi))
+        floor = np.full(rho.shape, lo)
+        for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
+            if not limit.by_gradient:
+                allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
+                wanted = limit.least_density(state, allowances[k])
+                floor = np.maximum(floor, np.clip(wanted, lo, hi))
         reach = move * calm
         step_lower = np.maximum(x * (1 - reach), _variable_floor(problem.filter, sums, floor, lo))
         step_lower = np.clip(np.maximum(step_lower, kept), lo, hi)
         step_upper = np.maximum(np.clip(x * (1 + reach), lo, hi), step_lower)
         new = x
-        if len(use):
+        if by_gradient:
             new = x.copy()
             new[active] = optimality_step(
                 x[active],
@@ -166,11 +142,9 @@ def size(
             iteration=iteration,
             mass_g=lattice_mass(model, rho) * 1e6,
             mean_density=float(weights @ rho / weights.sum()),
-            displacement_use=tuple(float(v) for v in use),
-            stress_use=worst,
+            uses=uses,
             change=change,
             move=move,
-            buckling_use=buckled,
         )
         history.append(step)
         if on_step is not None:
@@ -200,39 +174,28 @@ class _Pointwise:
 
 
 def _evaluate(
-    problem: SizingProblem, rho: FloatArray, places: GoverningPoints
-) -> tuple[FloatArray, _Pointwise, tuple[LatticeStress, ...], GoverningPoints]:
-    """Use of every displacement limit, what governs those in reach, stress per load case."""
-    model, limits = problem.model, problem.displacement_limits
+    problem: SizingProblem, rho: FloatArray, memories: list[tuple[int, ...]]
+) -> tuple[tuple[float, ...], _Pointwise, SolvedState]:
+    """Use of every limit, and what governs those by gradient that are in reach.
+
+    ``memories`` are what limits remember of earlier designs; they are brought up to date.
+    """
+    model, limits = problem.model, problem.limits
     system = homogenised_system(model, rho)
-    solutions = solve_homogenised(model, rho, system)
-    count = len(rho)
-    judged = problem.stress_limit is not None or problem.buckling_limit is not None
-    stress = lattice_stress(model, rho, solutions) if judged else ()
-    if not limits:
-        nothing = _Pointwise(use=np.zeros(0), gradients=np.zeros((0, count)))
-        return np.zeros(0), nothing, stress, places
-    values = displacement_values(limits, solutions)
-    use = values / np.array([limit.limit for limit in limits])
-    places = remember_points(places, limits, solutions, model.space.nodes)
-    every = point_limits(places, limits)
-    held = displacement_values(every, solutions) / np.array([limit.limit for limit in every])
+    state = solved_state(model, rho, limits, system)
+    uses = tuple(float(limit.predict(state).value) / limit.allowed for limit in limits)
+    responses: list[Response] = []
+    allowed: list[float] = []
+    for k, limit in enumerate(limits):
+        if limit.by_gradient:
+            found, memories[k] = limit.responses(state, memories[k])
+            responses += found
+            allowed += [limit.allowed] * len(found)
+    held = np.array([one.value for one in responses]) / np.array(allowed)
     reach = _in_reach(held)
-    near = [limit for limit, chosen in zip(every, reach, strict=True) if chosen]
-    adjoints = solve_vectors(system, adjoint_loads(model, near, solutions))
-    cases = {case.name: case for case in model.cases}
-    by_name = {s.name: s for s in solutions}
-    derivative = stiffness_derivative(model, rho)
-    gradients = np.array(
-        [
-            displacement_gradient(
-                model, rho, derivative, cases[limit.load_case], by_name[limit.load_case], adjoint
-            )
-            / limit.limit
-            for limit, adjoint in zip(near, adjoints, strict=True)
-        ]
-    )
-    return use, _Pointwise(use=held[reach], gradients=gradients), stress, places
+    near = [one for one, chosen in zip(responses, reach, strict=True) if chosen]
+    gradients = response_gradients(state, system, near) / np.array(allowed)[reach][:, None]
+    return uses, _Pointwise(use=held[reach], gradients=gradients), state
 
 
 def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
@@ -245,18 +208,14 @@ def _in_reach(use: FloatArray) -> BoolArray:
 
     Move limits of 30 % change a displacement by less than a factor of three.
     """
-    return np.asarray(use > use.max() / 3.0)
+    return np.asarray(use > use.max(initial=0.0) / 3.0)
 
 
-def _next_allowance(allowance: float, target: float, use: float) -> float:
-    """Steer the pointwise stress bound so that the percentile lands on its target.
-
-    A percentile below target lets points exceed the limit, by at most a quarter: half a per
-    cent of volume must not hide a failing cell.
-    """
+def _next_allowance(limit: Limit, allowance: float, target: float, use: float) -> float:
+    """Steer the bound of a limit at every point so that its value lands on its target."""
     if use <= 0:
         return allowance
-    return float(np.clip(allowance * np.sqrt(target / use), 0.5, 1.25))
+    return float(np.clip(allowance * np.sqrt(target / use), 0.5, limit.most_allowance))
 
 
 def _variable_floor(
@@ -281,9 +240,10 @@ def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
     if len(history) < 8:
         return False
     mass = np.array([h.mass_g for h in history[-5:]])
-    uses = np.array([(*h.displacement_use, h.stress_use, h.buckling_use) for h in history[-5:]])
+    uses = np.array([h.uses for h in history[-5:]])
     return bool(
-        np.ptp(mass) <= 0.75 * tolerance * mass[-1] and np.ptp(uses, axis=0).max() <= tolerance
+        np.ptp(mass) <= 0.75 * tolerance * mass[-1]
+        and np.ptp(uses, axis=0).max(initial=0.0) <= tolerance
     )
 
 
@@ -303,8 +263,3 @@ def _is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
     forward, back = new - now, now - before
     size_back = float(np.linalg.norm(back))
     return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back
-
-
-def active_elements(model: HomogenisedModel) -> BoolArray:
-    """Elements that hold any lattice, ``(M,)``."""
-    return model.solid_share < 1

@@ -14,12 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from gradedesign.sizing.buckling_limit import buckling_use
-from gradedesign.sizing.homogenised import lattice_mass, solve_homogenised
-from gradedesign.sizing.lattice_stress import lattice_stress
+from gradedesign.sizing.homogenised import lattice_mass
 from gradedesign.sizing.problem import SizingProblem, SizingResult, SizingStep, sizing_result
-from gradedesign.sizing.responses import displacement_values
-from gradedesign.sizing.stress_limit import stress_use
+from gradedesign.sizing.state import solved_state
 
 log = logging.getLogger(__name__)
 
@@ -146,25 +143,14 @@ def _evaluate(problem: SizingProblem, density: float, number: int, change: float
     """Every use at one density."""
     model = problem.model
     rho = np.full(model.space.element_count, density)
-    solutions = solve_homogenised(model, rho)
-    limits = problem.displacement_limits
-    values = displacement_values(limits, solutions) if limits else ()
-    judged = problem.stress_limit is not None or problem.buckling_limit is not None
-    stress = lattice_stress(model, rho, solutions) if judged else ()
-    buckled = 0.0
-    if problem.buckling_limit is not None:
-        buckled = buckling_use(problem.buckling_limit, model, rho, stress).value
+    state = solved_state(model, rho, problem.limits)
     return SizingStep(
         iteration=number,
         mass_g=lattice_mass(model, rho) * 1e6,
         mean_density=density,
-        displacement_use=tuple(
-            float(value / limit.limit) for value, limit in zip(values, limits, strict=True)
-        ),
-        stress_use=stress_use(problem.stress_limit, model, rho, stress),
+        uses=tuple(float(limit.predict(state).value) / limit.allowed for limit in problem.limits),
         change=change,
         move=0.0,
-        buckling_use=buckled,
     )
 
 

@@ -85,7 +85,7 @@ def wall_class(
         raise DensityError(
             f"a wall is {1 + relative.max():.3g} or {1 + relative.min():.3g} times as stiff in "
             f"bending as a uniform one of its membrane stiffness; expected {least:.2g} to "
-            f"{most:.3g}: leave finite_size out, or move the origin of the cells"
+            f"{most:.3g}: move the origin of the cells"
         )
     # Transverse stress follows the profile of the stiffness along its own direction.
     share = [

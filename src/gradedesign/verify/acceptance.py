@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from gradedesign.arrays import BoolArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
+from gradedesign.lattice.domain import LATTICE
 from gradedesign.lattice.islands import largest_pieces
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -21,10 +22,9 @@ from gradedesign.verify.explicit import (
     ExplicitResult,
     JudgedSolid,
     analyse_printed_solid,
-    governing_measure,
 )
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import LATTICE, considered_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.windows import most_stressed_windows
 from gradedesign.workspace.progress import counted, stepping
@@ -50,8 +50,6 @@ class Acceptance:
     whole : ExplicitResult or None
         The analysis of the whole re-meshed lattice.
     windows : tuple of SubmodelResult
-    stress_factor : float
-        Accepted over explicit value of the lattice's stress measure.
     volume : float, mm^3
         Solid volume that was re-meshed and judged.
     share : float
@@ -63,7 +61,6 @@ class Acceptance:
     scope: str
     whole: ExplicitResult | None
     windows: tuple[SubmodelResult, ...]
-    stress_factor: float
     volume: float
     share: float
     attempts: tuple[str, ...]
@@ -113,7 +110,6 @@ def accept_whole(
         scope="whole",
         whole=result,
         windows=(),
-        stress_factor=_stress_ratio(result, explicit),
         volume=tet_report(mesh).volume,
         share=tet_report(mesh).volume / enclosed_volume(surface),
         attempts=meshed.attempts,
@@ -152,19 +148,17 @@ def accept_windows(
             "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
             'or set [run] acceptance = "whole"'
         )
-    displacement = {s.name: s.displacement for s in explicit.solutions}
     results = []
     for window in counted(windows, "window", len(windows)):
         result = analyse_window(
             surface,
             window,
-            explicit.space,
-            displacement[window.load_case],
+            explicit,
             judged.material,
             percentile=judged.percentile,
-            cube=explicit.mesh_size,
             time_limit_s=time_limit_s / len(windows),
             memory_limit_bytes=run.memory,
+            solver=judged.solver,
         )
         results.append(result)
         if on_window is not None:
@@ -174,7 +168,6 @@ def accept_windows(
         scope="windows",
         whole=None,
         windows=tuple(results),
-        stress_factor=max(r.value / r.driving_value for r in results),
         volume=volume,
         share=volume / explicit.volume,
         attempts=tuple(a for r in results for a in r.attempts),
@@ -193,12 +186,3 @@ def eligible_lattice(judged: JudgedSolid, explicit: ExplicitResult) -> BoolArray
     return (explicit.phase == LATTICE) & considered_at(
         points, judged.clamped, judged.exclusion_radius
     )
-
-
-def _stress_ratio(accepted: ExplicitResult, explicit: ExplicitResult) -> float:
-    """Accepted over explicit lattice stress measure; 1 without lattice stress."""
-    new = governing_measure(accepted.measures, "lattice")
-    old = governing_measure(explicit.measures, "lattice")
-    if new is None or old is None or old[1].value <= 0:
-        return 1.0
-    return new[1].value / old[1].value

@@ -1,8 +1,8 @@
 """Space mapping: bend the homogenised prediction onto the explicit result.
 
 After each explicit analysis the ratio explicit over homogenised corrects what the next sizing
-believes: a factor on the lattice stiffness from the most used displacement limit, a factor on
-every displacement for what that one factor leaves, and a factor on the local stress.
+believes: a factor on the lattice stiffness from the most used limit by gradient, and a factor on
+every predicted value for what the stiffness leaves.
 
 References
 ----------
@@ -11,16 +11,18 @@ J. W. Bandler et al., IEEE Trans. Microwave Theory Tech. 52, 2004 (space mapping
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from gradedesign.limits.key import KeyedValues, LimitKey
+
 #: Relative scatter of the stiffness factor between designs of one density, and of its exponent
 #: about the one that vanishes for dense material.
 SCATTER, SPREAD = 0.1, 1.0
-#: Gaps of the governing displacement, largest first, above which a design keeps these shares.
+#: Gaps of the governing limit, largest first, above which a design keeps these shares.
 TRUST = ((0.10, 0.85), (0.05, 0.70))
 
 
@@ -39,18 +41,19 @@ class Correction:
         Density at which ``stiffness`` was learned.
     samples : tuple of (float, float)
         Mean density and total factor of every explicit analysis so far.
-    displacement : tuple of float
-        On the predicted value of every displacement limit.
-    stress : float
-        On the predicted local stress, the inverse of a factor on strength(rho).
+    factors : tuple of (LimitKey, float)
+        On predicted values; 1 where a limit has none.
     """
 
     stiffness: float = 1.0
     exponent: float = 0.0
     reference: float = 1.0
     samples: tuple[tuple[float, float], ...] = ()
-    displacement: tuple[float, ...] = ()
-    stress: float = 1.0
+    factors: KeyedValues = ()
+
+    def factor(self, key: LimitKey) -> float:
+        """Factor on the predicted value of a limit."""
+        return dict(self.factors).get(key, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,46 +62,46 @@ class Gap:
 
     Attributes
     ----------
-    displacement : tuple of float
-        explicit / predicted - 1 for every displacement limit.
-    stress : float or None
-        The same for the lattice's stress measure; None without a stress limit.
-    governing : int
-        Number of the displacement limit that the explicit analysis uses most.
+    values : tuple of (LimitKey, float)
+        explicit / predicted - 1 of every limit that both know.
+    governing : LimitKey or None
+        The limit by gradient that the explicit analysis uses most.
     """
 
-    displacement: tuple[float, ...] = field(default_factory=tuple)
-    stress: float | None = None
-    governing: int = 0
+    values: KeyedValues = ()
+    governing: LimitKey | None = None
+
+    def of(self, key: LimitKey | None) -> float:
+        """Gap of one limit; 0 where there is none."""
+        return 0.0 if key is None else dict(self.values).get(key, 0.0)
 
 
 def gap_between(
-    predicted: Sequence[float],
-    explicit: Sequence[float],
-    predicted_stress: float | None,
-    explicit_stress: float | None,
+    predicted: Mapping[LimitKey, float],
+    explicit: Mapping[LimitKey, float],
     *,
-    governing: int = 0,
+    governing: LimitKey | None = None,
 ) -> Gap:
-    """Relative gaps, explicit over predicted minus one; ``governing`` is the most used limit."""
-    stress = None
-    if predicted_stress and explicit_stress is not None:
-        stress = explicit_stress / predicted_stress - 1.0
+    """Relative gaps, explicit over predicted minus one, where both are known."""
     return Gap(
-        displacement=tuple(e / p - 1.0 for p, e in zip(predicted, explicit, strict=True)),
-        stress=stress,
+        values=tuple(
+            (key, explicit[key] / value - 1.0)
+            for key, value in predicted.items()
+            if value and key in explicit
+        ),
         governing=governing,
     )
 
 
 def stiffness_update(explicit: float, predicted: float, lattice_share: float) -> float:
-    """Factor on the lattice stiffness that turns one predicted displacement into the explicit.
+    """Factor on the lattice stiffness that turns one predicted value into the explicit.
 
     Parameters
     ----------
-    explicit, predicted : float, mm
+    explicit, predicted : float
+        Of a limit by gradient, such as a displacement.
     lattice_share : float
-        Share of the predicted displacement that comes from strain of the lattice phase
+        Share of the predicted value that comes from strain of the lattice phase
         (its part of the mutual energy), so ``u(k) = u (1 - s + s / k)``.
 
     Returns
@@ -140,9 +143,9 @@ def kept_share(gaps: Sequence[Gap]) -> float:
     A correction holds near the design that taught it. The first sizings may go anywhere; from the
     third on, the more the last prediction was off, the less may be taken away.
     """
-    if len(gaps) < 2 or not gaps[-1].displacement:
+    if len(gaps) < 2:
         return 0.0
-    off = abs(gaps[-1].displacement[gaps[-1].governing])
+    off = abs(gaps[-1].of(gaps[-1].governing))
     return next((share for least, share in TRUST if off > least), 0.0)
 
 
@@ -152,13 +155,12 @@ def damped(old: float, new: float, damping: float) -> float:
 
 
 def damping_for(gaps: Sequence[Gap]) -> float:
-    """Full steps, halved once the gap of the governing displacement changes its sign twice.
+    """Full steps, halved once the gap of the governing limit changes its sign twice.
 
-    The displacement that governs the last analysis is followed through all of them.
+    The limit by gradient that governs the last analysis is followed through all of them.
     """
-    if not gaps or not gaps[-1].displacement:
+    if not gaps:
         return 1.0
-    governing = gaps[-1].governing
-    signs = [np.sign(g.displacement[governing]) for g in gaps]
+    signs = [np.sign(gap.of(gaps[-1].governing)) for gap in gaps]
     flips = sum(1 for a, b in pairwise(signs) if a * b < 0)
     return 0.5 if flips >= 2 else 1.0

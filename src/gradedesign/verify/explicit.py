@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +12,15 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import LatticeError
-from gradedesign.fe.load_case import PartLoadCase, case_loads, region_nodes
-from gradedesign.fe.loads import body_force, thermal_force
-from gradedesign.fe.solution import LoadVector, Solution
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.load_case import case_loads, load_vector, mechanical_force, region_nodes
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises
+from gradedesign.lattice.domain import phase_at
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
@@ -27,7 +29,7 @@ from gradedesign.part.regions import Region
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at, phase_at
+from gradedesign.verify.phases import considered_at
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -48,6 +50,7 @@ class JudgedSolid:
     exclusion_radius : float, mm
     stress_limit : float or None, MPa
     percentile : float
+    solver : LinearSolver
     bodies : int
         Of the part; each is held by supports of its own.
     """
@@ -60,6 +63,7 @@ class JudgedSolid:
     exclusion_radius: float
     stress_limit: float | None
     percentile: float
+    solver: LinearSolver = MULTIGRID
     bodies: int = 1
 
 
@@ -75,6 +79,8 @@ class ExplicitResult:
     von_mises : dict of load case to (M, 4) array, MPa
         At the Gauss points.
     measures : dict of load case to tuple of StressMeasure
+    work : dict of load case to float, N mm
+        Of loads and inertia on the displacements they cause.
     facets : dict of region to (k, 3) int array
     phase : (M,) int array
     exclusion : ExclusionZone
@@ -88,12 +94,25 @@ class ExplicitResult:
     solutions: tuple[Solution, ...]
     von_mises: dict[str, FloatArray]
     measures: dict[str, tuple[StressMeasure, ...]]
+    work: dict[str, float]
     facets: dict[str, IntArray]
     phase: IntArray
     exclusion: ExclusionZone
     volume: float
     mesh_size: float
     seconds: float
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements of the nodes of a region, ``(3, k)``, mm."""
+        nodes = region_nodes(self.space, self.facets[region])
+        return self._displacement(load_case)[:, nodes]
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of any node, mm."""
+        return float(np.linalg.norm(self._displacement(load_case), axis=0).max())
+
+    def _displacement(self, load_case: str) -> FloatArray:
+        return next(s for s in self.solutions if s.name == load_case).displacement
 
 
 def analyse_printed_solid(
@@ -126,15 +145,19 @@ def analyse_printed_solid(
     report_step(f"supports and loads on {mesh.tets.shape[1]} tetrahedra")
     space = tet_space(mesh, 2)
     facets = found_regions(mesh, judged.regions, surface_tolerance)
-    cases = case_loads(space, judged.case, judged.regions, facets)
+    cases = case_loads(space, judged.case.load_case, judged.regions, facets)
     stiffness = IsotropicStiffness(
         E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
     )
-    vectors = [_load_vector(space, stiffness, material, case) for case in cases]
-    solutions = solve_elastic(space, stiffness, vectors)
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion) for case in cases
+    ]
+    solutions = solve_elastic(space, stiffness, vectors, solver=judged.solver)
+    forces = [mechanical_force(space, case, density) for case in cases]
     report_step("stress measures")
     points = centroids(mesh)
-    phase = phase_at(judged.design, points)
+    phase = phase_at(judged.design.domain, points)
     considered = considered_at(points, judged.clamped, judged.exclusion_radius)
     volumes = signed_volumes(mesh)
     von_mises: dict[str, FloatArray] = {}
@@ -162,6 +185,7 @@ def analyse_printed_solid(
         solutions=solutions,
         von_mises=von_mises,
         measures=measures,
+        work=work_of(forces, solutions),
         facets=facets,
         phase=phase,
         exclusion=exclusion_zone(
@@ -200,16 +224,6 @@ def found_regions(
     return found
 
 
-def displacement_on(
-    result: ExplicitResult, region: str, load_case: str, component: int | None
-) -> float:
-    """Largest nodal displacement of a region, magnitude or absolute component, mm."""
-    solution = next(s for s in result.solutions if s.name == load_case)
-    u = solution.displacement[:, region_nodes(result.space, result.facets[region])]
-    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
-    return float(values.max())
-
-
 def governing_measure(
     measures: Mapping[str, tuple[StressMeasure, ...]], phase: str | None = None
 ) -> tuple[str, StressMeasure] | None:
@@ -220,16 +234,9 @@ def governing_measure(
     return max(every, key=lambda pair: pair[1].value) if every else None
 
 
-def _load_vector(
-    space: TetSpace, stiffness: IsotropicStiffness, material: Material, case: PartLoadCase
-) -> LoadVector:
-    """Forces of one load case on fully dense material."""
-    force = np.array(case.force)
-    if np.any(case.acceleration):
-        density = np.full(space.element_count, material.density)
-        force += body_force(space, density, case.acceleration)
-    if case.temperature_change:
-        force += thermal_force(
-            space, stiffness, material.thermal_expansion, case.temperature_change
-        )
-    return LoadVector(name=case.name, supports=case.supports, force=force)
+def work_of(forces: Sequence[FloatArray], solutions: Sequence[Solution]) -> dict[str, float]:
+    """Work of nodal forces on the displacements of their load cases, N mm."""
+    return {
+        solution.name: float(np.sum(force * solution.displacement))
+        for force, solution in zip(forces, solutions, strict=True)
+    }

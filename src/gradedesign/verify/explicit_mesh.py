@@ -169,7 +169,7 @@ def mesh_lattice(
     with stepping(f"meshing the lattice at {cube:.3g} mm"):
         stuffed = stuff(field, lower, shape, cube)
         report_step("sharp edges")
-        raw = sharpen(stuffed, design.part, body_field(design), cube)
+        raw = sharpen(stuffed, design.domain.distance, body_field(design), cube)
         report_step("loose pieces")
         mesh, dropped, share = _main_pieces(raw, bodies)
         report_step("quality")
@@ -209,7 +209,7 @@ def fitted_cube(design: LatticeDesign, cube: float, least: float = 0.0) -> float
     Faces of the part on grid planes come out flat and sharp; others are chamfered by a third of
     a cube where they meet. ``least`` is the smallest cube that the memory holds, mm.
     """
-    size = np.asarray(design.upper) - np.asarray(design.lower)
+    size = np.asarray(design.domain.upper) - np.asarray(design.domain.lower)
     candidates = cube * np.linspace(1.0, min(max(0.88, least / cube), 1.0), 241)
     count = size[:, None] / candidates
     misfit = np.abs(count - np.round(count)).max(axis=0)
@@ -227,8 +227,13 @@ def _exact_division(size: FloatArray, cube: float) -> float:
 
 def grid_for(design: LatticeDesign, cube: float) -> tuple[FloatArray, tuple[int, int, int]]:
     """Grid that covers the design with two cubes to spare, with nodes on its lower faces."""
-    lower = np.asarray(design.lower) - 2 * cube
-    count = np.ceil((np.asarray(design.upper) - np.asarray(design.lower)) / cube).astype(int) + 4
+    lower = np.asarray(design.domain.lower) - 2 * cube
+    count = (
+        np.ceil((np.asarray(design.domain.upper) - np.asarray(design.domain.lower)) / cube).astype(
+            int
+        )
+        + 4
+    )
     return lower, (int(count[0]), int(count[1]), int(count[2]))
 
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.calibration import Calibration
+from gradedesign.cell.cell import Cell
 from gradedesign.cell.content_key import cell_key
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import MeshError
@@ -38,12 +38,12 @@ CORNER = (0.31, 0.37, 0.43)
 MOST_CUBES = 110
 
 
-def cubes_per_wall(calibration: Calibration, rho: float) -> float:
+def cubes_per_wall(cell: Cell, rho: float) -> float:
     """Grid cubes across the thinnest wall with which a cell keeps its volume.
 
     Parameters
     ----------
-    calibration : Calibration
+    cell : Cell
         Of the cell, with its parameters.
     rho : float
         Relative density; the least of a design needs most.
@@ -54,40 +54,40 @@ def cubes_per_wall(calibration: Calibration, rho: float) -> float:
         The least of `TRIED` with which the volume of a period is within `CELL_TOLERANCE`, or the
         finest that `MOST_CUBES` allow.
     """
-    return _cubes_per_wall(calibration, round(float(rho), 4))
+    return _cubes_per_wall(cell, round(float(rho), 4))
 
 
 @lru_cache(maxsize=64)
-def _cubes_per_wall(calibration: Calibration, rho: float) -> float:
-    key = content_key(KIND, cell_key(calibration), rho)
+def _cubes_per_wall(cell: Cell, rho: float) -> float:
+    key = content_key(KIND, cell_key(cell), rho)
     stored = load_arrays(KIND, key)
     if stored is not None:
         return float(stored["cubes"])
-    cubes = _measured(calibration, rho)
+    cubes = _measured(cell, rho)
     store_arrays(KIND, key, cubes=cubes)
     return cubes
 
 
-def _measured(calibration: Calibration, rho: float) -> float:
+def _measured(cell: Cell, rho: float) -> float:
     """The coarsest of `TRIED` that keeps the volume of a period, by meshing it."""
-    wall = float(wall_mm(calibration.family, dict(calibration.parameters), rho, 1.0))
+    wall = float(wall_mm(cell, rho, 1.0))
     coarsest = TRIED[0]
     for cubes in TRIED:
-        if wall <= 0 or calibration.family.period * cubes / wall > MOST_CUBES:
+        if wall <= 0 or cell.family.period * cubes / wall > MOST_CUBES:
             break
         coarsest = cubes
         # A long period shows its struts in many places of the grid by itself.
-        places = PLACES if calibration.family.period == 1 else PLACES[:1]
-        volumes = [_volume(calibration, rho, wall / cubes, np.array(place)) for place in places]
+        places = PLACES if cell.family.period == 1 else PLACES[:1]
+        volumes = [_volume(cell, rho, wall / cubes, np.array(place)) for place in places]
         if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
             break
     return coarsest
 
 
-def _volume(calibration: Calibration, rho: float, h: float, place: FloatArray) -> float:
+def _volume(cell: Cell, rho: float, h: float, place: FloatArray) -> float:
     """Share of a period that its mesh on cubes of ``h`` cells holds."""
-    family, period = calibration.family, float(calibration.family.period)
-    level = float(calibration.level_of(rho))
+    family, period = cell.family, float(cell.family.period)
+    level = float(cell.level_of(rho))
     count = int(np.ceil(period / h)) + 9
     corner = np.array(CORNER)
     lower = corner + (place - 5.0) * h
@@ -96,7 +96,7 @@ def _volume(calibration: Calibration, rho: float, h: float, place: FloatArray) -
     def field(points: FloatArray) -> FloatArray:
         beside = (1,) * (points.ndim - 1)
         box = np.abs(points - middle.reshape(3, *beside)).max(axis=0) - half
-        return np.maximum(family.shape(points, **calibration.parameters) - level, box)
+        return np.maximum(family.shape(points, **cell.parameters) - level, box)
 
     try:
         mesh = stuff(field, lower, (count, count, count), h)

@@ -46,7 +46,7 @@ def neighbourhood_cells(design: LatticeDesign) -> CellMap | float:
         return design.cell_size
     if cell_map.name != "uniform":
         return cell_map
-    cell = local_cells(cell_map, design.lower[:, None])
+    cell = local_cells(cell_map, design.domain.lower[:, None])
     return design.cell_size if np.isclose(cell.least[0], cell.most[0]) else cell_map
 
 

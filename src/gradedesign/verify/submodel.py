@@ -12,6 +12,8 @@ from gradedesign.errors import MeshError
 from gradedesign.fe.element_points import element_points
 from gradedesign.fe.facets import facet_nodes
 from gradedesign.fe.field_eval import interpolate
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.solution import LoadVector
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
@@ -24,6 +26,7 @@ from gradedesign.mesh.quality import piece_labels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.mesh.tetwild import tetrahedralize
+from gradedesign.verify.explicit import ExplicitResult
 from gradedesign.verify.windows import (
     Window,
     clip_surface,
@@ -102,14 +105,13 @@ class GaussField:
 def analyse_window(
     surface: SurfaceMesh,
     window: Window,
-    driving: TetSpace,
-    displacement: FloatArray,
+    explicit: ExplicitResult,
     material: Material,
     *,
     percentile: float,
-    cube: float,
     time_limit_s: float,
     memory_limit_bytes: float,
+    solver: LinearSolver = MULTIGRID,
 ) -> SubmodelResult:
     """Cut, mesh, drive and compare one window.
 
@@ -118,21 +120,20 @@ def analyse_window(
     surface : SurfaceMesh
         The exported surface, read back.
     window : Window
-    driving : TetSpace
-        Space of the explicit analysis.
-    displacement : (3, N) array, mm
-        Its displacement in the window's load case.
+    explicit : ExplicitResult
+        Drives the window; its grid sets edge length and envelope.
     material : Material
     percentile : float
-    cube : float, mm
-        Cube of the explicit mesh: sets edge length and envelope.
     time_limit_s : float
     memory_limit_bytes : float
+    solver : LinearSolver
 
     Returns
     -------
     SubmodelResult
     """
+    driving, cube = explicit.space, explicit.mesh_size
+    displacement = next(s.displacement for s in explicit.solutions if s.name == window.load_case)
     lower, upper = window_box(window)
     report_step("clipping")
     clipped = clip_surface(surface, lower, upper)
@@ -153,6 +154,7 @@ def analyse_window(
         space,
         stiffness,
         [LoadVector(name="window", supports=supports, force=np.zeros(space.nodes.shape))],
+        solver=solver,
     )[0]
     report_step("comparing stress and energy")
     fine = gauss_field(space, stiffness, solution.displacement)

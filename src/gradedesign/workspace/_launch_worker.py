@@ -34,6 +34,8 @@ def _die_with(parent: int) -> None:
 def _become_worker(launcher: int, memory: int, command: list[str]) -> None:
     """Apply the limits and replace this process; 0 bytes stand for no limit."""
     _die_with(launcher)
+    if sys.platform == "darwin":  # which refuses a limit of the address space
+        os.execv(command[0], command)
     hard = resource.getrlimit(resource.RLIMIT_AS)[1]
     if hard != resource.RLIM_INFINITY:
         memory = min(memory, hard) if memory else hard

@@ -7,6 +7,7 @@ import os
 import re
 import secrets
 import shutil
+import sys
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -151,6 +152,8 @@ def replacing_path(path: Path) -> Iterator[Path]:
 
 def _flush_folder(folder: Path) -> None:
     """Make a rename survive a power cut, where the file system lets folders be flushed."""
+    if sys.platform == "win32":
+        return  # a folder cannot be opened there
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
 import re
 import struct
 import time
@@ -14,6 +13,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from platformdirs import user_cache_path
 
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.workspace.atomic import UNFINISHED, write_error
@@ -34,19 +34,15 @@ _PLAIN_KINDS = frozenset("biufcSU")
 def cache_folder() -> Path:
     """Return the user's cache folder of gradedesign, which need not exist yet.
 
-    ``$XDG_CACHE_HOME/gradedesign``, or ``~/.cache/gradedesign`` where that is unset or relative
-    (XDG base directory specification 0.8).
+    Where the system keeps caches; ``$XDG_CACHE_HOME/gradedesign`` where that is set.
 
     Raises
     ------
     CaseError
         If there is no home folder either.
     """
-    chosen = os.environ.get("XDG_CACHE_HOME", "")
-    if chosen and Path(chosen).is_absolute():
-        return Path(chosen) / "gradedesign"
     try:
-        return Path.home() / ".cache" / "gradedesign"
+        return user_cache_path("gradedesign", appauthor=False)
     except RuntimeError as cause:
         raise CaseError(
             "no home folder for the cache; set XDG_CACHE_HOME to a folder you may write in"

@@ -30,7 +30,7 @@ from gradedesign.workspace.manifest import (
     read_manifest,
     write_manifest,
 )
-from gradedesign.workspace.run_lock import LOCK_NAME, RunLock
+from gradedesign.workspace.run_lock import LOCK_NAME, OWNER_NAME, RunLock
 from gradedesign.workspace.sealed import read_sealed, write_sealed
 
 log = logging.getLogger(__name__)
@@ -84,11 +84,12 @@ class RunFolder:
             If the name leaves the folder, also through a link, or is reserved.
         """
         parts = name.split("/")
-        reserved = parts[0] in (MANIFEST_NAME, LOCK_NAME, STAGES)
+        reserved = parts[0] in (MANIFEST_NAME, LOCK_NAME, OWNER_NAME, STAGES)
         if reserved or "\\" in name or "\0" in name or any(p in ("", ".", "..") for p in parts):
             raise CaseError(
                 f"{name!r} cannot be the name of a file in run folder {self.path}: expected a "
-                f"relative name below it, other than {MANIFEST_NAME}, {LOCK_NAME} and {STAGES}"
+                f"relative name below it, other than {MANIFEST_NAME}, {LOCK_NAME}, {OWNER_NAME} "
+                f"and {STAGES}"
             )
         target = self.path.joinpath(*parts)
         # Checked before creating the folder, which could already be outside.
@@ -247,7 +248,7 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
             raise
         manifest = None
     found = sorted(child.name for child in folder.iterdir())
-    others = [name for name in found if name not in (LOCK_NAME, MANIFEST_NAME)]
+    others = [name for name in found if name not in (LOCK_NAME, OWNER_NAME, MANIFEST_NAME)]
     advice = "choose another folder with -o, or discard what is there with --overwrite"
     if manifest is None and others and not overwrite:
         raise CaseError(

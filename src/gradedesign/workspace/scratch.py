@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import fcntl
 import logging
 import os
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import psutil
+from filelock import FileLock, Timeout
 
 from gradedesign.errors import ResourceError
 
@@ -52,8 +53,7 @@ def scratch_folder(what: str) -> Iterator[Path]:
         ) from cause
     folder = Path(name).absolute()
     try:
-        with (folder / _LOCK).open("xb") as lock:
-            _lock(lock.fileno())
+        with FileLock(folder / _LOCK, timeout=0, thread_local=False):
             yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -75,21 +75,13 @@ def _is_stale(folder: Path, pid: int) -> bool:
     """
     try:
         status = folder.lstat()
-        if status.st_uid != os.getuid() or folder.is_symlink() or psutil.pid_exists(pid):
+        foreign = sys.platform != "win32" and status.st_uid != os.getuid()
+        if foreign or folder.is_symlink() or psutil.pid_exists(pid):
             return False
-        with (folder / _LOCK).open("rb") as lock:
-            return _lock(lock.fileno())
-    except FileNotFoundError:
-        return folder.is_dir()  # killed before there was a lock
+        with FileLock(folder / _LOCK, timeout=0):
+            return True
+    except Timeout:
+        return False
     except OSError as cause:
         log.info("leaving %s: %s", folder, cause)
         return False
-
-
-def _lock(descriptor: int) -> bool:
-    """Take the kernel's lock of a file, which ends with its process; False if another has it."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True

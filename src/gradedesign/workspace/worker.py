@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import psutil
 from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.errors import MeshError
@@ -29,6 +31,8 @@ from gradedesign.workspace.worker_failure import (
     runs_out_of_memory,
     worker_error,
 )
+
+log = logging.getLogger(__name__)
 
 Option: TypeAlias = float | int | str | bool
 
@@ -79,7 +83,8 @@ def run_worker(
     time_limit_s : float
         Wall time, s.
     memory_limit_bytes : int
-        Address space of the process, bytes.
+        Address space of the process, bytes. Linux holds the process to it; macOS and Windows have
+        no such limit, which is logged as a warning.
 
     Raises
     ------
@@ -95,6 +100,8 @@ def run_worker(
         raise ValueError(
             f"limits must be positive, not {time_limit_s} s and {memory_limit_bytes} bytes"
         )
+    if not sys.platform.startswith("linux"):
+        log.warning("this system cannot hold %s to run.memory; watch its memory", module)
     start = time.monotonic()
     with scratch_folder("worker") as folder:
         write_npz(folder / "in.npz", **arrays)
@@ -170,15 +177,11 @@ def _run(
     log_name: str = LOG_NAME,
 ) -> int | None:
     """Run the process to its end or its limit; return its exit code, None if timed out."""
-    command = [
-        sys.executable,
-        "-I",
-        "-S",
-        str(_LAUNCHER),
-        str(os.getpid()),
-        str(memory_limit_bytes),
-    ]
-    command += [sys.executable, "-P", "-m", module, *arguments]
+    command = [sys.executable, "-P", "-m", module, *arguments]
+    if sys.platform != "win32":  # which has no process groups: there it runs without a launcher
+        watched = [str(_LAUNCHER), str(os.getpid()), str(memory_limit_bytes)]
+        command = [sys.executable, "-I", "-S", *watched, *command]
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
     with (folder / log_name).open("wb") as output:
         process = subprocess.Popen(
             command,
@@ -187,7 +190,7 @@ def _run(
             stdout=output,
             stderr=subprocess.STDOUT,
             start_new_session=True,
-            env={**os.environ, "TMPDIR": str(folder), "PYTHONUTF8": "1"},
+            env={**os.environ, **temporary, "PYTHONUTF8": "1"},
         )
         try:
             return process.wait(timeout=time_limit_s)
@@ -195,6 +198,18 @@ def _run(
             return None
         finally:
             # Also after a normal end and on Ctrl-C: nothing the worker started may live on.
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(process.pid, signal.SIGKILL)
+            _kill_all(process)
             process.wait()
+
+
+def _kill_all(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and everything it started."""
+    if sys.platform != "win32":
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+        return
+    with suppress(psutil.NoSuchProcess):
+        for child in psutil.Process(process.pid).children(recursive=True):
+            with suppress(psutil.NoSuchProcess):
+                child.kill()
+    process.kill()

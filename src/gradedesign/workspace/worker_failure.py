@@ -13,6 +13,8 @@ from gradedesign.errors import GradeDesignError, MeshError, ResourceError
 MEMORY_EXIT = ResourceError.exit_code
 #: Files in a worker's folder: what it printed, that it began its work, the most memory it held.
 LOG_NAME, READY_NAME, PEAK_NAME = "log.txt", "ready", "peak.txt"
+#: Exit code after SIGKILL, a name that Windows lacks.
+_KILLED = -9
 #: A worker that held this share of its limit when it was killed had no memory left.
 _NEAR_LIMIT = 0.8
 #: What libraries say when they cannot get address space, for arrays, stacks or their own code.
@@ -55,7 +57,7 @@ class Ending:
 
 def runs_out_of_memory(ending: Ending) -> bool:
     """Tell whether a worker said that it got no more memory."""
-    if ending.code is None or ending.code == -signal.SIGKILL:
+    if ending.code is None or ending.code == _KILLED:
         return False
     words = last_words(ending.folder)
     return ending.code == MEMORY_EXIT or any(sign in words for sign in _OUT_OF_MEMORY)
@@ -86,7 +88,7 @@ def worker_error(ending: Ending, bytes_to_start: int | None) -> GradeDesignError
             f"before it begins its work; found a limit of {limit}; raise run.memory to at least "
             f"{_size(2 * bytes_to_start)}"
         )
-    if code == -signal.SIGKILL:
+    if code == _KILLED:
         return _killed(ending, words)
     if runs_out_of_memory(ending):
         return ResourceError(

@@ -7,10 +7,8 @@ from collections.abc import Iterator
 from gradedesign import (
     CellFamily,
     CellMaker,
-    FiniteSizeTable,
     ScalingLaw,
     hookimpl,
-    shipped_finite_size_tables,
     shipped_laws,
 )
 from gradedesign_cells_strut import (
@@ -32,7 +30,6 @@ from gradedesign_cells_strut.strut_family import strut_family
 __all__ = [
     "gradedesign_cell_families",
     "gradedesign_cell_makers",
-    "gradedesign_finite_size_tables",
     "gradedesign_scaling_laws",
     "strut_family",
 ]
@@ -70,9 +67,3 @@ def gradedesign_cell_makers() -> Iterator[CellMaker]:
 def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register the laws computed for these cells."""
     yield from shipped_laws(f"{__name__}.properties")
-
-
-@hookimpl
-def gradedesign_finite_size_tables() -> Iterator[FiniteSizeTable]:
-    """Register how stiff few of these cells are."""
-    yield from shipped_finite_size_tables(f"{__name__}.properties.finite_size")

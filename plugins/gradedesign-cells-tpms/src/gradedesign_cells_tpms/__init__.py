@@ -6,10 +6,8 @@ from collections.abc import Iterator
 
 from gradedesign import (
     CellFamily,
-    FiniteSizeTable,
     ScalingLaw,
     hookimpl,
-    shipped_finite_size_tables,
     shipped_laws,
 )
 from gradedesign_cells_tpms import (
@@ -47,9 +45,3 @@ def gradedesign_scaling_laws() -> Iterator[ScalingLaw]:
     """Register laws from the literature and from homogenisation."""
     yield from scaling_laws()
     yield from shipped_laws(f"{__name__}.properties")
-
-
-@hookimpl
-def gradedesign_finite_size_tables() -> Iterator[FiniteSizeTable]:
-    """Register how stiff few of these cells are."""
-    yield from shipped_finite_size_tables(f"{__name__}.properties.finite_size")

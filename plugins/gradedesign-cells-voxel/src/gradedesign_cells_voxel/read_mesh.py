@@ -18,6 +18,9 @@ MeshSource: TypeAlias = str | Path | SurfaceMesh | RawTriangles | ArrayLike
 #: Corners this near to a face of the cell, in cell units, lie on it.
 ON_FACE = 1e-4
 
+#: Length of one unit of a file, mm; one that carries none is taken in mm.
+_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+
 #: Corners are rounded to this, in cell units, so that neighbours share theirs exactly.
 _GRAIN = 2.0**-20
 
@@ -74,11 +77,12 @@ def read_mesh(mesh: MeshSource, box: ArrayLike | None) -> FloatArray:
 def _corners(mesh: MeshSource) -> FloatArray:
     """Corners of triangles, mm."""
     if isinstance(mesh, str | Path):
-        path = Path(mesh)
-        return np.array(_reader(path).read(path, "mm").corners)
+        mesh = _reader(Path(mesh)).read(Path(mesh))
     if isinstance(mesh, SurfaceMesh):
         return np.array(mesh.vertices[mesh.faces])
-    return np.array(mesh.corners if isinstance(mesh, RawTriangles) else mesh, dtype=np.float64)
+    if isinstance(mesh, RawTriangles):
+        return np.array(mesh.corners) * _MM[mesh.unit or "mm"]
+    return np.array(mesh, dtype=np.float64)
 
 
 def _reader(path: Path) -> PartReader:

@@ -1,0 +1,111 @@
+"""Our Lanczos iteration against scipy's eigsh and lobpcg for the buckling loads of a cell.
+
+All solve with the same preconditioned conjugate gradients; run with a number of voxels across.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, eigsh, lobpcg
+
+from gradedesign.arrays import FloatArray
+from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue, Product
+from gradedesign.fe.lanczos import lanczos
+from gradedesign.homogenise.buckling import macro_prestress, weakest_modes
+from gradedesign.homogenise.periodic import solve_periodic
+
+#: Residual of the values relative to them, as `lanczos` asks for.
+TOLERANCE = 3e-3
+
+
+def sheet(n: int, rho: float) -> FloatArray:
+    """Voxels of a gyroid sheet."""
+    x, y, z = 2 * np.pi * (np.indices((n, n, n)) + 0.5) / n
+    f = np.abs(np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x))
+    return (f <= np.quantile(f, rho)).astype(float)
+
+
+def arpack(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | None]:
+    """Implicitly restarted Lanczos."""
+    values = eigsh(
+        operator(problem.form, problem), k=1 + problem.both, which="BE" if problem.both else "LA",
+        M=operator(problem.stiffness, problem), Minv=operator(problem.solve, problem),
+        v0=problem.solve(problem.form(problem.start)), tol=TOLERANCE, return_eigenvectors=False,
+    )  # fmt: skip
+    return ends(sorted(values, reverse=True))
+
+
+def block(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | None]:
+    """Locally optimal block preconditioned conjugate gradients, two vectors for each end."""
+    other = np.random.default_rng(3).permutation(problem.start)
+    start = [problem.solve(problem.form(v)) for v in (problem.start, other)]
+    values = []
+    for largest in (True, False)[: 1 + problem.both]:
+        found, _ = lobpcg(
+            operator(problem.form, problem), np.stack(start, axis=1),
+            B=operator(problem.stiffness, problem), M=operator(problem.solve, problem),
+            maxiter=20, largest=largest,
+        )  # fmt: skip
+        values.append(found.max() if largest else found.min())
+    return ends(values)
+
+
+def operator(product: Product, problem: EigenProblem) -> LinearOperator:
+    """A product as scipy takes it."""
+    n = problem.start.size
+    return LinearOperator(
+        (n, n),
+        matvec=lambda x: product(x.ravel()),
+        matmat=lambda block: np.stack([product(x) for x in block.T], axis=1),
+        dtype=float,
+    )
+
+
+def ends(values: list[float]) -> tuple[ExtremeValue, ExtremeValue | None]:
+    """Values without their vectors."""
+    made = [ExtremeValue(value=float(v), vector=np.zeros(0), bound=abs(v)) for v in values]
+    return made[0], made[1] if len(made) > 1 else None
+
+
+def counted(solver: EigenSolver, solves: list[int]) -> EigenSolver:
+    """The solver, with every solve noted."""
+
+    def solve_counted(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | None]:
+        def solve(force: FloatArray) -> FloatArray:
+            solves.append(1)
+            return problem.solve(force)
+
+        return solver(replace(problem, solve=solve))
+
+    return solve_counted
+
+
+def main(n: int) -> None:
+    """Print values, solves and seconds of every solver."""
+    fill = sheet(n, 0.2)
+    solution = solve_periodic(fill, poissons_ratio=0.3)
+    start = np.random.default_rng(7).standard_normal((3, *fill.shape))
+    for name, macro in (("compression", [-1, 0, 0, 0, 0, 0]), ("shear", [0, 0, 0, 0, 0, 1])):
+        stress = macro_prestress(solution, np.array(macro, dtype=float))
+        for both in (False, True):
+            for solver in (lanczos, arpack, block):
+                solves: list[int] = []
+                used = time.process_time()
+                high, low = weakest_modes(
+                    fill, stress, poissons_ratio=0.3, start=start, both=both,
+                    solver=counted(solver, solves),
+                )  # fmt: skip
+                values = " ".join(f"{end.value:.5g}" for end in (high, low) if end is not None)
+                print(
+                    f"{name}, {solver.__name__}: {values}, {len(solves)} solves, "
+                    f"{time.process_time() - used:.2f} s of processor time",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 24)

@@ -1,1 +1,0 @@
-"""How stiff few of these cells are, as plain data with provenance."""

@@ -1,0 +1,130 @@
+"""What ``gradedesign check`` finds: everything about a case that needs no law and no mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell_map import turned_axes
+from gradedesign.check.predicted_run import PredictedRun, budget_warnings, predicted_run
+from gradedesign.layout.part_room import inner_points
+from gradedesign.limits.local_stress import allowed_stress, share_warnings
+from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
+from gradedesign.part.signed_distance import region_distance
+from gradedesign.part.thickness import local_thickness
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.resolve_law import resolve_law
+from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
+from gradedesign.resolve.setup import exclusion_radius
+from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
+from gradedesign.verify.phases import considered_at
+
+#: Places at which the part's thickness is measured.
+_THICKNESS_PLACES = 1500
+#: Shares of the part's volume at which its thickness is told.
+THICKNESS_SHARES = (5, 25, 50, 75, 95)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Thickness:
+    """How thick the part is, beside its cells.
+
+    Attributes
+    ----------
+    shares : tuple of int, %
+    thickness : tuple of float, mm
+        Below which that share of the volume lies.
+    cells : tuple of float
+        The same over the shortest edge of a cell.
+    """
+
+    shares: tuple[int, ...]
+    thickness: tuple[float, ...]
+    cells: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CaseCheck:
+    """What a case asks for and what it will take.
+
+    Attributes
+    ----------
+    known : ResolvedCase
+    holes : tuple of CylinderGroup
+    thickness : Thickness
+    run : PredictedRun
+    periodic : str
+        Why size effects are left out; empty where the run computes those it finds.
+    warnings : tuple of str
+    """
+
+    known: ResolvedCase
+    holes: tuple[CylinderGroup, ...]
+    thickness: Thickness
+    run: PredictedRun
+    periodic: str
+    warnings: tuple[str, ...]
+
+
+def check_case(case: Case, registry: Registry) -> CaseCheck:
+    """Look at a case without computing a law, walls or a mesh.
+
+    Raises
+    ------
+    GradeDesignError
+        As `resolve_case`.
+    """
+    known = resolve_case(case, registry)
+    said = [*known.warnings, *known.narrowed]
+    if known.law.voxels == 0:
+        # Taken from the registry: nothing is computed.
+        said += resolve_law(
+            case,
+            registry,
+            known.cell,
+            poissons_ratio=known.material.poissons_ratio,
+        )[1]
+    inside = inner_points(known.domain)
+    thickness = part_thickness(known, inside)
+    run = predicted_run(known, inside.shape[1])
+    law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
+    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0])
+    said += [
+        *periodic_warnings(case, known.part, known.layout, periodic),
+        *_left_out(known),
+        *budget_warnings(known, run),
+    ]
+    return CaseCheck(
+        known=known,
+        holes=cylinder_groups(known.part.faces),
+        thickness=thickness,
+        run=run,
+        periodic=periodic,
+        warnings=tuple(dict.fromkeys(said)),
+    )
+
+
+def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
+    """Thickness of the part along the axes of its cells, at places ``(3, n)`` inside it."""
+    every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
+    axes = turned_axes(known.case.lattice.rotation)
+    lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
+    values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
+    return Thickness(
+        shares=THICKNESS_SHARES,
+        thickness=tuple(float(v) for v in values),
+        cells=tuple(float(v) / known.layout.least for v in values),
+    )
+
+
+def _left_out(known: ResolvedCase) -> tuple[str, ...]:
+    """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
+    case, places = known.case, known.layout.places
+    if allowed_stress(case, known.material) is None or not places.size:
+        return ()
+    radius = exclusion_radius(case)
+    names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
+    clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
+    return share_warnings(1.0 - float(considered_at(places, clamped, radius).mean()), radius)

@@ -1,0 +1,119 @@
+"""A first answer without any explicit analysis: one density for the whole part, and one sizing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.errors import DensityError
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop.round import SizingPlan, design_filter, size_round
+from gradedesign.material.constant_density import density_for_displacement, density_for_stress
+from gradedesign.resolve.setup import Setup
+from gradedesign.sizing.homogenised import total_mass
+from gradedesign.verify.correction import Correction
+
+#: Iterations of the sizing: as in the second round of a run, whose mass changes little after.
+SIZING_ITERATIONS = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstantDensity:
+    """One density for the whole lattice at which one limit holds, from the solid part alone.
+
+    Attributes
+    ----------
+    row : LimitRow
+        The limit with its value on the fully solid part.
+    density : float or None
+        Least density in the bounds of the case; None where none of them is enough.
+    mass_g : float or None
+        Of the part with that lattice, its skin and passive regions included.
+    reason : str
+        Why there is no density; empty where there is one.
+    """
+
+    row: LimitRow
+    density: float | None
+    mass_g: float | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstAnswer:
+    """Constant densities beside the outcome of one sizing.
+
+    Attributes
+    ----------
+    constant : tuple of ConstantDensity
+        One per limit.
+    sized_mass_g : float or None
+        Predicted mass of the graded design; None where the solid part breaks a limit already.
+    sized_density : float or None
+        Its mean over the lattice.
+    sized_use : float or None
+        Largest predicted use of a limit.
+    """
+
+    constant: tuple[ConstantDensity, ...]
+    sized_mass_g: float | None = None
+    sized_density: float | None = None
+    sized_use: float | None = None
+
+    @property
+    def governing(self) -> ConstantDensity | None:
+        """The limit that asks for the greatest density; None where one cannot be met."""
+        if not self.constant or any(one.density is None for one in self.constant):
+            return None
+        return max(self.constant, key=lambda one: one.density or 0.0)
+
+
+def first_answer(setup: Setup) -> FirstAnswer:
+    """Constant densities that meet the limits, and one sizing of the homogenised part.
+
+    Parameters
+    ----------
+    setup : Setup
+        Its solid part analysed, see `solid.with_solid`.
+
+    Returns
+    -------
+    FirstAnswer
+
+    Notes
+    -----
+    A constant density scales displacements of the solid part by ``1 / E*`` along the softest cell
+    axis and its stress by one over the law's strength, which is exact for a homogeneous isotropic
+    copy of the part (Ramirez Salazar 2022, eqs. 1.8 to 1.11). Skin and passive regions count in
+    the mass alone. Buckling and size effects count in the sizing, where the case has them.
+    """
+    constant = tuple(_constant(setup, row) for row in setup.solid)
+    if not all(row.passed for row in setup.solid):
+        return FirstAnswer(constant=constant)
+    plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
+    sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
+    weights = setup.model.volumes * (1.0 - setup.model.solid_share)
+    return FirstAnswer(
+        constant=constant,
+        sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
+        sized_density=float(weights @ sized.rho / weights.sum()),
+        sized_use=sized.history[-1].use,
+    )
+
+
+def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
+    """The constant density of one limit."""
+    if not row.passed:
+        return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
+    # Displacements and the work of the loads fall as one over the stiffness.
+    least = density_for_stress if row.unit == "MPa" else density_for_displacement
+    try:
+        density = max(least(setup.law, row.value, row.limit), setup.bounds[0])
+    except DensityError as error:
+        return ConstantDensity(row=row, density=None, mass_g=None, reason=str(error))
+    if density > setup.bounds[1]:
+        reason = f"needs density {density:.3g}, at most {setup.bounds[1]:.3g} is allowed"
+        return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
+    rho = np.full(setup.space.element_count, density)
+    return ConstantDensity(row=row, density=density, mass_g=total_mass(setup.model, rho) * 1e6)

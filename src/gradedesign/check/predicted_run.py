@@ -1,0 +1,196 @@
+"""Size and time of a run, predicted from the case alone: no mesh, no law, no analysis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.loop.predicted_cost import (
+    DOFS_PER_TET,
+    TETS_PER_SOLID_CUBE,
+    CostPrediction,
+    RunWork,
+    mesher_tets,
+    predict_cost,
+)
+from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable, analysable_bounds
+from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
+from gradedesign.resolve.resolved_case import ResolvedCase
+from gradedesign.verify.acceptance import choose_scope
+from gradedesign.verify.grid_resolution import LAYER_CUBES
+from gradedesign.verify.windows import MARGIN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedGrid:
+    """The explicit grid and what sets it.
+
+    Attributes
+    ----------
+    cube : float, mm
+        Edge of its cubes.
+    set_by : str
+        The thinnest thing that it must resolve, in words.
+    wall : float, mm
+        Thinnest wall or strut, at ``wall_density``.
+    wall_density : float
+    cubes : int
+        In the box about the part.
+    """
+
+    cube: float
+    set_by: str
+    wall: float
+    wall_density: float
+    cubes: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedRun:
+    """What a run will take.
+
+    Attributes
+    ----------
+    density : float
+        Mean of the lattice that the prediction is made for.
+    lattice_share : float
+        Of the part's volume that is lattice.
+    grid : PredictedGrid
+    bounds : (float, float)
+        Densities that sizing may choose: those whose walls the memory can analyse.
+    raised : tuple of str
+        Why the lower one is not that of the windows.
+    cost : CostPrediction
+    explicit : bool
+        Whether the run gets as far as an explicit lattice.
+    law_s : float, s
+        Of computing the law, at most; 0 where it is known.
+    """
+
+    density: float
+    lattice_share: float
+    grid: PredictedGrid
+    bounds: tuple[float, float]
+    raised: tuple[str, ...]
+    cost: CostPrediction
+    explicit: bool
+    law_s: float
+
+    @property
+    def run_s(self) -> float:
+        """The whole run with its law, s."""
+        return self.law_s + self.cost.run_s
+
+    @property
+    def round_s(self) -> float:
+        """One round, s."""
+        return self.cost.round_s
+
+
+def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
+    """Predict unknowns, memory and time of a run.
+
+    Parameters
+    ----------
+    known : ResolvedCase
+    inside : int
+        How many of the places that fill the part's box lie in it; `ResolvedCase.layout` has those
+        of the lattice.
+
+    Returns
+    -------
+    PredictedRun
+    """
+    case = known.case
+    share = known.layout.places.shape[1] / max(inside, 1)
+    able = analysable_bounds(
+        case,
+        known.cell,
+        known.bounds,
+        known.layout.least,
+        latticed=known.part.volume * share,
+        solid=known.part.volume * (1.0 - share),
+    )
+    low, high = able.bounds
+    density = low + (high - low) * EXPECTED_SHARE
+    grid = predicted_grid(known, density, able)
+    solid = known.part.volume * (1.0 - share + share * density)
+    explicit = case.run.stop_after == "verdict"
+    tets = TETS_PER_SOLID_CUBE * solid / grid.cube**3 if explicit else 0.0
+    scope = case.run.acceptance
+    scope = choose_scope(scope, tets, case.run.time)
+    edges = np.minimum((1 + 2 * MARGIN) * known.layout.typical, np.ptp(_corners(known), axis=0))
+    windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
+    work = RunWork(
+        part_dofs=predicted_part_dofs(case, known.part),
+        load_cases=len(case.load_case),
+        adjoint_solves=sum(one.by_gradient for one in known.limits),
+        explicit_dofs=int(tets * DOFS_PER_TET),
+        explicit_cubes=grid.cubes if explicit else 0,
+        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
+        remeshed=scope,
+        rounds=case.run.max_rounds if explicit else 1,
+    )
+    return PredictedRun(
+        density=density,
+        lattice_share=share,
+        grid=grid,
+        bounds=able.bounds,
+        raised=(*able.warnings, *((able.refusal,) if able.refusal else ())),
+        cost=predict_cost(work),
+        explicit=explicit,
+        law_s=60.0 * known.law.minutes[1],
+    )
+
+
+def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
+    """Explicit grid for a mean density; graded designs reach the least density somewhere."""
+    case = known.case
+    thin = density if case.lattice.grading == "uniform" else able.bounds[0]
+    size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
+    wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
+    cubes = {
+        f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
+        / able.cubes_per_wall
+    }
+    if case.lattice.skin is not None:
+        cubes[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / LAYER_CUBES
+    for keep in case.keep:
+        if keep.margin > 0:
+            cubes[f"the margin of the solid region '{keep.region}', {keep.margin:g} mm"] = (
+                keep.margin / LAYER_CUBES
+            )
+    set_by = min(cubes, key=cubes.__getitem__)
+    cube = cubes[set_by]
+    if case.run.explicit_mesh_size is not None:
+        set_by, cube = "[run] explicit_mesh_size", case.run.explicit_mesh_size
+    counts = [math.ceil(float(edge) / cube) + 4 for edge in np.ptp(_corners(known), axis=0)]
+    return PredictedGrid(
+        cube=cube, set_by=set_by, wall=wall, wall_density=thin, cubes=math.prod(counts)
+    )
+
+
+def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
+    """Say where a run is predicted to exceed the budgets of its case."""
+    limits, said = known.case.run, list(run.raised)
+    if run.explicit and run.cost.memory_bytes > limits.memory:
+        factor = (run.cost.memory_bytes / limits.memory) ** (1 / 3)
+        said.append(
+            f"the explicit analysis is predicted to take {run.cost.memory_bytes / 1e9:.2g} GB, "
+            f"more than the {limits.memory / 1e9:.2g} GB of [run] memory; its grid of "
+            f"{run.grid.cube:.3g} mm is set by {run.grid.set_by}: a coarser one of "
+            f"{factor * run.grid.cube:.3g} mm would fit"
+        )
+    if run.run_s > limits.time:
+        said.append(
+            f"the run is predicted to take {run.run_s / 60:.0f} min, more than the "
+            f"{limits.time / 60:.3g} min of [run] time: it may end before its design is accepted"
+        )
+    return tuple(said)
+
+
+def _corners(known: ResolvedCase) -> np.ndarray:
+    return known.part.surface.vertices

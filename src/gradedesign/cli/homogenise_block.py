@@ -1,0 +1,56 @@
+"""``gradedesign homogenise --boundary``: what it takes and gives for a finite block of cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gradedesign.case.suggest import instead
+from gradedesign.cell.family import CellFamily
+from gradedesign.cli.moduli_data import cell_header, digits, moduli_data, rounded
+from gradedesign.errors import CaseError
+from gradedesign.homogenise.apparent import BOUNDARIES, ApparentStiffness
+from gradedesign.results.summary import library_versions
+
+#: The boundary condition of a lattice without end.
+PERIODIC = "periodic"
+
+
+def require_boundary(boundary: str, unused: Sequence[str]) -> None:
+    """Refuse an unknown boundary condition, and options that a finite block does not have.
+
+    Raises
+    ------
+    CaseError
+    """
+    if boundary not in BOUNDARIES:
+        known = (PERIODIC, *BOUNDARIES)
+        raise CaseError(f"--boundary {boundary} is unknown; {instead(boundary, known)}")
+    if unused:
+        raise CaseError(
+            f"{' and '.join(unused)} need --boundary {PERIODIC}: of a finite block only the "
+            f"stiffness is computed"
+        )
+
+
+def block_data(
+    family: CellFamily,
+    parameters: Mapping[str, float],
+    density: float,
+    found: ApparentStiffness,
+    poissons_ratio: float,
+) -> dict[str, Any]:
+    """Plain data of the apparent stiffness of a finite block, beside the periodic one."""
+    return {
+        **cell_header(family, parameters, density, poissons_ratio, found.resolution),
+        "boundary": found.boundary,
+        "cells": found.cells,
+        "solid_share": digits(found.solid),
+        "void_stiffness": found.void,
+        "C": rounded(found.stiffness),
+        **moduli_data(found.stiffness),
+        "periodic": {"C": rounded(found.periodic), **moduli_data(found.periodic)},
+        "energy_over_periodic": [digits(ratio) for ratio in found.energy_ratios],
+        "in_order": found.in_order,
+        "versions": library_versions(),
+    }

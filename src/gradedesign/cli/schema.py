@@ -1,0 +1,28 @@
+"""``gradedesign schema``: the JSON schema of case files, for editors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from gradedesign.case.generate_schema import GenerateFile
+from gradedesign.case.schema import CaseFile, schema_json
+from gradedesign.cli.show import print_json, print_text
+from gradedesign.plugin.read_case import entries_of
+from gradedesign.workspace.atomic import write_text
+
+
+def schema(output: Path | None, *, stated_density: bool) -> None:
+    """Print the schema, or write it to a file.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be written.
+    """
+    data = schema_json(GenerateFile if stated_density else CaseFile, entries_of(None))
+    if output is None:
+        print_json(data)
+        return
+    write_text(output, json.dumps(data, indent=2, allow_nan=False) + "\n")
+    print_text(f"wrote {output}")

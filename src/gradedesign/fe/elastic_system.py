@@ -1,0 +1,107 @@
+"""An assembled stiffness, ready for load cases."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass, field
+
+from scipy.sparse import bsr_matrix, spmatrix
+
+from gradedesign.errors import ResourceError, SolverError
+from gradedesign.fe.assembly import AssemblyPattern, assemble, assembly_pattern
+from gradedesign.fe.linear_solver import LinearSolver, Solve
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.fe.space import TetSpace
+from gradedesign.fe.stiffness import Stiffness, require_positive
+from gradedesign.workspace.progress import report_step
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ElasticSystem:
+    """A space and its assembled stiffness, ready for load cases.
+
+    Attributes
+    ----------
+    space : TetSpace
+    stiffness : Stiffness
+    matrix : bsr_matrix
+        Without supports.
+    solver : LinearSolver
+    prepared : dict
+        What solvers prepared, by their name and fixed components: later load cases find it here.
+    """
+
+    space: TetSpace
+    stiffness: Stiffness
+    matrix: bsr_matrix
+    solver: LinearSolver
+    prepared: dict[tuple[str, bytes], Solve] = field(default_factory=dict, repr=False)
+
+
+def prepare_elastic(
+    space: TetSpace,
+    stiffness: Stiffness,
+    *,
+    solver: LinearSolver = MULTIGRID,
+    pattern: AssemblyPattern | None = None,
+) -> ElasticSystem:
+    """Assemble a stiffness once for all load cases to come.
+
+    Parameters
+    ----------
+    space : TetSpace
+    stiffness : Stiffness
+    solver : LinearSolver
+        What the system will be solved by.
+    pattern : AssemblyPattern, optional
+        Of `space`, to save finding it again.
+
+    Returns
+    -------
+    ElasticSystem
+
+    Raises
+    ------
+    SolverError
+        If a stiffness is not positive.
+    ResourceError
+        If the space has more unknowns than the solver takes.
+    """
+    start = time.perf_counter()
+    _require_room(space, solver)
+    report_step(f"assembling {space.dof_count} unknowns")
+    require_positive(stiffness)
+    if solver.assemble is None:
+        matrix = assemble(pattern or assembly_pattern(space), stiffness)
+    else:
+        matrix = _as_blocks(solver, solver.assemble(space, stiffness), space)
+    log.info(
+        "assembled %d unknowns on %d tets in %.2f s",
+        space.dof_count, space.element_count, time.perf_counter() - start,
+    )  # fmt: skip
+    return ElasticSystem(space=space, stiffness=stiffness, matrix=matrix, solver=solver)
+
+
+def _require_room(space: TetSpace, solver: LinearSolver) -> None:
+    """Refuse more unknowns than a solver takes."""
+    if solver.most_unknowns is not None and space.dof_count > solver.most_unknowns:
+        raise ResourceError(
+            f"solver '{solver.name}' takes at most {solver.most_unknowns} unknowns, but this "
+            f"analysis has {space.dof_count}; take another [run] solver or a coarser mesh, or end "
+            f"before this analysis with [run] stop_after"
+        )
+
+
+def _as_blocks(solver: LinearSolver, matrix: spmatrix, space: TetSpace) -> bsr_matrix:
+    """A matrix that a solver assembled, in 3 by 3 blocks."""
+    if matrix.shape != (space.dof_count, space.dof_count):
+        raise SolverError(
+            f"solver '{solver.name}' assembled a matrix of shape {matrix.shape} for "
+            f"{space.dof_count} unknowns"
+        )
+    blocks = bsr_matrix(matrix, blocksize=(3, 3))
+    blocks.sort_indices()
+    return blocks

@@ -1,0 +1,1 @@
+"""Lattices stated by the user, built without sizing."""

@@ -1,0 +1,289 @@
+"""The lattice alone, from a stated density: no sizing, no analysis, no verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.locate import locating
+from gradedesign.errors import GradeDesignError
+from gradedesign.generate.generate_files import write_generated
+from gradedesign.generate.stated_cells import (
+    BuiltCells,
+    StatedCells,
+    build_cells,
+    least_density,
+    stated_cells,
+    thinnest_wall,
+)
+from gradedesign.generate.stated_density import stated_density
+from gradedesign.generate.stated_map import stated_map
+from gradedesign.lattice.density_source import DensitySource
+from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
+from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.part_room import require_lattice_left
+from gradedesign.layout.placed_map import lattice_points
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.stages import default_folder, open_stages
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.result import RunResult
+from gradedesign.part.part import Part, read_part
+from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
+from gradedesign.resolve.own_cell import with_own_cell
+from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.resolve import resolve_material
+from gradedesign.results.files import write_result
+from gradedesign.results.summary import library_versions
+from gradedesign.workspace.progress import Listener, counted, ignore, report_step
+from gradedesign.workspace.run_folder import RunFolder
+
+#: Grid steps of the surface along a cell, and across its thinnest wall, at least.
+STEPS_PER_CELL, STEPS_PER_WALL = 24.0, 1.5
+#: Grid steps along a cell at most.
+MOST_STEPS_PER_CELL = 96.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Generated:
+    """A lattice of stated density, and what was measured of it.
+
+    Attributes
+    ----------
+    part : Part
+    cells : StatedCells
+    built : BuiltCells
+    design : LatticeDesign
+    surface : SurfaceMesh
+        What is printed.
+    islands : Islands
+        Loose pieces that were removed from it.
+    slabs : tuple of SlabDensities
+        Across x, y and z.
+    step : float, mm
+        Grid of the surface.
+    wall : float, mm
+        Thinnest wall or strut at the least density.
+    """
+
+    part: Part
+    cells: StatedCells
+    built: BuiltCells
+    design: LatticeDesign
+    surface: SurfaceMesh
+    islands: Islands
+    slabs: tuple[SlabDensities, ...]
+    step: float
+    wall: float
+
+
+def generate(
+    case: GenerateCase,
+    registry: Registry | None = None,
+    *,
+    folder: Path | None = None,
+    density: DensitySource | None = None,
+    on_event: Listener = ignore,
+    overwrite: bool = False,
+) -> RunResult:
+    """Make the lattice that a case states, and write its surface, picture and densities.
+
+    Parameters
+    ----------
+    case : GenerateCase
+        From `load_generate_case`.
+    registry : Registry, optional
+        The installed cells and readers by default.
+    folder : Path, optional
+        ``runs/<case name>`` below the working folder by default.
+    density : callable, optional
+        Points ``(3, n)`` mm to relative density ``(n,)``, in place of the case's density.
+    on_event : callable, optional
+        Receives every progress event.
+    overwrite : bool
+        Replace earlier results.
+
+    Returns
+    -------
+    RunResult
+        Its status is ``partial``: nothing was analysed. Also written to ``result.json``.
+
+    Raises
+    ------
+    GradeDesignError
+        Whatever was wrong, by name; ``result.json`` then says ``failed``.
+    """
+    registry = with_own_cell(case, build_registry() if registry is None else registry)
+    target = default_folder(case) if folder is None else folder
+    with open_stages(target, case, resume=False, overwrite=overwrite) as out:
+        announce = Announcer(on_event)
+        try:
+            return _generate(case, registry, out, announce, density)
+        except GradeDesignError as error:
+            failed = RunResult(
+                status="failed",
+                lightest=False,
+                reason=str(error),
+                case_hash=case.case_hash,
+                case_name=case.name,
+                folder=out.path,
+                timing_s=announce.timing(),
+            )
+            write_result(out, failed)
+            raise
+
+
+def _generate(
+    case: GenerateCase,
+    registry: Registry,
+    out: RunFolder,
+    announce: Announcer,
+    density: DensitySource | None,
+) -> RunResult:
+    """The stages in order."""
+    formats = lattice_files(case, registry)
+    with announce.stage("part"), locating(case, "part.file"):
+        part = read_part(case, part_readers(case, registry))
+    with announce.stage("density"):
+        cells = stated_cells(case, registry)
+        design, built, report = _design(case, part, cells, density)
+    with announce.stage("lattice"):
+        made = build(case, part, cells, built, design)
+    slabs = made.slabs[0]
+    announce.say(
+        "lattice",
+        f"{len(made.surface.faces)} triangles at a grid of {made.step:.3g} mm, density "
+        f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
+    )
+    result = generated_result(case, registry, made, report)
+    material = None if case.material is None else resolve_material(case.material, registry)
+    lattice = printed_lattice(case, made.surface, made.design, material)
+    return write_generated(out, case, formats, lattice, made.slabs, result, announce)
+
+
+def _design(
+    case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
+) -> tuple[LatticeDesign, BuiltCells, dict[str, Any]]:
+    """The lattice as the case states it."""
+    domain = design_domain(case, part)
+    density = stated_density(
+        case, source, domain=domain, window=cells.window, level_of=cells.level_of
+    )
+    places = lattice_points(domain)
+    require_lattice_left(case, places, domain)
+    cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, places)
+    built = build_cells(case, cells, cell_map, density=density, domain=domain)
+    design = LatticeDesign(
+        domain=domain,
+        shape=built.shape,
+        level_of=cells.level_of,
+        cell_map=built.cell_map,
+        cell_size=cell_map.size,
+        density=density,
+        parameters=built.parameters,
+    )
+    return design, built, report
+
+
+def build(
+    case: GenerateCase, part: Part, cells: StatedCells, built: BuiltCells, design: LatticeDesign
+) -> Generated:
+    """Surface of a lattice without loose pieces, and its densities.
+
+    Raises
+    ------
+    LatticeError
+        If there is no solid, or too much of it would be loose.
+    """
+    size = case.lattice.cell_size
+    wall = thinnest_wall(cells, least_density(design.density), size)
+    finest = size / MOST_STEPS_PER_CELL
+    step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
+    raw = trimmed_surface(design, part.surface, step)
+    report_step("loose pieces of the surface")
+    surface, islands = remove_islands(
+        raw, keep=design.domain.bodies, least_pocket=(0.5 * step) ** 3
+    )
+    field = lattice_field(design, band=3 * step, single=True)
+    thickness = max(size, design.cell_size)
+    slabs = tuple(
+        slab_density(design, field, surface, part.surface, axis=axis, thickness=thickness)
+        for axis in counted(range(3), "density by slabs, axis", 3)
+    )
+    return Generated(
+        part=part,
+        cells=cells,
+        built=built,
+        design=design,
+        surface=surface,
+        islands=islands,
+        slabs=slabs,
+        step=step,
+        wall=wall,
+    )
+
+
+def generated_result(
+    case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
+) -> RunResult:
+    """What was made, as the result that is written."""
+    warnings = [*made.part.report.warnings, *registry.notes]
+    if made.islands.dropped:
+        warnings.append(f"{made.islands.dropped} floating islands were removed")
+    slabs = made.slabs[0]
+    volume = enclosed_volume(made.surface)
+    first = made.cells.families[0]
+    cell: dict[str, Any] = {
+        "name": first.family.name,
+        "source": first.family.source,
+        "parameters": dict(first.parameters),
+        "window": list(made.cells.window),
+        "size_mm": list(case.lattice.size),
+        "grading": case.lattice.grading,
+        "thinnest_wall_mm": made.wall,
+        "grid_mm": made.step,
+    }
+    density: dict[str, Any] = {what: total(slabs, what) for what in ("target", "field", "surface")}
+    density["slabs"] = {"xyz"[s.axis]: slab_data(s) for s in made.slabs}
+    heavy = None if case.material is None else resolve_material(case.material, registry).density
+    return RunResult(
+        status="partial",
+        lightest=False,
+        reason="generated from a stated density; no analysis was asked for, nothing is proven",
+        relative_density=volume / made.part.volume,
+        measures={
+            "density": density,
+            "cell": cell,
+            "cell_map": dict(report),
+            "transition": dict(made.built.transition),
+            "volume_mm3": volume,
+        },
+        warnings=tuple(dict.fromkeys(warnings)),
+        plugins=tuple(str(p) for p in registry.plugins),
+        versions=library_versions(),
+        case_hash=case.case_hash,
+        case_name=case.name,
+        mass_g=None if heavy is None else volume * heavy * 1e6,
+        solid_mass_g=None if heavy is None else made.part.volume * heavy * 1e6,
+    )
+
+
+def slab_data(slabs: SlabDensities) -> dict[str, Any]:
+    """Plain data of the slabs across one axis."""
+    field, surface = slabs.field - slabs.target, slabs.surface - slabs.target
+    return {
+        "edges_mm": slabs.edges.tolist(),
+        "target": slabs.target.tolist(),
+        "field": slabs.field.tolist(),
+        "surface": slabs.surface.tolist(),
+        "largest_error_of_field": float(np.abs(field).max()),
+        "largest_error_of_surface": float(np.abs(surface).max()),
+    }

@@ -1,0 +1,61 @@
+"""The files of a generated lattice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.lattice.slab_density import SlabDensities
+from gradedesign.loop.announce import Announcer
+from gradedesign.output.pictures import picture_lattice
+from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.output.result import RunResult
+from gradedesign.resolve.lattice_files import LatticeFile, write_lattice_files
+from gradedesign.results.files import RESULT_NAME, write_result
+from gradedesign.workspace.run_folder import RunFolder
+
+SLABS_NAME = "slabs.csv"
+
+
+def write_generated(
+    out: RunFolder,
+    case: GenerateCase,
+    formats: Sequence[LatticeFile],
+    lattice: PrintedLattice,
+    slabs: Sequence[SlabDensities],
+    result: RunResult,
+    announce: Announcer,
+) -> RunResult:
+    """Write surface, picture, densities and result.json; return the result with its files."""
+    files = {"slabs": SLABS_NAME, "result": RESULT_NAME}
+    with announce.stage("output"):
+        files |= write_lattice_files(out, formats, lattice)
+        cell = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
+        warnings = picture_lattice(out.path_of("lattice.png"), lattice.surface, title=cell)
+        if (out.path / "lattice.png").is_file():
+            out.adopt("lattice.png")
+            files["lattice"] = "lattice.png"
+        out.write_text(SLABS_NAME, slab_table(slabs))
+    result = replace(
+        result,
+        folder=out.path,
+        files=files,
+        warnings=(*result.warnings, *warnings),
+        timing_s=announce.timing(),
+    )
+    write_result(out, result)
+    return result
+
+
+def slab_table(slabs: Sequence[SlabDensities]) -> str:
+    """One line per slab, comma separated, units in the header."""
+    lines = ["axis,from_mm,to_mm,part_mm3,target,field,surface"]
+    for s in slabs:
+        for n in range(len(s.target)):
+            numbers = (
+                *(s.edges[n], s.edges[n + 1], s.part_volume[n]),
+                *(s.target[n], s.field[n], s.surface[n]),
+            )
+            lines.append(",".join(["xyz"[s.axis], *(f"{v:.6g}" for v in numbers)]))
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,280 @@
+"""The cells that a case states: one family, or two with a transition between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.formula import parse_formula
+from gradedesign.case.generate_schema import GenerateCase, TransitionSpec
+from gradedesign.case.locate import locating
+from gradedesign.case.parameter_map_schema import ParameterMapSpec
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.increments import CellIncrements, cell_increments
+from gradedesign.cell.neck import joining_shift, measure_neck
+from gradedesign.cell.shape import blamed_shape, complete_parameters
+from gradedesign.cell.transition import Scale, cell_transition
+from gradedesign.cell.wall_size import density_for_wall, wall_mm
+from gradedesign.errors import CaseError
+from gradedesign.lattice.density_grid import DensityGrid, evaluate
+from gradedesign.lattice.density_source import sample_density
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.formula_density import formula_field
+from gradedesign.plugin.registry import Registry, lookup
+
+#: The weight of a second family is kept on a grid with this many nodes per cell.
+WEIGHT_NODES_PER_CELL = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StatedCells:
+    """One family, two that pass into each other, or one whose parameter changes.
+
+    Attributes
+    ----------
+    families : tuple of Cell
+        One, two that pass into each other, or the increments of a parameter.
+    window : (float, float)
+        Densities that all families have, with walls that can be printed.
+    level_of : callable
+        Relative density to level.
+    increments : CellIncrements or None
+    """
+
+    families: tuple[Cell, ...]
+    window: tuple[float, float]
+    level_of: Callable[[FloatArray | float], FloatArray]
+    increments: CellIncrements | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BuiltCells:
+    """What a lattice is built from: shape, its parameters, its coordinates.
+
+    Attributes
+    ----------
+    shape : callable
+    parameters : mapping of str to float
+    cell_map : callable
+        Points ``(3, ...)`` mm to cell coordinates, with the weight as fourth if there are two
+        families.
+    transition : mapping
+        What was measured of the transition, or of the parameter, for the result; else empty.
+    """
+
+    shape: Callable[..., FloatArray]
+    parameters: Mapping[str, float]
+    cell_map: Field
+    transition: Mapping[str, Any]
+
+
+def stated_cells(case: GenerateCase, registry: Registry) -> StatedCells:
+    """Look up and calibrate the families of a case.
+
+    Raises
+    ------
+    CaseError
+        For an unknown family or parameter.
+    DensityError
+        If two families have no density in common, or no density gives walls thick enough.
+    """
+    spec = case.lattice
+    if spec.parameter_map is not None:
+        return _with_floor(case, _incremented(case, registry, spec.parameter_map))
+    families = [_calibrated(case, registry, "lattice", spec.cell, spec.parameters)]
+    level_of = families[0].level_of
+    window = families[0].window
+    if spec.transition is not None:
+        second = spec.transition
+        key = "lattice.transition"
+        families.append(_calibrated(case, registry, key, second.cell, second.parameters))
+        with locating(case, key):
+            plain = cell_transition(families[0], families[1], scale=_scale(second))
+        level_of, window = plain.level_of, plain.window
+    cells = StatedCells(families=tuple(families), window=window, level_of=level_of)
+    return _with_floor(case, cells)
+
+
+def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
+    """The cells above the density whose walls can be printed."""
+    if case.print is None:
+        return cells
+    with locating(case, "print.min_wall"):
+        floors = [
+            density_for_wall(c, case.print.min_wall, case.lattice.cell_size) for c in cells.families
+        ]
+    return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
+
+
+def _incremented(case: GenerateCase, registry: Registry, told: ParameterMapSpec) -> StatedCells:
+    """One family at the increments of a parameter."""
+    with locating(case, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+    with locating(case, "lattice.parameters"):
+        complete_parameters(family, case.lattice.parameters)
+    with locating(case, "lattice.parameter_map.parameter"):
+        increments = cell_increments(
+            family, case.lattice.parameters, told.parameter, told.values, told.increments
+        )
+    return StatedCells(
+        families=increments.cells,
+        window=increments.window,
+        level_of=increments.level_of,
+        increments=increments,
+    )
+
+
+def build_cells(
+    case: GenerateCase,
+    cells: StatedCells,
+    cell_map: Field,
+    *,
+    density: DensityGrid | float,
+    domain: DesignDomain,
+) -> BuiltCells:
+    """Join families and map.
+
+    Parameters
+    ----------
+    case : GenerateCase
+    cells : StatedCells
+    cell_map : callable
+        Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
+    density : DensityGrid or float
+        At the least a transition must hold together; a parameter may follow it.
+    domain : DesignDomain
+
+    Raises
+    ------
+    DensityError
+        If the weight leaves 0 to 1 inside the part.
+    LatticeError
+        If the transition falls apart.
+    """
+    spec, first = case.lattice.transition, cells.families[0]
+    if cells.increments is not None:
+        share = parameter_share(case, cells.increments, density, domain)
+        return BuiltCells(
+            shape=cells.increments.shape,
+            parameters={},
+            cell_map=lambda points: np.concatenate([cell_map(points), share(points)[None]]),
+            transition={
+                "parameter": cells.increments.parameter,
+                "values": cells.increments.values.tolist(),
+            },
+        )
+    if spec is None:
+        return BuiltCells(
+            shape=blamed_shape(first.family),
+            parameters=first.parameters,
+            cell_map=cell_map,
+            transition={},
+        )
+    second = cells.families[1]
+    with locating(case, "lattice.transition.weight"):
+        grid = sample_density(
+            formula_field(parse_formula(spec.weight), domain.distance),
+            domain.distance,
+            domain.lower,
+            domain.upper,
+            spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
+            window=(0.0, 1.0),
+            what="weight of the transition",
+            memory_limit_bytes=case.run.memory,
+        )
+    with locating(case, "lattice.transition"):
+        shift, density = spec.shift, least_density(density)
+        if shift is None:
+            shift = joining_shift(first, second, density, scale=_scale(spec))
+        mixed = cell_transition(first, second, scale=_scale(spec), shift=shift)
+        neck = measure_neck(mixed, density)
+
+    def weighted(points: FloatArray) -> FloatArray:
+        return np.concatenate([cell_map(points), evaluate(grid, points)[None]])
+
+    return BuiltCells(
+        shape=mixed.shape,
+        parameters={},
+        cell_map=weighted,
+        transition={
+            "cell": second.family.name,
+            "parameters": dict(second.parameters),
+            "scale": spec.scale,
+            "shift_cells": list(shift),
+            "density": density,
+            "neck_over_two_cells": asdict(neck),
+        },
+    )
+
+
+def least_density(density: DensityGrid | float) -> float:
+    """Smallest density of a lattice."""
+    return float(density.values.min()) if isinstance(density, DensityGrid) else density
+
+
+def parameter_share(
+    case: GenerateCase,
+    increments: CellIncrements,
+    density: DensityGrid | float,
+    domain: DesignDomain,
+) -> Field:
+    """Place between the first and last increment, 0 to 1, at points ``(3, ...)`` mm.
+
+    Raises
+    ------
+    CaseError
+        If the parameter is to follow a density that is the same everywhere.
+    DensityError
+        If the formula leaves the values of the increments inside the part.
+    """
+    told = case.lattice.parameter_map
+    first, last = float(increments.values[0]), float(increments.values[-1])
+    with locating(case, "lattice.parameter_map"):
+        if told is None or told.formula is None:
+            if not isinstance(density, DensityGrid) or np.ptp(density.values) == 0:
+                raise CaseError(
+                    "the parameter is to follow the density, which is the same everywhere; add a "
+                    "formula"
+                )
+            low, span = float(density.values.min()), float(np.ptp(density.values))
+            grid = density
+            return lambda points: (evaluate(grid, points) - low) / span
+        value = formula_field(parse_formula(told.formula), domain.distance)
+        shares = sample_density(
+            lambda points: (value(points) - first) / (last - first),
+            domain.distance,
+            domain.lower,
+            domain.upper,
+            spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
+            window=(0.0, 1.0),
+            what=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
+            memory_limit_bytes=case.run.memory,
+        )
+    return lambda points: evaluate(shares, points)
+
+
+def thinnest_wall(cells: StatedCells, density: float, size: float) -> float:
+    """Thinnest wall or strut of the families at a density, mm."""
+    return min(float(wall_mm(c, density, size)) for c in cells.families)
+
+
+def _calibrated(
+    case: GenerateCase, registry: Registry, key: str, name: str, stated: Mapping[str, float]
+) -> Cell:
+    with locating(case, f"{key}.cell"):
+        family: CellFamily = lookup(registry, "cell_families", name)
+    with locating(case, f"{key}.parameters"):
+        parameters = complete_parameters(family, stated)
+    with locating(case, f"{key}.cell"):
+        return calibrate(family, parameters)
+
+
+def _scale(spec: TransitionSpec) -> Scale:
+    scale: Literal["rank", "distance"] = "distance" if spec.scale == "distance" else "rank"
+    return scale

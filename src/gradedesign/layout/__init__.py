@@ -1,0 +1,1 @@
+"""Where cells lie in a part: the design domain, the cell map, sizes and rotations."""

@@ -1,0 +1,112 @@
+"""Whether a part has room for what its case puts into it: cells, skin, solid regions, grids."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.schema import Case
+from gradedesign.cell.map_report import volume_points
+from gradedesign.errors import CaseError, ResourceError
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.layout.placed_map import REPORT_POINTS
+from gradedesign.part.part import Part
+
+#: Longest edge of a part, mm, outside which its unit is questioned.
+USUAL_EDGE = (1.0, 1e4)
+#: A part of exactly one cell may come out a rounding error shorter.
+_ROUNDING = 1e-6
+#: Bytes for each node of the density grid, with what its smoothing holds at a time.
+_BYTES_PER_NODE = 64.0
+#: Nodes of the density grid along a cell.
+_NODES_PER_CELL = 4
+
+
+def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
+    """Question the unit of a part that is smaller or larger than what is printed."""
+    edges = np.ptp(part.surface.vertices, axis=0)
+    low, high = USUAL_EDGE
+    if low <= edges.max() <= high:
+        return ()
+    unit = f' (units = "{case.part.units}")' if case.part.units else ""
+    size = " x ".join(f"{edge:.4g}" for edge in edges)
+    return (f"the part is {size} mm{unit}; is its unit right?",)
+
+
+def inner_points(domain: DesignDomain) -> FloatArray:
+    """Places that fill the whole part evenly, ``(3, n)``, mm."""
+    return volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
+
+
+def require_cells_fit(case: Case, part: Part) -> None:
+    """Refuse cells longer than the whole part, or too many for a grid of densities.
+
+    Raises
+    ------
+    CaseError, ResourceError
+        Naming file, line, what was found and what would fit.
+    """
+    edges = np.ptp(part.surface.vertices, axis=0)
+    cell, longest = case.lattice.cell_size, float(edges.max())
+    where = case.where("lattice.size")
+    if cell > longest * (1 + _ROUNDING):
+        raise CaseError(
+            f"{where}: found cells of {case.lattice.size_words} in a part of "
+            f"{' x '.join(f'{edge:.4g}' for edge in edges)} mm; expected a cell shorter than the "
+            f"part, {longest:.4g} mm at most; is its unit right?"
+        )
+    spacing = min(cell / _NODES_PER_CELL, case.part.mesh_size)
+    need = _BYTES_PER_NODE * float(np.prod(edges / spacing + 5.0))
+    if need > case.run.memory:
+        raise ResourceError(
+            f"{where}: found cells of {case.lattice.size_words}, about "
+            f"{part.volume / cell**3:.2g} in the part; a grid that resolves their densities takes "
+            f"{need / 1e9:.2g} GB, expected at most the {case.run.memory / 1e9:.2g} GB of [run] "
+            f"memory; take larger cells; is their unit right?"
+        )
+
+
+def require_lattice_left(
+    case: Case | GenerateCase, places: FloatArray, domain: DesignDomain
+) -> None:
+    """Refuse a skin and solid regions that leave no place for a lattice.
+
+    Parameters
+    ----------
+    case : Case or GenerateCase
+    places : (3, n) array, mm
+        Where the part is lattice.
+    domain : DesignDomain
+
+    Raises
+    ------
+    CaseError
+        Naming the key that fills the part.
+    """
+    if places.shape[1]:
+        return
+    inside = inner_points(domain)
+    if not inside.shape[1]:
+        raise CaseError(
+            f"{case.where('part')}: no place was found inside the part: it is far thinner than its "
+            f"bounding box is long"
+        )
+    for number, (spec, region) in enumerate(zip(case.keep, domain.passive, strict=True)):
+        reach = float(np.asarray(region.distance(inside)).max())
+        if reach <= region.margin:
+            raise CaseError(
+                f"{case.where(f'keep[{number}].margin')}: found {region.margin:g} mm, but no place "
+                f"of the part is farther than {reach:.4g} mm from region '{spec.region}', so all "
+                f"of it would stay solid; expected less, such as {0.2 * reach:.2g} mm"
+            )
+    depth, skin = float(-np.asarray(domain.distance(inside)).min()), domain.skin
+    if skin is not None and skin >= depth:
+        raise CaseError(
+            f"{case.where('lattice.skin')}: found {skin:g} mm, but no place of the part lies "
+            f"deeper than {depth:.4g} mm, so all of it would be skin; expected less"
+        )
+    raise CaseError(
+        f"{case.where('keep' if domain.passive else 'lattice.skin')}: skin and solid regions "
+        f"together fill the whole part, so no lattice is left; expected thinner ones"
+    )

@@ -1,0 +1,129 @@
+"""Where the cells of a case lie: straight, about an axis or centre, in layers, warped."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.cell_map_schema import CellMapSpec
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.locate import locating
+from gradedesign.case.regions_schema import direction_vector
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell_map import CellMap, turned_axes, uniform_map
+from gradedesign.cell.conformal_map import conformal_map, layered_map
+from gradedesign.cell.cylindrical_map import cylindrical_map
+from gradedesign.cell.map_report import volume_points
+from gradedesign.cell.spherical_map import spherical_map
+from gradedesign.cell.warp_map import MorphingSphere, warp_map
+from gradedesign.errors import CaseError
+from gradedesign.lattice.domain import LATTICE, DesignDomain, phase_at
+from gradedesign.part.part import Part
+from gradedesign.part.signed_distance import region_distance
+
+#: Places in the part's box at which a map is measured.
+REPORT_POINTS = 40_000
+
+
+def placed_map(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
+    """Map of cells that are not graded in size.
+
+    Parameters
+    ----------
+    case : Case or GenerateCase
+    part : Part
+    distance : callable
+        Signed distance of the part.
+
+    Raises
+    ------
+    CaseError
+        If the map is impossible.
+    """
+    with locating(case, "lattice.cell_map"):
+        return warped(case, _map_of_kind(case, part, distance))
+
+
+def warped(case: Case | GenerateCase, cell_map: CellMap) -> CellMap:
+    """The map with the morphing spheres of a case."""
+    spheres = [
+        MorphingSphere(
+            centre=np.array(w.centre),
+            stable_radius=w.stable_radius,
+            outer_radius=w.outer_radius,
+            magnification=w.magnification,
+        )
+        for w in case.lattice.warp
+    ]
+    if not spheres:
+        return cell_map
+    with locating(case, "lattice.warp"):
+        return warp_map(cell_map, spheres)
+
+
+def lattice_points(domain: DesignDomain) -> FloatArray:
+    """Places that fill the part evenly where it is lattice, not skin or passive, ``(3, n)``.
+
+    Empty where no place is left.
+    """
+    points = volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
+    return points[:, phase_at(domain, points) == LATTICE]
+
+
+def _map_of_kind(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
+    """The map without warps."""
+    spec, told = case.lattice, case.lattice.cell_map
+    if told is None:
+        rotation = turned_axes(spec.rotation) if any(spec.rotation) else None
+        return uniform_map(spec.edges, spec.origin, rotation)
+    if told.kind in ("conformal", "layered"):
+        return _in_layers(case, told, part, distance)
+    size, around, inner = spec.cell_size, told.around, told.inner_radius
+    if around is None or inner is None:
+        raise CaseError(f"a {told.kind} map needs around and inner_radius")
+    if told.kind == "cylindrical":
+        return cylindrical_map(
+            around=around,
+            radial_size=size,
+            axial_size=size,
+            inner_radius=inner,
+            origin=told.centre,
+            axis=direction_vector(told.axis),
+        )
+    return spherical_map(
+        around=around,
+        pole_to_pole=around // 2,
+        radial_size=size,
+        inner_radius=inner,
+        polar_cap=told.polar_cap,
+        origin=told.centre,
+        axis=direction_vector(told.axis),
+    )
+
+
+def _in_layers(
+    case: Case | GenerateCase, told: CellMapSpec, part: Part, distance: Field
+) -> CellMap:
+    """Layers from a surface, or between two."""
+    spec, normal = case.lattice, direction_vector(told.normal)
+    if told.kind == "conformal":
+        return conformal_map(
+            _depth(told.surface, part, distance), spec.edges, normal=normal, origin=spec.origin
+        )
+    if told.layers is None:
+        raise CaseError("a layered map needs layers")
+    return layered_map(
+        _depth(told.surface, part, distance),
+        _depth(told.opposite, part, distance),
+        told.layers,
+        spec.edges[:2],
+        normal=normal,
+        origin=spec.origin,
+    )
+
+
+def _depth(region: str | None, part: Part, distance: Field) -> Field:
+    """Distance into the part from its surface, or from one region of it."""
+    if region is not None:
+        return region_distance(part.regions[region].corners)
+    return lambda points: -distance(points)

@@ -1,0 +1,1 @@
+"""Limits: what a design must not exceed, one file for each kind."""

@@ -1,0 +1,54 @@
+"""What a limit reads from an analysis of the solid part or of the explicit lattice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from gradedesign.arrays import FloatArray
+
+
+class PhaseStress(Protocol):
+    """Stress measure of one phase of the solid."""
+
+    @property
+    def phase(self) -> str:
+        """Name of the phase."""
+
+    @property
+    def value(self) -> float:
+        """Volume percentile of the von Mises stress outside the exclusion radius, MPa."""
+
+
+class Analysis(Protocol):
+    """Displacements, stress measures and work of every load case; no mesh."""
+
+    @property
+    def measures(self) -> Mapping[str, Sequence[PhaseStress]]:
+        """Stress measures by load case, the phases in one order."""
+
+    @property
+    def work(self) -> Mapping[str, float]:
+        """Work of loads and inertia on the displacements they cause, by load case, N mm.
+
+        Force times displacement: twice the strain energy where supports are rigid and nothing is
+        heated.
+        """
+
+    def region_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Displacements of the nodes of a region, ``(3, k)``, mm."""
+
+    def largest_displacement(self, load_case: str) -> float:
+        """Largest displacement of any node, mm."""
+
+
+class WindowStress(Protocol):
+    """Stress in one submodel of the printed surface, and in the driving analysis."""
+
+    @property
+    def value(self) -> float:
+        """Stress percentile in the window, MPa."""
+
+    @property
+    def driving_value(self) -> float:
+        """The same percentile of the driving analysis, MPa."""

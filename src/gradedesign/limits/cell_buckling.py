@@ -1,0 +1,143 @@
+"""Cell buckling: the macroscopic stress times a factor must not buckle a cell.
+
+Explicit analyses are linear and know nothing of it, so that the homogenised prediction judges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import Case
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.state import HomogenisedState, Predicted
+from gradedesign.material.buckling_law import BucklingLaw
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BucklingLimit(Limit):
+    """Acting over critical stress times the required factor, at most 1.
+
+    Attributes
+    ----------
+    law : BucklingLaw
+    required : float
+        Required critical stress over the acting one.
+    """
+
+    law: BucklingLaw
+    required: float
+
+    unit: ClassVar[str] = "of the critical stress"
+    needs_stress: ClassVar[bool] = True
+    explicit: ClassVar[bool] = False
+
+    @property
+    def measure(self) -> str:
+        """The most used element."""
+        return "most used element of the part"
+
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Largest utilisation over all tetrahedra that hold lattice, and all load cases.
+
+        Clamped edges are not excluded: unlike a yielding point, a buckling cell spreads. In denser
+        cells than the law knows its last critical stress is used, see `BucklingLaw`.
+        """
+        uses = np.stack(
+            [
+                self.required * self.law.at(state.buckling_profile(name), state.held)
+                for name in state.load_cases
+            ]
+        )
+        uses = np.where(state.lattice_volumes > 0, uses, 0.0)
+        case, element = np.unravel_index(int(np.argmax(uses)), uses.shape)
+        x, y, z = (float(c) for c in state.centroids[:, element])
+        return Predicted(
+            value=float(uses[case, element]),
+            load_case=state.load_cases[int(case)],
+            place=(x, y, z),
+        )
+
+    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
+        """Density at which the present macroscopic stress just uses the limit, ``(M,)``."""
+        permitted = allowance * self.allowed / self.required
+        held = np.max(
+            [
+                self.law.least_density(state.buckling_profile(name), permitted, state.law.window)
+                for name in state.load_cases
+            ],
+            axis=0,
+        )
+        return state.nominal_density(held)
+
+    def notes(self, volumes: FloatArray, rho: FloatArray) -> tuple[str, ...]:
+        """Share of a lattice that is thinner than buckling is known for."""
+        least = self.law.window[0]
+        share = float(volumes[rho < least * (1 - 1e-9)].sum() / volumes.sum())
+        if share == 0:
+            return ()
+        return (
+            f"{share:.1%} of the lattice is thinner than relative density {least:g}, from which on "
+            f"buckling of its law was computed; below, its power law is extrapolated",
+        )
+
+    def basis(self) -> Mapping[str, float]:
+        """The required factor."""
+        return {"buckling_factor": self.required}
+
+
+def required_factor(case: Case) -> float | None:
+    """Factor to keep from buckling: beside a stress limit, or where it is asked for."""
+    limits = case.limits
+    if limits.buckling == "off":
+        return None
+    if limits.buckling_factor is not None:
+        return limits.buckling_factor
+    if limits.safety_factor is not None:
+        return limits.safety_factor
+    return None if limits.stress is None else 1.0
+
+
+def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+    required = required_factor(placed.case)
+    if required is None:
+        return (), ()
+    law = placed.law.buckling
+    if law is None:
+        return (), (unknown_warning(placed.law),)
+    limit = BucklingLimit(
+        key=LimitKey(kind=KIND.name),
+        name="buckling of cells",
+        allowed=1.0,
+        law=law,
+        required=required,
+    )
+    return (limit,), ()
+
+
+def unknown_warning(law: ScalingLaw) -> str:
+    """Warning where the law does not know buckling."""
+    return (
+        f"buckling of the cells is not judged: law '{law.name}' has no critical stresses "
+        f"('gradedesign tabulate --buckling' computes them); [limits] buckling = \"off\" says "
+        f"that this is meant"
+    )
+
+
+def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+    required = required_factor(case)
+    if required is None:
+        return ()
+    allowed = f"1/{required:g} of the critical stress, where the law knows it"
+    return (StatedLimit(name="buckling of cells", load_case="every", allowed=allowed),)
+
+
+#: Buckling of cells, ``buckling_factor = 2``; beside a stress limit unless ``buckling = "off"``.
+KIND = LimitKind(name="buckling", make=_make, stated=_stated)

@@ -1,0 +1,116 @@
+"""Compliance: the work of the loads on the displacements that they cause must stay below a limit.
+
+Force times displacement, twice the strain energy of rigidly held, unheated parts. Inertia counts as
+a load; reactions of supports that are moved and thermal forces do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from gradedesign.case.limits_schema import (
+    Allowed,
+    LimitEntry,
+    SolidMultiple,
+    as_multiple,
+    in_number,
+    stated_words,
+)
+from gradedesign.case.schema import Case
+from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.material.material import Material
+
+
+class ComplianceEntry(LimitEntry):
+    """Largest work of the loads of a load case."""
+
+    work: Annotated[float | SolidMultiple, Allowed("work")] = Field(
+        examples=["120 N mm", "1.5 x solid"]
+    )
+    """Allowed work: N mm, or so many times that of the solid part, each load case its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ComplianceLimit(Limit):
+    """Work of the loads of one load case."""
+
+    unit: ClassVar[str] = "N mm"
+    by_gradient: ClassVar[bool] = True
+
+    @property
+    def measure(self) -> str:
+        """Force times displacement."""
+        return "nodal forces times displacements"
+
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Work of the loads, N mm."""
+        name = self.key.load_case
+        work = float((state.force(name) * state.displacement(name)).sum())
+        return Predicted(value=self.factor * work, load_case=name)
+
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """Derivatives of ``f . u``: f by the displacements, and what f changes with the density."""
+        name = self.key.load_case
+        force, u = state.force(name), state.displacement(name)
+        response = Response(
+            name=self.name,
+            load_case=name,
+            value=self.factor * float((force * u).sum()),
+            by_displacement=self.factor * force,
+            by_density=self.factor * state.force_slope(name, u),
+        )
+        return (response,), memory
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
+        """Work of the loads, N mm."""
+        return (self.row(analysis.work[self.key.load_case], judged_by),)
+
+
+def _entries(case: Case) -> Sequence[ComplianceEntry]:
+    limits: Any = case.limits
+    entries: Sequence[ComplianceEntry] = limits.compliance
+    return entries
+
+
+def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+    limits = [
+        ComplianceLimit(
+            key=LimitKey(kind=KIND.name, load_case=name),
+            name="work of the loads",
+            allowed=in_number(entry.work),
+            times_solid=as_multiple(entry.work),
+            case_key=f"limits.compliance[{number}].work",
+        )
+        for number, entry in enumerate(_entries(placed.case))
+        for name in placed.supports
+        if entry.load_case in (None, name)
+    ]
+    return limits, ()
+
+
+def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+    return [
+        StatedLimit(
+            name="work of the loads",
+            load_case=one.name,
+            allowed=stated_words(entry.work, ComplianceLimit.unit),
+            by_gradient=True,
+        )
+        for entry in _entries(case)
+        for one in case.load_case
+        if entry.load_case in (None, one.name)
+    ]
+
+
+#: Compliance, ``compliance = [{load_case = "pull", work = "120 N mm"}]``.
+KIND = LimitKind(name="compliance", entry=ComplianceEntry, make=_make, stated=_stated)

@@ -1,0 +1,276 @@
+"""Displacement: the largest nodal displacement of a region must stay below a limit.
+
+The largest displacement may change places from one design to the next: of a pin in two ears now one
+ear moves most, now the other. Its gradient at the present place alone makes sizing stiffen one at
+the cost of the other, for ever. Places that governed before stay responses of their own, so that
+all of them are held at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.case.limits_schema import DisplacementLimit as DisplacementEntry
+from gradedesign.case.limits_schema import as_multiple, in_number, stated_words
+from gradedesign.case.schema import Case, LoadCaseSpec
+from gradedesign.errors import CaseError
+from gradedesign.fe.supports import Supports
+from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.material.material import Material
+from gradedesign.part.regions import Region
+
+#: Nodes nearer than this share of the region's extent count as one place.
+APART = 0.2
+#: A place that moves less than this share of the largest displacement governs no more.
+RELEVANT = 0.5
+#: Places of a limit that are followed.
+MOST_PLACES = 4
+#: A region that moves by less than this share of the part's largest displacement is at rest.
+AT_REST = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DisplacementLimit(Limit):
+    """The largest nodal displacement of a region in one load case.
+
+    Attributes
+    ----------
+    nodes : (k,) int array
+        Nodes of the region on the tetrahedra of the part.
+    component : int or None
+        0, 1, 2 limits the absolute value of one component, None the magnitude.
+    """
+
+    nodes: IntArray
+    component: int | None
+
+    unit: ClassVar[str] = "mm"
+    by_gradient: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        nodes = locked(self.nodes, (None,), dtype=np.int64, name="nodes")
+        object.__setattr__(self, "nodes", nodes)
+        if len(nodes) == 0:
+            raise CaseError(
+                f"{self.name} has no nodes: its region is not on the mesh; refine [part] mesh_size "
+                f"or choose another region"
+            )
+
+    @property
+    def measure(self) -> str:
+        """The largest nodal value."""
+        return "largest nodal value on the region"
+
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Largest displacement of the region, mm."""
+        u = state.displacement(self.key.load_case)
+        value, _ = largest_displacement(u, self.nodes, self.component)
+        return Predicted(value=self.factor * value, load_case=self.key.load_case)
+
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """Displacements of the places that govern; ``memory`` holds their nodes."""
+        u = state.displacement(self.key.load_case)
+        places = governing_places(u, self.nodes, self.component, state.nodes, memory)
+        return tuple(self._response(u, node) for node in places), places
+
+    def _response(self, u: FloatArray, node: int) -> Response:
+        value, _ = largest_displacement(u, np.array([node]), self.component)
+        unit = np.zeros_like(u)
+        if self.component is None:
+            unit[:, node] = u[:, node] / value if value > 0 else 0.0
+        else:
+            unit[self.component, node] = 1.0 if u[self.component, node] >= 0 else -1.0
+        return Response(
+            name=self.name,
+            load_case=self.key.load_case,
+            value=self.factor * value,
+            by_displacement=self.factor * unit,
+        )
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
+        """Largest nodal value on the region, mm."""
+        u = analysis.region_displacement(self.key.region, self.key.load_case)
+        value, _ = largest_displacement(u, np.arange(u.shape[1]), self.component)
+        return (self.row(value, judged_by),)
+
+    def rest(self, analysis: Analysis) -> float:
+        """A share of the part's largest displacement."""
+        return AT_REST * analysis.largest_displacement(self.key.load_case)
+
+
+def largest_displacement(
+    displacement: FloatArray, nodes: IntArray, component: int | None
+) -> tuple[float, int]:
+    """Largest magnitude (or absolute component) over nodes, mm, and the node that has it."""
+    u = displacement[:, nodes]
+    values = np.linalg.norm(u, axis=0) if component is None else np.abs(u[component])
+    k = int(np.argmax(values))
+    return float(values[k]), int(nodes[k])
+
+
+def governing_places(
+    displacement: FloatArray,
+    nodes: IntArray,
+    component: int | None,
+    points: FloatArray,
+    before: Sequence[int],
+) -> tuple[int, ...]:
+    """Nodes that govern a region or governed it before, the present one first.
+
+    Parameters
+    ----------
+    displacement : (3, N) array, mm
+    nodes : (k,) int array
+        Of the region.
+    component : int or None
+    points : (3, N) array, mm
+    before : sequence of int
+        Nodes that governed earlier designs; those that move little now are dropped.
+    """
+    largest, node = largest_displacement(displacement, nodes, component)
+    extent = float(np.linalg.norm(np.ptp(points[:, nodes], axis=1)))
+    places = [node]
+    for other in before:
+        away = np.linalg.norm(points[:, places] - points[:, [other]], axis=0)
+        value, _ = largest_displacement(displacement, np.array([other]), component)
+        if away.min() > APART * extent and value >= RELEVANT * largest:
+            places.append(other)
+    return tuple(places[:MOST_PLACES])
+
+
+def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+    """One limit per region, direction and load case it holds for.
+
+    Load cases that hold the whole region at rest are left out, and a warning names them.
+
+    Raises
+    ------
+    CaseError
+        If supports hold the whole region in every load case its limit is for: the value is then
+        what they prescribe, whatever the lattice.
+    """
+    case = placed.case
+    limits: list[Limit] = []
+    warnings: list[str] = []
+    for number, entry in enumerate(case.limits.displacement):
+        nodes = placed.nodes[entry.region]
+        judged = {
+            name: supports
+            for name, supports in placed.supports.items()
+            if entry.load_case in (None, name)
+        }
+        held = [name for name, s in judged.items() if _holds(s, nodes, entry.component)]
+        if len(held) == len(judged):
+            raise CaseError(_refusal(case, number, held))
+        for name, supports in judged.items():
+            if name in held and not _prescribed(supports, nodes, entry.component).any():
+                warnings.append(
+                    f"{_name(entry)} is not judged in load case '{name}', whose supports hold the "
+                    f"whole region"
+                )
+                continue
+            limits.append(
+                DisplacementLimit(
+                    key=LimitKey(
+                        kind=KIND.name,
+                        region=entry.region,
+                        component=_direction(entry),
+                        load_case=name,
+                    ),
+                    name=_name(entry),
+                    allowed=in_number(entry.magnitude),
+                    times_solid=as_multiple(entry.magnitude),
+                    case_key=f"limits.displacement[{number}].magnitude",
+                    nodes=nodes,
+                    component=entry.component,
+                )
+            )
+    return limits, warnings
+
+
+def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+    return [
+        StatedLimit(
+            name=_name(entry),
+            load_case=one.name,
+            allowed=stated_words(entry.magnitude, DisplacementLimit.unit),
+            region=entry.region,
+            by_gradient=True,
+        )
+        for entry in case.limits.displacement
+        for one in case.load_case
+        if entry.load_case in (None, one.name)
+    ]
+
+
+def _require(case: Case, regions: Mapping[str, Region]) -> None:
+    """Refuse limits on regions that supports hold whole, by the part's surface: without a mesh."""
+    for number, entry in enumerate(case.limits.displacement):
+        limited = range(3) if entry.component is None else (entry.component,)
+        wanted = set(regions[entry.region].triangles.tolist())
+        judged = [one for one in case.load_case if entry.load_case in (None, one.name)]
+        held = [
+            one.name
+            for one in judged
+            if all(wanted <= _held_triangles(one, regions, component) for component in limited)
+        ]
+        if judged and len(held) == len(judged):
+            raise CaseError(_refusal(case, number, held))
+
+
+def _held_triangles(
+    load_case: LoadCaseSpec, regions: Mapping[str, Region], component: int
+) -> set[int]:
+    """Triangles of the part's surface that a load case holds along one direction."""
+    held: set[int] = set()
+    for fix in load_case.fix:
+        if fix.displacement[component] is not None:
+            held.update(regions[fix.region].triangles.tolist())
+    return held
+
+
+def _direction(entry: DisplacementEntry) -> str:
+    return "magnitude" if entry.component is None else "xyz"[entry.component]
+
+
+def _name(entry: DisplacementEntry) -> str:
+    return f"displacement of {entry.region} {_direction(entry)}"
+
+
+def _holds(supports: Supports, nodes: IntArray, component: int | None) -> bool:
+    """Whether the limited displacement is prescribed at every node of the region."""
+    fixed = supports.fixed[:, nodes]
+    return bool(np.all(fixed if component is None else fixed[component]))
+
+
+def _prescribed(supports: Supports, nodes: IntArray, component: int | None) -> FloatArray:
+    """Prescribed values of the limited displacement, mm."""
+    value = supports.value[:, nodes]
+    return value if component is None else value[component]
+
+
+def _refusal(case: Case, number: int, held: Sequence[str]) -> str:
+    """Message for a limit that no design could change."""
+    entry = case.limits.displacement[number]
+    cases = f"load case{'s' if len(held) > 1 else ''} " + ", ".join(f"'{name}'" for name in held)
+    way = "every direction" if entry.component is None else _direction(entry)
+    return (
+        f"{case.where(f'limits.displacement[{number}].region')}: the supports of {cases} hold the "
+        f"whole region '{entry.region}' in {way}, so its displacement is what they prescribe, "
+        f"whatever the lattice; expected a region that is free to move, such as the loaded one"
+    )
+
+
+#: Displacement of a region, ``displacement = [{region = "tip", magnitude = "2 mm"}]``.
+KIND = LimitKind(name="displacement", make=_make, stated=_stated, require=_require)

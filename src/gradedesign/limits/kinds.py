@@ -1,0 +1,79 @@
+"""Loops over the registered kinds of limits."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterator, Mapping, Sequence
+
+import gradedesign.limits
+from gradedesign.case.limits_schema import LimitEntry
+from gradedesign.case.schema import Case
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.material.material import Material
+from gradedesign.part.regions import Region
+
+
+def builtin_kinds() -> Iterator[LimitKind]:
+    """The kind of every file of this room that defines a ``KIND``."""
+    for module in sorted(pkgutil.iter_modules(gradedesign.limits.__path__), key=lambda m: m.name):
+        kind = getattr(importlib.import_module(f"gradedesign.limits.{module.name}"), "KIND", None)
+        if kind is not None:
+            yield kind
+
+
+def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]:
+    """What kinds add to ``[limits]``: a list of tables under their name."""
+    return {name: kind.entry for name, kind in kinds.items() if kind.entry is not None}
+
+
+def kinds_of(kinds: Mapping[str, LimitKind], case: Case) -> Iterator[LimitKind]:
+    """Kinds that a case may state: those of the core's keys, and those whose list it holds."""
+    for name, kind in kinds.items():
+        if kind.entry is None or getattr(case.limits, name, False):
+            yield kind
+
+
+def stated_limits(
+    kinds: Mapping[str, LimitKind], case: Case, material: Material
+) -> tuple[StatedLimit, ...]:
+    """Every limit as a case states it, those by gradient first."""
+    stated = [one for kind in kinds_of(kinds, case) for one in kind.stated(case, material)]
+    return tuple(sorted(stated, key=lambda one: not one.by_gradient))
+
+
+def require_possible(
+    kinds: Mapping[str, LimitKind], case: Case, regions: Mapping[str, Region]
+) -> None:
+    """Refuse limits that the part's surface shows to be impossible.
+
+    Raises
+    ------
+    CaseError
+    """
+    for kind in kinds_of(kinds, case):
+        kind.require(case, regions)
+
+
+def made_limits(
+    kinds: Mapping[str, LimitKind], placed: PlacedCase
+) -> tuple[tuple[Limit, ...], tuple[str, ...]]:
+    """Every limit of a case on the tetrahedra of its part, and warnings.
+
+    Raises
+    ------
+    CaseError
+        For a limit that no design can change.
+    """
+    limits: list[Limit] = []
+    warnings: list[str] = []
+    for kind in kinds_of(kinds, placed.case):
+        made, said = kind.make(placed)
+        limits += made
+        warnings += said
+    return in_order(limits), tuple(warnings)
+
+
+def in_order(limits: Sequence[Limit]) -> tuple[Limit, ...]:
+    """Limits as every table lists them: by gradient, then measured ones, then predicted ones."""
+    return tuple(sorted(limits, key=lambda one: (not one.by_gradient, not one.explicit)))

@@ -1,0 +1,231 @@
+"""The protocol of limits: what sizing, rounds, acceptance, report and check know of them.
+
+A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
+the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density
+that every tetrahedron needs at its present macroscopic stress.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.case.limits_schema import LimitEntry
+from gradedesign.case.schema import Case
+from gradedesign.fe.supports import Supports
+from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.part.regions import Region
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limit(ABC):
+    """One limit of a case on the part as it is meshed.
+
+    Attributes
+    ----------
+    key : LimitKey
+    name : str
+        Of its row, such as ``"displacement of tip magnitude"``.
+    allowed : float
+        In `unit`. Not a number where it is `times_solid` and the solid part is not analysed yet.
+    factor : float
+        Correction of the predicted value from explicit analyses; 1 at first.
+    times_solid : float or None
+        Multiple of the solid part's value, where the limit is stated so.
+    case_key : str
+        Where the case states it, such as ``limits.displacement[0].magnitude``.
+    """
+
+    key: LimitKey
+    name: str
+    allowed: float
+    factor: float = 1.0
+    times_solid: float | None = None
+    case_key: str = "limits"
+
+    #: Unit of value and limit.
+    unit: ClassVar[str]
+    #: Sizing reads `responses`; else `least_density`.
+    by_gradient: ClassVar[bool] = False
+    #: The homogenised state must hold stresses.
+    needs_stress: ClassVar[bool] = False
+    #: An explicit analysis measures it; else the homogenised prediction is its value throughout.
+    explicit: ClassVar[bool] = True
+    #: What sizing may multiply the limit of a point by while the value is below its aim.
+    most_allowance: ClassVar[float] = 1.0
+    #: Use up to which a miss may still vanish by what changes around it.
+    scatter: ClassVar[float] = 1.0
+
+    @property
+    @abstractmethod
+    def measure(self) -> str:
+        """How the value is taken from an analysis, in words."""
+
+    @property
+    def stated(self) -> str:
+        """How the case states the limit where that is no number, such as ``2 x solid``."""
+        return "" if self.times_solid is None else f"{self.times_solid:g} x solid"
+
+    @abstractmethod
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Value on the homogenised part, times `factor`."""
+
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """Values with their derivatives, the governing one first, and what to remember of them.
+
+        Parameters
+        ----------
+        state : HomogenisedState
+        memory : tuple of int
+            What the last call of this sizing gave; empty at first.
+        """
+        raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
+
+    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
+        """Nominal density at which the present macroscopic stress just uses the limit, ``(M,)``.
+
+        ``allowance`` scales the limit at a point. The top of the law's window where no density
+        suffices; zero where nothing is asked for.
+        """
+        raise NotImplementedError(f"{type(self).__name__} enters sizing by responses")
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:  # noqa: ARG002
+        """Values in an analysis of the solid part or of the explicit lattice; none unless measured.
+
+        The row of the limit's own key is the one that teaches the correction.
+        """
+        return ()
+
+    def window_factor(self, windows: Sequence[WindowStress]) -> float | None:  # noqa: ARG002
+        """Accepted over explicit value by submodels of the printed surface; None: not by them."""
+        return None
+
+    def rest(self, analysis: Analysis) -> float:  # noqa: ARG002
+        """Value of the solid part below which a multiple of it means nothing, in `unit`."""
+        return 0.0
+
+    def notes(self, volumes: FloatArray, rho: FloatArray) -> tuple[str, ...]:  # noqa: ARG002
+        """Warnings about a design: volumes of lattice ``(M,)``, mm^3, and densities ``(M,)``."""
+        return ()
+
+    def basis(self) -> Mapping[str, float]:
+        """Numbers beside the law of the lattice in the report."""
+        return {}
+
+    def row(
+        self, value: float, judged_by: str, *, load_case: str = "", homogenised: bool = False
+    ) -> LimitRow:
+        """The row of a value."""
+        return LimitRow(
+            key=self.key,
+            name=self.name,
+            load_case=load_case or self.key.load_case,
+            value=float(value),
+            limit=self.allowed,
+            unit=self.unit,
+            judged_by=judged_by,
+            measure=self.measure,
+            stated=self.stated,
+            homogenised=homogenised,
+        )
+
+
+def predicted_row(limit: Limit, found: Predicted) -> LimitRow:
+    """The row of a homogenised prediction."""
+    judged_by = "homogenised prediction"
+    if found.place is not None:
+        judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in found.place)}) mm"
+    return limit.row(found.value, judged_by, load_case=found.load_case, homogenised=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedCase:
+    """A case on the tetrahedra of its part: what limits are made from.
+
+    Attributes
+    ----------
+    case : Case
+    material : Material
+    law : ScalingLaw
+    considered : (M,) bool array
+        Tetrahedra outside the exclusion radius around clamped regions.
+    lattice_volumes : (M,) array, mm^3
+    exclusion_radius : float, mm
+    nodes : mapping of region to (k,) int array
+        Nodes of the regions that `LimitKind.stated` names, edge middles included.
+    supports : mapping of load case to Supports
+    """
+
+    case: Case
+    material: Material
+    law: ScalingLaw
+    considered: BoolArray
+    lattice_volumes: FloatArray
+    exclusion_radius: float
+    nodes: Mapping[str, IntArray]
+    supports: Mapping[str, Supports]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatedLimit:
+    """A limit as the case states it, known without a mesh.
+
+    Attributes
+    ----------
+    name : str
+    load_case : str
+        ``"every"`` for one on the largest value over all load cases.
+    allowed : str
+        Such as ``"2 mm"`` or ``"2 x solid"``.
+    region : str
+        Region of the part that it speaks about, or empty.
+    by_gradient : bool
+        It costs sizing an adjoint solve.
+    """
+
+    name: str
+    load_case: str
+    allowed: str
+    region: str = ""
+    by_gradient: bool = False
+
+
+def no_refusal(case: Case, regions: Mapping[str, Region]) -> None:
+    """Nothing about the surface of a part makes a limit impossible."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitKind:
+    """A kind of limit, as a plugin registers it.
+
+    Attributes
+    ----------
+    name : str
+        `LimitKey.kind` of its limits, and the key of its list in ``[limits]``.
+    make : callable
+        ``make(PlacedCase) -> (limits, warnings)``: the limits that a case states. A `CaseError`
+        refuses one that no design can change.
+    stated : callable
+        ``stated(Case, Material) -> sequence of StatedLimit``: the same without a mesh.
+    entry : type of LimitEntry or None
+        What one table of ``[limits] name = [{...}]`` holds; None: its keys are the core's.
+    require : callable
+        ``require(Case, regions)``: raises a `CaseError` for what the part's surface shows to be
+        impossible.
+    """
+
+    name: str
+    make: Callable[[PlacedCase], tuple[Sequence[Limit], Sequence[str]]]
+    stated: Callable[[Case, Material], Sequence[StatedLimit]]
+    entry: type[LimitEntry] | None = None
+    require: Callable[[Case, Mapping[str, Region]], None] = no_refusal

@@ -1,0 +1,197 @@
+"""Local stress: von Mises stress in the solid of the lattice must stay below a limit.
+
+Judged as a percentile by volume outside the exclusion radius, in every phase of the printed solid;
+the lattice's is predicted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gradedesign.arrays import BoolArray, FloatArray, locked
+from gradedesign.case.schema import Case
+from gradedesign.fe.stress import weighted_percentile
+from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.state import HomogenisedState, Predicted
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+
+#: A radius that leaves out more of the lattice's volume than this gives a warning.
+MOST_LEFT_OUT = 0.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StressLimit(Limit):
+    """Von Mises stress in the solid material of the lattice, the largest of all load cases.
+
+    Attributes
+    ----------
+    percentile : float
+        Volume percentile that is judged.
+    considered : (M,) bool array
+        Tetrahedra of the part outside the exclusion radius of clamped regions.
+    """
+
+    percentile: float
+    considered: BoolArray
+
+    unit: ClassVar[str] = "MPa"
+    needs_stress: ClassVar[bool] = True
+    # A percentile below its aim lets points exceed the limit, by at most a quarter: half a per
+    # cent of volume must not hide a failing cell.
+    most_allowance: ClassVar[float] = 1.25
+    scatter: ClassVar[float] = 1.03
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "considered", locked(self.considered, (None,), dtype=np.bool_, name="considered")
+        )
+
+    @property
+    def measure(self) -> str:
+        """The percentile by volume, outside the exclusion radius."""
+        return f"percentile {self.percentile:g} of the volume outside the exclusion radius"
+
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Volume percentile of the predicted local stress over the considered lattice, MPa.
+
+        The largest of the load cases, as explicit analyses are judged.
+        """
+        weights = state.lattice_volumes * state.held * self.considered
+        if weights.sum() <= 0:
+            return Predicted(value=0.0, load_case="")
+        value, load_case = max(
+            (_volume_percentile(state, name, weights, self.percentile), name)
+            for name in state.load_cases
+        )
+        return Predicted(value=self.factor * value, load_case=load_case)
+
+    def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
+        """Density at which the present macroscopic stress just uses the limit, ``(M,)``.
+
+        Tetrahedra that are not considered ask for nothing.
+        """
+        permitted = self.allowed * allowance / self.factor
+        wanted = np.max(
+            [state.density_for_stress(name, permitted) for name in state.load_cases], axis=0
+        )
+        return np.where(self.considered, wanted, 0.0)
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
+        """The largest percentile of every phase, MPa."""
+        values: dict[str, tuple[float, str]] = {}
+        for load_case, measures in analysis.measures.items():
+            for one in measures:
+                found = (one.value, load_case)
+                values[one.phase] = max(found, values.get(one.phase, found))
+        return tuple(
+            replace(
+                self.row(value, judged_by, load_case=load_case),
+                key=replace(self.key, region=phase),
+                name=f"stress in {phase}",
+                phase=phase,
+            )
+            for phase, (value, load_case) in values.items()
+        )
+
+    def window_factor(self, windows: Sequence[WindowStress]) -> float | None:
+        """The largest ratio of any window."""
+        return max(one.value / one.driving_value for one in windows)
+
+
+def _volume_percentile(
+    state: HomogenisedState, load_case: str, weights: FloatArray, percentile: float
+) -> float:
+    """Percentile of the local stress over all solid of the lattice, MPa.
+
+    Where the law knows how the stress is distributed inside a cell, these distributions are mixed;
+    else every tetrahedron counts with the one local stress it has, which is too high where the
+    stress varies: half a per cent of a few cells is not half a per cent of the lattice.
+    """
+    local, law = state.local_stress(load_case), state.law.local_stress
+    used = (weights > 0) & (local > 0)
+    if law is None or not law.has_distribution or not used.any():
+        return weighted_percentile(local, weights, percentile)
+    density = np.clip(state.held[used], *state.law.window)
+    some, weight = local[used], weights[used] / weights.sum()
+
+    def excess(log_stress: float) -> float:
+        above = law.volume_above(np.exp(log_stress) / some, density)
+        return float(np.log(weight @ above / (1 - percentile / 100)))
+
+    low, high = np.log(some.min()) - 20.0, np.log(some.max()) + 5.0
+    if percentile >= 100.0 or excess(low) <= 0:
+        return weighted_percentile(local, weights, percentile)
+    return float(np.exp(brentq(excess, low, high, xtol=1e-9)))
+
+
+def allowed_stress(case: Case, material: Material) -> float | None:
+    """Allowed von Mises stress, MPa; None where the case limits none."""
+    if case.limits.safety_factor is not None:
+        return material.yield_strength / case.limits.safety_factor
+    return case.limits.stress
+
+
+def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+    allowed, percentile = (
+        allowed_stress(placed.case, placed.material),
+        placed.case.limits.percentile,
+    )
+    if allowed is None:
+        return (), ()
+    limit = StressLimit(
+        key=LimitKey(kind=KIND.name, region="lattice"),
+        name="stress in lattice",
+        allowed=allowed,
+        percentile=percentile,
+        considered=placed.considered,
+    )
+    room = placed.lattice_volumes
+    total = float(room.sum())
+    share = float(room[~placed.considered].sum() / total) if total > 0 else 0.0
+    return (limit,), (
+        *percentile_warnings(placed.law, percentile),
+        *share_warnings(share, placed.exclusion_radius),
+    )
+
+
+def percentile_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
+    """Warn where the law predicts another percentile than the judged one."""
+    known = law.local_stress
+    if known is None or known.has_distribution or known.percentile == percentile:
+        return ()
+    return (
+        f"stress is judged at the {percentile:g}th percentile by volume, but the strength surfaces "
+        f"of law '{law.name}' stand for the {known.percentile:g}th: the first prediction "
+        f"is off by that, later ones are corrected",
+    )
+
+
+def share_warnings(share: float, radius: float) -> tuple[str, ...]:
+    """Warn where the exclusion radius, mm, leaves out more than `MOST_LEFT_OUT` of the lattice."""
+    if share <= MOST_LEFT_OUT:
+        return ()
+    return (
+        f"the exclusion radius of {radius:.4g} mm around held regions leaves {share:.0%} of the "
+        f"latticed region out of the stress limit; the report shows the stress with it, and a "
+        f"smaller [limits] exclusion_radius leaves out less",
+    )
+
+
+def _stated(case: Case, material: Material) -> Sequence[StatedLimit]:
+    allowed = allowed_stress(case, material)
+    if allowed is None:
+        return ()
+    return (StatedLimit(name="stress", load_case="every", allowed=f"{allowed:.4g} MPa"),)
+
+
+#: Stress in the solid material, ``stress = "50 MPa"`` or ``safety_factor = 2``.
+KIND = LimitKind(name="stress", make=_make, stated=_stated)

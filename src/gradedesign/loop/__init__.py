@@ -1,0 +1,1 @@
+"""Rounds of sizing and explicit analysis, correction, acceptance, and what ends them."""

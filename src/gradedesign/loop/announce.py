@@ -1,0 +1,147 @@
+"""Progress events of a run, and the seconds of its stages."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+
+from gradedesign.case.run_schema import RunSpec
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop.predicted_cost import CostPrediction
+from gradedesign.loop.rounds import Round
+from gradedesign.resolve.setup import Setup, part_volume
+from gradedesign.sizing.size import SizingStep
+from gradedesign.verify.submodel import SubmodelResult
+from gradedesign.workspace.progress import Event, Listener, stepping
+
+
+@dataclass(slots=True)
+class Announcer:
+    """Turns what happens into events; collects how long each stage took."""
+
+    listener: Listener
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def timing(self) -> dict[str, float]:
+        """Seconds per stage so far."""
+        return {name: round(value, 3) for name, value in self.seconds.items()}
+
+    @contextmanager
+    def stage(self, name: str, which: str = "") -> Iterator[None]:
+        """Time a stage; stages of the same name add up, ``which`` says which of them this is."""
+        began = time.perf_counter()
+        self.listener(Event(stage=name, message="started"))
+        try:
+            with stepping(which) if which else nullcontext():
+                yield
+        finally:
+            took = time.perf_counter() - began
+            self.seconds[name] = self.seconds.get(name, 0.0) + took
+        self.listener(Event(stage=name, message="done", seconds=took))
+
+    def took(self, name: str, seconds: float) -> None:
+        """Add seconds of a part of a stage, without an event."""
+        self.seconds[name] = self.seconds.get(name, 0.0) + seconds
+
+    def cost(self, found: CostPrediction, budget: RunSpec) -> None:
+        """Say what a run is predicted to take, beside what it is allowed."""
+        basis = "by its first round" if found.learned else "within a factor of two"
+        rounds = f"{found.rounds} round{'' if found.rounds == 1 else 's'}"
+        self.say(
+            "cost",
+            f"predicted {basis}: {found.explicit_dofs / 1e6:.2g} M unknowns, "
+            f"{found.memory_bytes / 1e9:.2g} of {budget.memory / 1e9:.3g} GB; a round "
+            f"{found.round_s:.0f} s, acceptance {found.second_mesh_s + found.acceptance_s:.0f} s, "
+            f"a run of {rounds} {found.run_s:.0f} of {budget.time:.0f} s",
+            seconds_per_round_s=found.round_s,
+            seconds_per_run_s=found.run_s,
+        )
+        if found.run_s > budget.time:
+            self.say(
+                "warning",
+                f"a run of {rounds} is predicted to take {found.run_s:.0f} s, more than [run] "
+                f"time of {budget.time:.0f} s, which may then end it before its lightest design",
+            )
+        if found.memory_bytes > budget.memory:
+            self.say(
+                "warning",
+                f"the explicit analysis is predicted to take {found.memory_bytes / 1e9:.3g} GB, "
+                f"more than [run] memory of {budget.memory / 1e9:.3g} GB",
+            )
+
+    def say(self, stage: str, message: str, **values: float) -> None:
+        """Send one line."""
+        self.listener(Event(stage=stage, message=message, values=values))
+
+    def part(self, setup: Setup) -> None:
+        """Say what was read and found."""
+        mesh = setup.space.mesh
+        self.say(
+            "part",
+            f"{part_volume(setup):.6g} mm^3, {mesh.tets.shape[1]} tets, "
+            f"{setup.space.dof_count} dof; cell {setup.cell.name} of "
+            f"{setup.case.lattice.size_words}, law {setup.law.name}, density "
+            f"{setup.bounds[0]:.3g} to {setup.bounds[1]:.3g}",
+        )
+        for warning in setup.warnings:
+            self.say("warning", warning)
+
+    def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:
+        """Say how much of each limit is used."""
+        for row in rows:
+            stated = f" ({row.stated})" if row.stated else ""
+            self.say(
+                stage,
+                f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}"
+                f"{stated}, {row.use:.1%}{'' if row.passed else '  BROKEN'}",
+                use=row.use,
+            )
+
+    def sizing_step(self, step: SizingStep) -> None:
+        """Report one sizing iteration."""
+        self.say(
+            "sizing",
+            f"iteration {step.iteration}: lattice {step.mass_g:.4g} g, density "
+            f"{step.mean_density:.4f}, use {step.use:.1%}, change {step.change:.2%}",
+            mass_g=step.mass_g,
+            use=step.use,
+        )
+
+    def round(self, done: Round, *, resumed: bool = False) -> None:
+        """Report one finished round."""
+        it = done.iteration
+        if not resumed:
+            for name, seconds in it.timing_s.items():
+                self.took(name, seconds)
+        gaps = "".join(f", {kind} gap {gap:+.1%}" for kind, gap in governing_gaps(done).items())
+        self.say(
+            "round",
+            f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
+            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}{gaps}, "
+            f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
+            mass_g=it.mass_g,
+            use=it.use,
+        )
+
+    def window(self, result: SubmodelResult) -> None:
+        """Report one accepted window."""
+        self.say(
+            "acceptance",
+            f"window at {tuple(round(c, 1) for c in result.window.centre)} mm: "
+            f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the explicit "
+            f"analysis; force {result.force_gap:.1%}, energy {result.energy_gap:.1%}, "
+            f"{result.tets} tets, mesher {result.seconds:.0f} s",
+        )
+
+
+def governing_gaps(done: Round) -> dict[str, float]:
+    """Gap of the most used limit of every kind that an explicit analysis measures."""
+    use = {row.key: row.use for row in done.rows}
+    gaps: dict[str, tuple[float, float]] = {}
+    for one in done.iteration.limits:
+        if one.gap is not None:
+            kind, found = one.key.kind, (use[one.key], one.gap)
+            gaps[kind] = max(found, gaps.get(kind, found))
+    return {kind: gap for kind, (_, gap) in gaps.items()}

@@ -1,0 +1,119 @@
+"""What ended the loop, and what more of it would bring.
+
+Budgets end a run and say so; they do not steer it. So the clock is read here only, and the only
+answer that it gives is that no further round is begun.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.errors import GradeDesignError
+from gradedesign.limits.verdict import Factors
+from gradedesign.loop.rounds import Round
+from gradedesign.loop.saturation import saturated
+from gradedesign.resolve.setup import Setup
+from gradedesign.workspace.limits import Deadline
+
+#: A round after the second is only begun if this many times the last one's duration is left.
+ROUND_RESERVE = 1.3
+#: Densities that differ by less are the same design.
+SAME_DENSITY = 1e-4
+#: Missing time is told in steps of this many seconds.
+TIME_STEP = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ended:
+    """Why no further round is played.
+
+    Attributes
+    ----------
+    by : {"tight", "rounds", "time", "stuck", "saturated", "refused"}
+        ``tight``: the lightest design that was looked for was accepted. ``rounds``, ``time``: a
+        budget of [run]. ``stuck``: the last round changed nothing. ``saturated``: no density of
+        this lattice can hold a limit. ``refused``: the next design could not be analysed.
+    words : str
+        For the verdict.
+    """
+
+    by: str
+    words: str
+
+
+#: A design was accepted that uses a limit.
+TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can fall further")
+
+
+def why_ended(
+    setup: Setup, rounds: Sequence[Round], factors: Factors, deadline: Deadline
+) -> Ended | None:
+    """Say what ends the loop before another round, or None.
+
+    Parameters
+    ----------
+    setup : Setup
+    rounds : sequence of Round
+        Played so far.
+    factors : mapping of (name, load case) to float
+        What acceptance taught.
+    deadline : Deadline
+    """
+    if not rounds:
+        return None
+    words = saturated(setup, rounds[-1], factors)
+    if words is not None:
+        return Ended(by="saturated", words=words)
+    if stuck(rounds):
+        return Ended(
+            by="stuck",
+            words="the last round found the same design again, so that no further round can "
+            "change it; a higher upper density, another cell, smaller cells or a skin would help",
+        )
+    last = rounds[-1].iteration.seconds
+    if len(rounds) >= setup.case.run.max_rounds:
+        return Ended(
+            by="rounds",
+            words=f"[run] max_rounds of {setup.case.run.max_rounds} ended the run; another round "
+            f"takes about {_rounded(last)} s",
+        )
+    # The first round of all also compiles, so it is reserve enough for the second.
+    needed = last * (ROUND_RESERVE if len(rounds) > 1 else 1.0)
+    left = deadline.remaining()
+    if left < needed:
+        return Ended(
+            by="time",
+            words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
+            f"{counted(len(rounds), 'round')}; about {_rounded(needed - left)} s more allow "
+            f"another round",
+        )
+    return None
+
+
+def refused_end(rounds: Sequence[Round], error: GradeDesignError) -> Ended:
+    """The design of the next round could not be meshed or analysed within the budgets."""
+    return Ended(
+        by="refused",
+        words=f"the design of round {len(rounds) + 1} could not be analysed: {error}",
+    )
+
+
+def stuck(rounds: Sequence[Round]) -> bool:
+    """The design breaks a limit and is the last one again: no round can change it."""
+    if len(rounds) < 2 or rounds[-1].iteration.passed:
+        return False
+    return bool(np.abs(rounds[-1].rho - rounds[-2].rho).max() < SAME_DENSITY)
+
+
+def counted(number: int, what: str) -> str:
+    """Number and noun: ``1 round``, ``2 rounds``."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _rounded(seconds: float) -> int:
+    """Next full step, s."""
+    return TIME_STEP * max(1, math.ceil(seconds / TIME_STEP))

@@ -1,0 +1,255 @@
+"""What a run will cost: unknowns, memory and seconds, before it and after its first round.
+
+Every stage takes a number of seconds for each unit of its work, measured on two cores of an
+otherwise idle machine. After its first round a run replaces them by what its own stages took.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.loop.round import FIRST_ITERATIONS, TUNING_ITERATIONS
+from gradedesign.verify import explicit_mesh
+from gradedesign.verify.acceptance import EDGE_PER_CUBE
+
+#: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
+#: three cubes thick: measured 13.2 to 13.8 and 4.8 to 5.0 on the cases mini and size-graded.
+TETS_PER_SOLID_CUBE, DOFS_PER_TET = 14.0, 5.1
+#: What the gate on memory allows for, over the expected unknowns.
+MEMORY_MARGIN = (
+    explicit_mesh.TETS_PER_CUBE * explicit_mesh.DOFS_PER_TET / (TETS_PER_SOLID_CUBE * DOFS_PER_TET)
+)
+#: Rounds that a run is predicted to play where it may: most reach a used limit in two to four.
+USUAL_ROUNDS = 3
+#: Work of the second mesh size over the first: a grid 1.25 times as coarse.
+SECOND_SHARE = 1.25**-3
+#: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
+LEARNING_ITERATIONS = 2
+#: A prediction is meant to be right within this factor on an idle machine.
+WITHIN = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunWork:
+    """What a run has to do, in plain numbers.
+
+    Attributes
+    ----------
+    part_dofs : int
+        Unknowns of the part's own mesh.
+    load_cases : int
+    adjoint_solves : int
+        That limits by gradient cost sizing beside the solves of the load cases.
+    explicit_dofs : int
+        Unknowns of the explicit lattice.
+    explicit_cubes : int
+        Cubes of the grid around the lattice, in which its field is sampled.
+    mesher_tets : int
+        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
+    remeshed : {"whole", "windows"}
+    rounds : int
+        That the run may play at most.
+    """
+
+    part_dofs: int
+    load_cases: int
+    adjoint_solves: int
+    explicit_dofs: int
+    explicit_cubes: int
+    mesher_tets: int
+    remeshed: str
+    rounds: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Speed:
+    """Seconds for a unit of work.
+
+    Attributes
+    ----------
+    sizing : float, s
+        For each unknown of the part and each of its solves in an iteration.
+    cube : float, s
+        For each cube of the explicit grid: sampling its field, stuffing, sharpening.
+    solve : float, s
+        For each unknown of the explicit lattice: assembly, multigrid and the first load case.
+    more_cases : float
+        What each further load case adds, as a share of ``solve``.
+    tet : float, s
+        For each tetrahedron of the mesher of the acceptance.
+    start : float, s
+        Reading and meshing the part, pictures and report.
+    """
+
+    sizing: float
+    cube: float
+    solve: float
+    more_cases: float
+    tet: float
+    start: float
+
+
+#: Measured in first rounds on two idle cores: sizing 2.2 to 4.6e-5, cube 0.5 to 2.7e-4, solve 1.9
+#: to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M; large ones take less for each. The mesher
+#: 0.8 to 2.8e-3. Load cases are iterated in pairs, on one hierarchy.
+MEASURED = Speed(
+    sizing=2.6e-5,
+    cube=1.1e-4,
+    solve=2.4e-5,
+    more_cases=0.45,
+    tet=1.2e-3,
+    start=8.0,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CostPrediction:
+    """Predicted size and time of a run.
+
+    Attributes
+    ----------
+    part_dofs, explicit_dofs : int
+    memory_bytes : int
+        That the explicit analysis asks of [run] memory before it begins.
+    sizing_s : float, s
+        Of a first round.
+    explicit_mesh_s, explicit_solve_s : float, s
+        Of every round.
+    second_mesh_s : float, s
+        The accepted design on a second grid.
+    acceptance_s : float, s
+        Surface, mesher and analysis of the exported file; without the second grid.
+    round_s : float, s
+        A first round: sizing, mesh, solve, and what it teaches.
+    run_s : float, s
+        ``rounds`` rounds, one acceptance, part and output.
+    rounds : int
+        That ``run_s`` counts.
+    learned : bool
+        Whether a finished round of the same run stands behind it.
+    """
+
+    part_dofs: int
+    explicit_dofs: int
+    memory_bytes: int
+    sizing_s: float
+    explicit_mesh_s: float
+    explicit_solve_s: float
+    second_mesh_s: float
+    acceptance_s: float
+    round_s: float
+    run_s: float
+    rounds: int
+    learned: bool = False
+
+
+def predict_cost(
+    work: RunWork, speed: Speed = MEASURED, *, learned: bool = False
+) -> CostPrediction:
+    """Predict the size and time of a run from plain numbers.
+
+    Parameters
+    ----------
+    work : RunWork
+    speed : Speed
+        Of this machine and case; what was measured on small cases by default.
+    learned : bool
+        Whether ``speed`` comes from a finished round of the run itself.
+
+    Returns
+    -------
+    CostPrediction
+    """
+    sizing = sizing_seconds(work, speed, FIRST_ITERATIONS[0])
+    mesh = speed.cube * work.explicit_cubes
+    solve = solve_seconds(work, speed, work.explicit_dofs)
+    again = solve_seconds(work, speed, int(work.mesher_tets * DOFS_PER_TET))
+    accept = mesher_seconds(work.mesher_tets, speed) + again
+    second = SECOND_SHARE * (mesh + solve)
+    learning = sizing_seconds(work, speed, LEARNING_ITERATIONS)
+    rounds = min(USUAL_ROUNDS, work.rounds)
+    sized = sum(sizing_seconds(work, speed, iterations_of(n)) for n in range(rounds))
+    return CostPrediction(
+        part_dofs=work.part_dofs,
+        explicit_dofs=work.explicit_dofs,
+        memory_bytes=predict_memory_bytes(int(MEMORY_MARGIN * work.explicit_dofs), 2),
+        sizing_s=sizing,
+        explicit_mesh_s=mesh,
+        explicit_solve_s=solve,
+        second_mesh_s=second,
+        acceptance_s=accept,
+        round_s=sizing + mesh + solve + learning,
+        run_s=speed.start + sized + rounds * (mesh + solve + learning) + second + accept,
+        rounds=rounds,
+        learned=learned,
+    )
+
+
+def iterations_of(played: int) -> int:
+    """Sizing iterations of the round after ``played`` others."""
+    return FIRST_ITERATIONS[played] if played < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
+
+
+def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
+    """Seconds of a sizing, s."""
+    solves = work.load_cases + work.adjoint_solves
+    return speed.sizing * work.part_dofs * solves * iterations
+
+
+def solve_seconds(work: RunWork, speed: Speed, dofs: int) -> float:
+    """Seconds of an analysis of the printed solid in every load case, s."""
+    return speed.solve * dofs * (1.0 + speed.more_cases * (work.load_cases - 1))
+
+
+def mesher_seconds(tets: int, speed: Speed = MEASURED) -> float:
+    """Seconds of the mesher of the acceptance, s."""
+    return speed.tet * tets
+
+
+def mesher_tets(explicit_tets: float, share: float = 1.0) -> int:
+    """Tetrahedra of the acceptance's mesher for a share of the lattice's volume."""
+    return int(share * explicit_tets / EDGE_PER_CUBE**3)
+
+
+def learned_speed(
+    work: RunWork, iterations: int, seconds: Mapping[str, float], speed: Speed = MEASURED
+) -> Speed:
+    """Replace measured numbers by what the stages of a finished round took.
+
+    Solves depend least on the case, so that theirs tells how fast the machine is at present: the
+    mesher, which no round runs, is taken to be as much slower or faster.
+
+    Parameters
+    ----------
+    work : RunWork
+        With the unknowns that the round really had.
+    iterations : int
+        Of its sizing.
+    seconds : mapping of stage to seconds
+        ``sizing``, ``explicit mesh``, ``explicit solve``; a stage that is missing teaches nothing.
+    speed : Speed
+        For the other stages.
+
+    Returns
+    -------
+    Speed
+    """
+    believed = {
+        "sizing": sizing_seconds(work, speed, iterations),
+        "explicit mesh": speed.cube * work.explicit_cubes,
+        "explicit solve": solve_seconds(work, speed, work.explicit_dofs),
+    }
+    ratio = {
+        name: seconds[name] / value
+        for name, value in believed.items()
+        if seconds.get(name, 0.0) > 0 and value > 0
+    }
+    return replace(
+        speed,
+        sizing=speed.sizing * ratio.get("sizing", 1.0),
+        cube=speed.cube * ratio.get("explicit mesh", 1.0),
+        solve=speed.solve * ratio.get("explicit solve", 1.0),
+        tet=speed.tet * ratio.get("explicit solve", 1.0),
+    )

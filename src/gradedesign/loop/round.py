@@ -1,0 +1,280 @@
+"""One round of the loop: size, build, predict, analyse, compare."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gradedesign.arrays import FloatArray
+from gradedesign.cell.shape import blamed_shape
+from gradedesign.errors import LatticeError
+from gradedesign.fe.assembly import strain_energy_per_element
+from gradedesign.fe.elastic_system import ElasticSystem
+from gradedesign.lattice.density_grid import (
+    DensityGrid,
+    density_grid_from_elements,
+)
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.local_stress import allowed_stress
+from gradedesign.limits.state import Predicted
+from gradedesign.limits.verdict import Factors
+from gradedesign.loop.stored_sizing import stored_sizing
+from gradedesign.mesh.tet_mesh import centroids
+from gradedesign.resolve.analysable import grid_cube
+from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.thinnest_wall import thinnest_wall
+from gradedesign.sizing.filter import cone_filter, uniform_filter
+from gradedesign.sizing.homogenised import (
+    homogenised_system,
+    lattice_mass,
+    total_mass,
+)
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
+from gradedesign.sizing.responses import solve_adjoints
+from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
+from gradedesign.sizing.state import SolvedState, solved_state
+from gradedesign.verify.correction import Correction
+from gradedesign.verify.explicit import ExplicitResult, JudgedSolid
+from gradedesign.verify.explicit_mesh import ExplicitMesh
+from gradedesign.workspace.progress import report_step
+
+#: Sizing aims a little below each limit, so that a small gap does not break it.
+TARGET = 0.985
+#: Sizing iterations of the first rounds. Each goes on from the last one's variables. The first
+#: design only teaches the correction, which changes more than further iterations would win.
+FIRST_ITERATIONS = (10, 20)
+#: Later rounds only tune: a design that keeps changing outruns what was learned about the last one.
+TUNING_ITERATIONS = 8
+#: The density grid resolves a cell by this many nodes.
+NODES_PER_CELL = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """What the corrected homogenised model says of a design before its explicit analysis.
+
+    Attributes
+    ----------
+    values : dict of LimitKey to Predicted
+        Of every limit.
+    lattice_mass, total_mass : float, g
+    lattice_share : float
+        Share of the governing value by gradient that comes from strain of the lattice phase.
+    mean_density : float
+        Of the lattice phase, weighted by its strain energy in the governing value, so that it
+        stands for the lattice that carries.
+    """
+
+    values: dict[LimitKey, Predicted]
+    lattice_mass: float
+    total_mass: float
+    lattice_share: float
+    mean_density: float
+
+
+def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
+    """The homogenised model with the stiffness that explicit analyses taught."""
+    return replace(
+        setup.model,
+        stiffness_factor=correction.stiffness,
+        stiffness_exponent=correction.exponent,
+        reference_density=correction.reference,
+    )
+
+
+def corrected_limits(setup: Setup, correction: Correction) -> tuple[Limit, ...]:
+    """Limits whose predicted values carry their factors."""
+    return tuple(replace(limit, factor=correction.factor(limit.key)) for limit in setup.limits)
+
+
+def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, ...]:
+    """Limits that leave room for what acceptance finds over the explicit analysis."""
+    return tuple(
+        replace(limit, allowed=limit.allowed / factors.get(limit.key, 1.0)) for limit in limits
+    )
+
+
+def design_filter(setup: Setup) -> csr_matrix:
+    """Filter from design variables to element densities; every round of a run shares it."""
+    report_step("filter of densities")
+    mesh = setup.space.mesh
+    if setup.case.lattice.grading == "uniform":
+        return uniform_filter(mesh.tets.shape[1])
+    radius = setup.case.lattice.filter_radius * setup.layout.typical
+    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
+    return cone_filter(centroids(mesh), weights, radius)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SizingPlan:
+    """How one sizing is run.
+
+    Attributes
+    ----------
+    most_iterations : int
+    start : (n,) array, optional
+        Design variables to begin with.
+    target : float
+        Use of the limits that it aims at.
+    keep : float
+        Share of its start that every variable keeps at least.
+    """
+
+    most_iterations: int
+    start: FloatArray | None = None
+    target: float = TARGET
+    keep: float = 0.0
+
+
+def size_round(
+    setup: Setup,
+    correction: Correction,
+    factors: Factors,
+    matrix: csr_matrix,
+    plan: SizingPlan,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> SizingResult:
+    """Size the corrected homogenised part, densities filtered by ``matrix``.
+
+    ``factors`` are accepted over explicit values, where acceptance found more than the explicit
+    analysis did: the limits are that much tighter here.
+    """
+    problem = SizingProblem(
+        model=corrected_model(setup, correction),
+        limits=tightened_limits(corrected_limits(setup, correction), factors),
+        bounds=setup.bounds,
+        filter=matrix,
+        target=plan.target,
+    )
+    return stored_sizing(
+        setup,
+        problem,
+        start=plan.start,
+        max_iterations=plan.most_iterations,
+        keep=plan.keep,
+        on_step=on_step,
+    )
+
+
+def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
+    """The density field from which the lattice is built."""
+    report_step("density field")
+    cell = setup.case.lattice.cell_size
+    spacing = min(cell / NODES_PER_CELL, setup.case.part.mesh_size)
+    return density_grid_from_elements(setup.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
+
+
+def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
+    """The lattice of a density field."""
+    return LatticeDesign(
+        domain=setup.domain,
+        shape=blamed_shape(setup.cell.family),
+        level_of=setup.cell.level_of,
+        cell_map=setup.layout.cell_map,
+        cell_size=setup.layout.typical,
+        density=grid,
+        parameters=setup.cell.parameters,
+    )
+
+
+def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
+    """What every analysis of the printed solid needs besides its mesh."""
+    regions = {name: setup.part.regions[name] for name in setup.facets}
+    return JudgedSolid(
+        case=setup.case,
+        design=design,
+        material=setup.material,
+        regions=regions,
+        clamped=setup.clamped,
+        exclusion_radius=setup.exclusion_radius,
+        stress_limit=allowed_stress(setup.case, setup.material),
+        percentile=setup.case.limits.percentile,
+        bodies=setup.domain.bodies,
+        solver=setup.model.solver,
+    )
+
+
+def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
+    """Grid of the explicit mesh from the thinnest wall, skin or kept layer of the design, mm.
+
+    Raises
+    ------
+    LatticeError
+        If the thinnest wall is thinner than [print] min_wall.
+    """
+    case = setup.case
+    report_step("thinnest wall")
+    thinnest = thinnest_wall(setup, grid)
+    if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
+        raise LatticeError(
+            f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
+            f"{case.print.min_wall:g} mm; raise the lower density"
+        )
+    return explicit_cube_for(setup, thinnest)
+
+
+def explicit_cube_for(setup: Setup, thinnest: float) -> float:
+    """Grid that the case asks for, or that follows the thinnest wall, skin or kept layer, mm."""
+    case = setup.case
+    if case.run.explicit_mesh_size is not None:
+        return case.run.explicit_mesh_size
+    return float(grid_cube(case, thinnest, setup.cubes_per_wall))
+
+
+def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction:
+    """Solve the corrected homogenised part for the densities that sizing chose.
+
+    What the density grid smooths on the way to the lattice is part of what explicit analyses
+    teach, so that the value sizing aims at is the value the lattice shows.
+    """
+    model = corrected_model(setup, correction)
+    limits = corrected_limits(setup, correction)
+    report_step("predicting the design")
+    system = homogenised_system(model, rho)
+    state = solved_state(model, rho, limits, system)
+    report_step("stress and share of the lattice")
+    share, carrying = lattice_share(system, state, limits)
+    return Prediction(
+        values={limit.key: limit.predict(state) for limit in limits},
+        lattice_mass=lattice_mass(model, rho) * 1e6,
+        total_mass=total_mass(model, rho) * 1e6,
+        lattice_share=share,
+        mean_density=carrying,
+    )
+
+
+def lattice_share(
+    system: ElasticSystem, state: SolvedState, limits: Sequence[Limit]
+) -> tuple[float, float]:
+    """Lattice phase's share of the most used value by gradient, and its energy-weighted density."""
+    model, rho = state.model, state.rho
+    weights = state.lattice_volumes
+    mean = float(weights @ rho / weights.sum())
+    found = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
+    if not found:
+        return 0.0, mean
+    worst, _ = max(found, key=lambda pair: pair[0].value / pair[1])
+    adjoint = solve_adjoints(model, system, [worst])[0]
+    u = state.displacement(worst.load_case)
+    lattice = as_stiffness(model, (1 - model.solid_share) * lattice_stiffness(model, rho))
+    shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
+    if worst.value <= 0 or shared.sum() <= 0:
+        return 0.0, mean
+    return float(shared.sum() / worst.value), float(shared @ rho / shared.sum())
+
+
+def explicit_masses(setup: Setup, mesh: ExplicitMesh, result: ExplicitResult) -> dict[str, float]:
+    """Mass of every phase of the explicit mesh, g."""
+    from gradedesign.mesh.tet_mesh import signed_volumes
+
+    volumes = signed_volumes(mesh.mesh) * setup.material.density * 1e6
+    return {
+        name: float(volumes[result.phase == number].sum())
+        for number, name in enumerate(("lattice", "skin", "kept"))
+    }

@@ -1,0 +1,79 @@
+"""The cost of one run: predicted after its solid stage, learned from its first round."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from gradedesign.case.run_schema import RunSpec
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.predicted_cost import (
+    CostPrediction,
+    RunWork,
+    learned_speed,
+    predict_cost,
+)
+from gradedesign.loop.rounds import Round
+from gradedesign.loop.run_work import run_work
+from gradedesign.resolve.setup import Setup
+from gradedesign.workspace.limits import Deadline
+
+
+@dataclass(slots=True, kw_only=True)
+class RunCost:
+    """Budget of a run and what it is predicted to take; the clock starts with the record.
+
+    Attributes
+    ----------
+    budget : RunSpec
+    clock : Deadline
+    work : RunWork or None
+    before, after : CostPrediction or None
+        The first prediction, and the one that the first round taught.
+    """
+
+    budget: RunSpec
+    clock: Deadline = field(init=False)
+    work: RunWork | None = None
+    before: CostPrediction | None = None
+    after: CostPrediction | None = None
+
+    def __post_init__(self) -> None:
+        self.clock = Deadline(self.budget.time)
+
+    def deadline(self, rounds: Sequence[Round]) -> Deadline:
+        """When time is over; rounds of an earlier process count."""
+        spent = sum(done.iteration.seconds for done in rounds)
+        return replace(self.clock, start=self.clock.start - spent)
+
+    def predict(self, setup: Setup, solid: Sequence[LimitRow], announce: Announcer) -> None:
+        """Predict from the prepared case and tell it."""
+        self.work = run_work(setup, solid)
+        self.before = predict_cost(self.work)
+        announce.cost(self.before, self.budget)
+
+    def learn(self, rounds: Sequence[Round], announce: Announcer) -> None:
+        """Predict anew from the first round, once it is there."""
+        if len(rounds) != 1 or self.work is None:
+            return
+        self.after = learned_cost(self.work, rounds[0])
+        announce.cost(self.after, self.budget)
+
+    def data(self) -> dict[str, Any]:
+        """Plain data for result.json."""
+        found = {"at_start": self.before, "after_first_round": self.after}
+        return {name: asdict(one) for name, one in found.items() if one is not None}
+
+
+def learned_cost(work: RunWork, first: Round) -> CostPrediction:
+    """Predict a run from the seconds and the unknowns of its first round."""
+    it = first.iteration
+    real = replace(
+        work,
+        explicit_dofs=it.dofs,
+        mesher_tets=int(work.mesher_tets * it.dofs / work.explicit_dofs),
+    )
+    speed = learned_speed(real, it.sizing_iterations, it.timing_s)
+    return predict_cost(real, speed, learned=True)

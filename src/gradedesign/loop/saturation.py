@@ -1,0 +1,144 @@
+"""Whether a design that breaks a limit could still be made to hold it by higher densities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.fe.elastic_system import ElasticSystem
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import Factors, with_factors
+from gradedesign.loop.round import corrected_limits, corrected_model, tightened_limits
+from gradedesign.loop.rounds import Round
+from gradedesign.resolve.setup import Setup
+from gradedesign.sizing.homogenised import homogenised_system
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.state import SolvedState, solved_state
+
+#: A limit is out of reach if this many times what the model says could be gained is not enough.
+SAFETY = 2.0
+#: Below this gain, the densities that matter for a value are told to stand at their bound.
+NO_GAIN = 0.02
+#: A density counts as at its upper bound within this relative distance.
+AT_BOUND = 1e-2
+
+
+def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
+    """Say which limit no density of this lattice can hold, or None.
+
+    Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
+    densities at their bounds would not gain what is missing. Of the others those tetrahedra matter
+    whose own stress asks for a higher density.
+
+    Parameters
+    ----------
+    setup : Setup
+    done : Round
+        The last one, with its explicit values.
+    factors : mapping of LimitKey to float
+        What acceptance taught.
+
+    Returns
+    -------
+    str or None
+        One sentence: the limit, and what would help.
+    """
+    limits = {limit.key: limit for limit in setup.limits}
+    judged = [
+        row
+        for row in with_factors(done.rows, factors)
+        if not row.passed and row.key in limits and row.use > limits[row.key].scatter
+    ]
+    if not judged:
+        return None
+    solved = _solved(setup, done)
+    for row in sorted(judged, key=lambda r: -r.use):
+        gain = _gain(setup, solved, row.key, factors)
+        if gain is not None and row.use * (1.0 - SAFETY * gain) > 1.0:
+            return sentence(setup, row, gain)
+    return None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Solved:
+    """A design in the corrected homogenised model."""
+
+    limits: dict[LimitKey, Limit]
+    state: SolvedState
+    system: ElasticSystem
+
+
+def _solved(setup: Setup, done: Round) -> _Solved:
+    model = corrected_model(setup, done.correction)
+    limits = corrected_limits(setup, done.correction)
+    system = homogenised_system(model, done.rho)
+    return _Solved(
+        limits={limit.key: limit for limit in limits},
+        state=solved_state(model, done.rho, limits, system),
+        system=system,
+    )
+
+
+def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> float | None:
+    """Share of a value that densities at their bounds could take away; None: unknown."""
+    limit, rho = solved.limits[key], solved.state.rho
+    if limit.by_gradient:
+        return density_gain(relative_slope(solved, limit), rho, setup.bounds)
+    (tight,) = tightened_limits([limit], factors)
+    return 0.0 if needy_at_bound(tight.least_density(solved.state), rho, setup) else None
+
+
+def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
+    """Derivative of a value by every density, over the value, ``(M,)``."""
+    response = limit.responses(solved.state)[0][0]
+    return response_gradients(solved.state, solved.system, [response])[0] / response.value
+
+
+def density_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]) -> float:
+    """Share of a value that densities at the better of their bounds would take away.
+
+    Parameters
+    ----------
+    slope : (M,) array
+        Derivative of the value by every density, over the value.
+    rho : (M,) array
+    bounds : (float, float)
+
+    Notes
+    -----
+    At first order. Displacements and work are convex in the densities, so that this overrates it.
+    """
+    low, high = bounds
+    return float(np.maximum(-slope * (high - rho), slope * (rho - low)).sum())
+
+
+def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
+    """Whether tetrahedra ask for more density than they have, and all are at the upper bound."""
+    lattice = setup.model.solid_share < 1
+    needy = lattice & (wanted > rho * (1 + AT_BOUND))
+    return bool(needy.any() and (rho[needy] >= setup.bounds[1] * (1 - AT_BOUND)).all())
+
+
+def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
+    """The limit that is out of reach, and what would help."""
+    upper = setup.bounds[1]
+    window = min(setup.cell.window[1], setup.law.window[1])
+    helps = ["another cell", "smaller cells"]
+    if setup.case.lattice.skin is None:
+        helps.insert(1, "a skin")
+    if window > upper * (1 + AT_BOUND):
+        helps.insert(0, f"[lattice] density up to {window:.3g}")
+    why = (
+        f"every density that matters for it stands at the upper bound of {upper:.3g}"
+        if gain < NO_GAIN
+        else f"raising every density to the upper bound of {upper:.3g} would take about {gain:.0%} "
+        f"of it away"
+    )
+    return (
+        f"this lattice cannot reach the limit on {row.name} ({row.load_case}): {why}; "
+        f"{', '.join(helps[:-1])} or {helps[-1]} would help"
+    )

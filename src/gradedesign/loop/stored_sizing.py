@@ -1,0 +1,128 @@
+"""Sizing found again in the user's cache: of the same case, whatever its grids and budgets."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+import uuid
+from collections.abc import Callable
+from dataclasses import asdict
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.limits.limit import Limit
+from gradedesign.resolve.setup import Setup
+from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
+from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
+from gradedesign.workspace.program_key import program_key
+
+KIND = "sizing"
+#: Fields of a step of the history that are one number, beside its own.
+_NUMBERS = ("mass_g", "mean_density", "change", "move")
+
+
+def stored_sizing(
+    setup: Setup,
+    problem: SizingProblem,
+    *,
+    start: FloatArray | None,
+    max_iterations: int,
+    keep: float,
+    on_step: Callable[[SizingStep], None] | None = None,
+) -> SizingResult:
+    """Size, or find the answer to the same question in the user's cache.
+
+    A run that ended in its explicit analysis, or whose grid alone is changed, does not size again.
+    Steps that are found again are reported as those that are made.
+
+    Parameters
+    ----------
+    setup : Setup
+    problem : SizingProblem
+        With the corrections and targets of its round.
+    start, max_iterations, keep, on_step
+        As for `size`.
+    """
+    key = sizing_key(setup, problem, start, max_iterations, keep)
+    found = load_arrays(KIND, key)
+    if found is not None:
+        result = _unpacked(problem, found)
+        for step in result.history:
+            if on_step is not None:
+                on_step(step)
+        return result
+    result = size(problem, start=start, max_iterations=max_iterations, keep=keep, on_step=on_step)
+    store_arrays(KIND, key, **_packed(result))
+    return result
+
+
+def sizing_key(
+    setup: Setup,
+    problem: SizingProblem,
+    start: FloatArray | None,
+    max_iterations: int,
+    keep: float,
+) -> str:
+    """Content key of everything that a sizing depends on."""
+    case, model, law = setup.case, problem.model, setup.law
+    limits = [(one.key, one.allowed, one.factor, source_of(one)) for one in problem.limits]
+    densities = np.linspace(*law.window, 33)
+    words = case.model_dump_json(
+        include={"material", "keep", "load_case", "limits", "lattice", "print", "region"}
+    )
+    correction = (model.stiffness_factor, model.stiffness_exponent, model.reference_density)
+    return content_key(
+        KIND,
+        words,
+        program_key(),
+        case.part.mesh_size,
+        setup.cell.name,
+        repr(sorted(setup.cell.parameters.items())),
+        repr((law.name, law.source, law.coefficients)),
+        law.stiffness(densities),
+        law.strength(densities),
+        model.space.mesh.points,
+        model.space.mesh.tets,
+        model.solid_share,
+        np.asarray(model.rotation),
+        np.zeros(0) if model.walls is None else model.walls.kind,
+        np.zeros(0) if model.fill is None else model.fill.held,
+        repr(correction),
+        repr(limits),
+        repr((*problem.bounds, problem.target, max_iterations, keep)),
+        np.zeros(0) if start is None else start,
+    )
+
+
+def source_of(limit: Limit) -> str:
+    """Text of the code of a limit, which a plugin may bring: `program_key` is the core's alone."""
+    try:
+        return inspect.getsource(sys.modules[type(limit).__module__])
+    except (OSError, TypeError, KeyError):
+        # Made at run time: nobody can say whether a stored answer is that of the same code.
+        return uuid.uuid4().hex
+
+
+def _packed(result: SizingResult) -> dict[str, FloatArray]:
+    steps = [asdict(step) for step in result.history]
+    return {
+        "variables": result.variables,
+        "steps": np.array([[float(s[name]) for name in _NUMBERS] for s in steps]),
+        "uses": np.array([s["uses"] for s in steps]).reshape(len(steps), -1),
+        "flags": np.array([result.converged, result.feasible]),
+    }
+
+
+def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingResult:
+    history = []
+    for number, (row, uses) in enumerate(zip(found["steps"], found["uses"], strict=True)):
+        fields = dict(zip(_NUMBERS, map(float, row), strict=True))
+        history.append(SizingStep(iteration=number, uses=tuple(map(float, uses)), **fields))
+    return SizingResult(
+        rho=np.asarray(problem.filter @ found["variables"]).ravel(),
+        variables=found["variables"],
+        history=tuple(history),
+        converged=bool(found["flags"][0]),
+        feasible=bool(found["flags"][1]),
+    )

@@ -1,0 +1,106 @@
+"""Power laws ``c rho^n`` fitted to a scaling law, with the window that they hold in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.material.scaling_law import ScalingLaw
+
+#: Largest relative residual of a fit; the window is the widest that keeps to it.
+MOST_RESIDUAL = 0.1
+#: Densities of the law's window, evenly spaced in their logarithm.
+_SAMPLES = 41
+#: Of them in a fit at least: two would always fit.
+_LEAST_SAMPLES = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PowerFit:
+    """The power law ``c rho^n`` in a window of densities.
+
+    Attributes
+    ----------
+    c, n : float
+        Value over the base material's, and exponent.
+    window : (float, float)
+        Relative densities that were fitted.
+    residual : float
+        Largest relative departure of the fit from the law in the window.
+    """
+
+    c: float
+    n: float
+    window: tuple[float, float]
+    residual: float
+
+
+def fit_power(density: FloatArray, value: FloatArray) -> PowerFit | None:
+    """Power law through the widest run of values that one follows within `MOST_RESIDUAL`.
+
+    Parameters
+    ----------
+    density : (k,) array
+        Ascending.
+    value : (k,) array
+        Positive.
+
+    Returns
+    -------
+    PowerFit or None
+        Of least squares in the logarithms; None where no five neighbours follow one.
+
+    Examples
+    --------
+    >>> rho = np.geomspace(0.1, 0.5, 20)
+    >>> fit = fit_power(rho, 0.4 * rho**2)
+    >>> round(fit.c, 6), round(fit.n, 6), fit.window
+    (0.4, 2.0, (0.1, 0.5))
+    """
+    x, y = np.log(density), np.log(value)
+    ends = [
+        (first, last)
+        for first in range(x.size)
+        for last in range(first + _LEAST_SAMPLES, x.size + 1)
+    ]
+    # The widest first, of equals the sparsest.
+    for first, last in sorted(ends, key=lambda e: (x[e[0]] - x[e[1] - 1], e[0])):
+        slope, start = np.polyfit(x[first:last], y[first:last], 1)
+        departure = np.expm1(slope * x[first:last] + start - y[first:last])
+        residual = float(np.abs(departure).max())
+        if residual <= MOST_RESIDUAL:
+            return PowerFit(
+                c=float(np.exp(start)),
+                n=float(slope),
+                window=(float(density[first]), float(density[last - 1])),
+                residual=residual,
+            )
+    return None
+
+
+def power_fits(law: ScalingLaw) -> dict[str, PowerFit | None]:
+    """Power laws of Young's modulus, along the softest cell axis, and of strength.
+
+    Returns
+    -------
+    dict of str to PowerFit or None
+        ``E`` and ``strength``.
+
+    References
+    ----------
+    L. J. Gibson, M. F. Ashby, Cellular solids, 2nd edition, Cambridge 1997, eqs. 5.6 and 5.27.
+    """
+    density = np.geomspace(*law.window, _SAMPLES)
+    return {
+        "E": fit_power(density, softest_modulus(law, density)),
+        "strength": fit_power(density, np.asarray(law.strength(density))),
+    }
+
+
+def softest_modulus(law: ScalingLaw, density: FloatArray) -> FloatArray:
+    """Young's modulus along the softest cell axis over the base material's, ``(...)``."""
+    stiffness = np.moveaxis(law.stiffness(density), (0, 1), (-2, -1))
+    compliance = np.linalg.inv(stiffness)
+    return np.asarray(1.0 / np.diagonal(compliance, axis1=-2, axis2=-1)[..., :3].max(axis=-1))

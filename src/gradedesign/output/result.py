@@ -1,0 +1,204 @@
+"""What a run returns and writes to result.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow, row_from_json
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitIteration:
+    """One limit in one round.
+
+    Attributes
+    ----------
+    key : LimitKey
+    name, unit : str
+    predicted : float
+        By the corrected homogenised part, before the analysis.
+    explicit : float or None
+        None where no explicit analysis measures it.
+    gap : float or None
+        explicit / predicted - 1.
+    factor : float
+        Correction of the prediction that this round's sizing used.
+    """
+
+    key: LimitKey
+    name: str
+    unit: str
+    predicted: float
+    explicit: float | None
+    gap: float | None
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """Name and load case, where it has one."""
+        return f"{self.name} ({self.key.load_case})" if self.key.load_case else self.name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iteration:
+    """One round: what was predicted, what the explicit analysis said, what it taught.
+
+    Attributes
+    ----------
+    round : int
+        From 1.
+    lattice_mass_g, mass_g : float
+        By the explicit mesh.
+    mean_density : float
+        That sizing asked of the lattice phase.
+    limits : tuple of LimitIteration
+    use : float
+        Largest value over limit.
+    passed : bool
+    dofs : int
+    mesh_size_mm : float
+    grid_share : float
+        Mesh size over the one that the thinnest wall asks for: less than 1 where that grid lost
+        volume or pieces and was refined.
+    seconds : float
+    stiffness_factor : float
+        Correction of the lattice's stiffness that this round's sizing used.
+    sizing_iterations : int
+    sizing_converged : bool
+    timing_s : mapping of stage to seconds
+        ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
+    """
+
+    round: int
+    lattice_mass_g: float
+    mass_g: float
+    mean_density: float
+    limits: tuple[LimitIteration, ...]
+    use: float
+    passed: bool
+    dofs: int
+    mesh_size_mm: float
+    seconds: float
+    stiffness_factor: float
+    sizing_iterations: int
+    sizing_converged: bool
+    grid_share: float = 1.0
+    timing_s: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def measured(self) -> tuple[LimitIteration, ...]:
+        """Limits that the explicit analysis measures."""
+        return tuple(one for one in self.limits if one.explicit is not None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    status : {"met", "not_met", "infeasible", "partial", "failed"}
+    lightest : bool
+    reason : str
+        One sentence for a person.
+    ended_by : str
+        ``tight``: a design that uses a limit was accepted. ``rounds``, ``time``: that budget.
+        ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice can
+        hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
+        breaks a limit. ``stop_after``: as the case asks. ``error``.
+    limits : tuple of LimitRow
+    solid : tuple of LimitRow
+        The same limits with their values on the fully solid part.
+    mass_g, solid_mass_g, lattice_mass_g : float or None
+    relative_density : float or None
+        Mass over solid mass.
+    lattice_density : float or None
+        Mean density of the lattice phase by its explicit mesh: whole members on the part's faces
+        add to what sizing asked, cut ones take away.
+    iterations : tuple of Iteration
+    acceptance : mapping
+    measures : mapping
+        Stress measures by phase, worst neighbourhood included.
+    files : mapping of what to path below the run folder
+    timing_s : mapping of stage to seconds
+        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
+        mesh`` one of ``acceptance``.
+    predicted : mapping
+        What ``timing_s`` compares with: a `CostPrediction` before the first round and another
+        after it.
+    budget : mapping
+        Time and rounds that the run was allowed.
+    warnings : tuple of str
+    plugins : tuple of str
+    versions : mapping
+    case_hash : str
+    case_name : str
+    folder : Path
+    law : mapping
+        Name, source, window and coefficients.
+    """
+
+    status: str
+    lightest: bool
+    reason: str
+    ended_by: str = ""
+    limits: tuple[LimitRow, ...] = ()
+    mass_g: float | None = None
+    solid_mass_g: float | None = None
+    lattice_mass_g: float | None = None
+    relative_density: float | None = None
+    lattice_density: float | None = None
+    iterations: tuple[Iteration, ...] = ()
+    acceptance: Mapping[str, Any] = field(default_factory=dict)
+    measures: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    timing_s: Mapping[str, float] = field(default_factory=dict)
+    predicted: Mapping[str, Any] = field(default_factory=dict)
+    budget: Mapping[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    plugins: tuple[str, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    case_hash: str = ""
+    case_name: str = ""
+    folder: Path = Path()
+    law: Mapping[str, Any] = field(default_factory=dict)
+    solid: tuple[LimitRow, ...] = ()
+
+
+def from_json(data: Mapping[str, Any]) -> RunResult:
+    """The result that `as_json` wrote.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the data is of another layout.
+    """
+    known = {one.name for one in fields(RunResult)}
+    plain = {name: value for name, value in data.items() if name in known}
+    for name in ("limits", "solid"):
+        plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
+    plain["iterations"] = tuple(iteration_from_json(one) for one in data["iterations"])
+    for name in ("warnings", "plugins"):
+        plain[name] = tuple(data[name])
+    return RunResult(**{**plain, "folder": Path(data["folder"])})
+
+
+def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
+    """The round that ``dataclasses.asdict`` made plain data of."""
+    limits = tuple(
+        LimitIteration(**{**one, "key": LimitKey(**one["key"])}) for one in data["limits"]
+    )
+    return Iteration(**{**data, "limits": limits})
+
+
+def as_json(result: RunResult) -> dict[str, Any]:
+    """Plain data for result.json; every number keeps its unit in its name."""
+    data = asdict(result)
+    data["folder"] = str(result.folder)
+    for key, rows in (("limits", result.limits), ("solid", result.solid)):
+        data[key] = [{**asdict(row), "use": row.use, "passed": row.passed} for row in rows]
+    return data

@@ -1,0 +1,112 @@
+"""The printed surface as OBJ, PLY, OFF or GLB, encoded by trimesh and read back by our readers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gradedesign.errors import ResourceError
+from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
+from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles
+from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
+
+#: Decimals of coordinates in text, mm: below the steps of float32 above 0.01 mm.
+_DIGITS = 9
+
+
+def export_obj(path: Path, lattice: PrintedLattice) -> None:
+    """Write the printed lattice as OBJ, in mm, what is known of it as comments.
+
+    Raises
+    ------
+    LatticeError
+        If float32 cannot hold its detail.
+    ResourceError
+        If what is read back differs.
+    """
+    text = _encoded(lattice, 1.0, "obj", digits=_DIGITS, header="\n# ".join(_lines(lattice)))
+    path.write_text(text, encoding="utf-8")
+    _require_same(path, lattice, read_obj)
+
+
+def export_ply(path: Path, lattice: PrintedLattice) -> None:
+    """Write the printed lattice as binary PLY, in mm; errors as of `export_obj`."""
+    data: bytes = _encoded(lattice, 1.0, "ply")
+    head, end, rest = data.partition(b"format binary_little_endian 1.0\n")
+    comments = "".join(f"comment {line}\n" for line in _lines(lattice))
+    path.write_bytes(head + end + comments.encode() + rest)
+    _require_same(path, lattice, read_ply)
+
+
+def export_off(path: Path, lattice: PrintedLattice) -> None:
+    """Write the printed lattice as ASCII OFF, in mm; errors as of `export_obj`."""
+    text = _encoded(lattice, 1.0, "off", digits=_DIGITS)
+    comments = "".join(f"# {line}\n" for line in _lines(lattice))
+    path.write_text(f"OFF\n{comments}{text.removeprefix('OFF').lstrip()}", encoding="utf-8")
+    _require_same(path, lattice, read_off)
+
+
+def export_glb(path: Path, lattice: PrintedLattice) -> None:
+    """Write the printed lattice as GLB, in metres as the format wants, axes as in the case.
+
+    Raises
+    ------
+    LatticeError, ResourceError
+        As `export_obj`.
+    """
+
+    def note(tree: dict[str, Any]) -> None:
+        tree["asset"]["extras"] = lattice.metadata
+
+    path.write_bytes(
+        _encoded(lattice, 1.0 / UNIT_MM["m"], "glb", tree_postprocessor=note, scene=True)
+    )
+    _require_same(path, lattice, read_glb)
+
+
+def _lines(lattice: PrintedLattice) -> list[str]:
+    """What is known of a lattice, one printable line each."""
+    said = [f"{key}: {value}" for key, value in lattice.metadata.items()]
+    return ["".join(c if c.isprintable() else " " for c in line) for line in said]
+
+
+def _encoded(
+    lattice: PrintedLattice, scale: float, kind: str, *, scene: bool = False, **options: Any
+) -> Any:
+    """Bytes or text of the surface, its vertices apart as float32 holds them."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(
+        vertices=float32_vertices(lattice.surface.vertices * scale),
+        faces=lattice.surface.faces,
+        process=False,
+    )
+    if not scene:
+        return mesh.export(file_type=kind, **options)
+    whole = trimesh.Scene()
+    whole.add_geometry(mesh, node_name=lattice.name, geom_name=lattice.name)
+    return whole.export(file_type=kind, **options)
+
+
+def _require_same(
+    path: Path, lattice: PrintedLattice, read: Callable[[Path], RawTriangles]
+) -> None:
+    """Compare count and enclosed volume of the file with what was meant."""
+    raw = read(path)
+    corners = raw.corners * UNIT_MM[raw.unit or "mm"]
+    meant = enclosed_volume(lattice.surface)
+    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
+    found = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    if len(corners) != len(lattice.surface.faces) or not (
+        abs(found - meant) <= VOLUME_TOLERANCE * abs(meant)
+    ):
+        raise ResourceError(
+            f"{path} reads back as {len(corners)} triangles, {found:g} mm^3; expected "
+            f"{len(lattice.surface.faces)} triangles, {meant:g} mm^3 within 0.1 %; check the disk "
+            "and write it again"
+        )

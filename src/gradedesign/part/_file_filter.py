@@ -1,0 +1,67 @@
+"""Which triangles of a part belong to the faces, names and colours of its file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray
+from gradedesign.case.regions_schema import FILE_KEYS, RegionSpec
+from gradedesign.case.suggest import instead, listed
+from gradedesign.errors import CaseError
+from gradedesign.part.file_faces import FileFaces
+
+#: How many numbers a message lists.
+_LISTED = 20
+
+
+def marked_triangles(spec: RegionSpec, file_faces: FileFaces | None, region: str) -> BoolArray:
+    """Triangles ``(m,)`` that every key on the file's faces takes.
+
+    Raises
+    ------
+    CaseError
+        If the file tells no faces apart, or has no such number, name or colour: lists what it has.
+    """
+    given = [key for key in FILE_KEYS if getattr(spec, key)]
+    if file_faces is None:
+        raise CaseError(
+            f"region.{region}: {given[0]} asks for faces of the part's file, but the part is a box "
+            "or its format tells none apart; select by plane, cylinder, facing or box"
+        )
+    fits = np.ones(len(file_faces.label), dtype=bool)
+    if spec.face:
+        known = file_faces.numbers
+        for number in spec.face:
+            if number not in known:
+                raise CaseError(
+                    f"region.{region}: the file has no face {number}; {_numbers_in_words(known)}"
+                )
+        fits &= np.isin(file_faces.label, spec.face)
+    for key, value, known_texts in (
+        ("name", spec.name, file_faces.names),
+        ("color", spec.color, file_faces.colors),
+    ):
+        if value is None:
+            continue
+        numbers = [number for number, text in known_texts.items() if text == value]
+        if not numbers:
+            near = instead(value, sorted(set(known_texts.values())), what=f"{key}s in the file")
+            raise CaseError(
+                f"region.{region}: nothing in the part's file has the {key} '{value}'; {near}"
+            )
+        fits &= np.isin(file_faces.label, numbers)
+    if not fits.any():
+        raise CaseError(
+            f"region.{region}: no face of the part's file has {' and '.join(given)} at once as "
+            f"stated; check lists them"
+        )
+    return fits
+
+
+def _numbers_in_words(numbers: Iterable[int]) -> str:
+    """List numbers of faces, the first few of them."""
+    every = list(numbers)
+    more = f" and {len(every) - _LISTED} more" if len(every) > _LISTED else ""
+    return f"it has {listed([str(n) for n in every[:_LISTED]])}{more}"

@@ -1,0 +1,104 @@
+"""Faces as a part file tells them apart: a number, and a name and a colour where it has them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.errors import PartError
+from gradedesign.mesh.closest import build_triangle_tree, closest_features
+from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
+
+#: Label of a triangle that belongs to no face of the file.
+NO_FACE = -1
+_COLOR = re.compile(r"#[0-9a-f]{6}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FileFaces:
+    """Face of every triangle, as the file numbers, names and colours them.
+
+    Attributes
+    ----------
+    label : (m,) int array
+        Number of the face of every triangle; -1 where it has none.
+    names : mapping of int to str
+        Names of faces, or of the bodies or groups that they belong to.
+    colors : mapping of int to str
+        ``#rrggbb``, lower case.
+    """
+
+    label: IntArray
+    names: Mapping[int, str] = field(default_factory=dict)
+    colors: Mapping[int, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "label", locked(self.label, (None,), dtype=np.int64, name="label"))
+        if self.label.size and self.label.min() < NO_FACE:
+            raise ValueError(f"a face has the number {self.label.min()}; expected 0 or more")
+        for number, name in self.names.items():
+            if not isinstance(name, str) or not name.strip():
+                raise ValueError(f"face {number} has the name {name!r}; expected a text")
+        for number, color in self.colors.items():
+            if not isinstance(color, str) or not _COLOR.fullmatch(color):
+                raise ValueError(f"face {number} has the colour {color!r}; expected #rrggbb")
+        object.__setattr__(self, "names", MappingProxyType(dict(self.names)))
+        object.__setattr__(self, "colors", MappingProxyType(dict(self.colors)))
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Numbers of the faces, rising."""
+        return tuple(n for n in np.unique(self.label).tolist() if n != NO_FACE)
+
+    def areas(self, surface: SurfaceMesh) -> dict[int, float]:
+        """Area of every face on the surface that the labels belong to, mm^2."""
+        area = np.linalg.norm(area_vectors(surface), axis=1)
+        return {n: float(area[self.label == n].sum()) for n in self.numbers}
+
+
+def require_labels(faces: FileFaces | None, count: int, source: str) -> None:
+    """Refuse labels of another number than there are triangles."""
+    if faces is not None and len(faces.label) != count:
+        raise PartError(
+            f"{source}: {len(faces.label)} triangles have a face, but there are {count} triangles; "
+            "the file is damaged or its reader wrong"
+        )
+
+
+def carried(
+    faces: FileFaces, corners: FloatArray, surface: SurfaceMesh, *, tolerance: float
+) -> FileFaces:
+    """Faces of the file on the repaired surface.
+
+    Repair welds, flips, splits and unites triangles but leaves them where they were: each takes
+    the face of the file's triangle beneath its centroid.
+
+    Parameters
+    ----------
+    faces : FileFaces
+        Of ``corners``.
+    corners : (m, 3, 3) array, mm
+        Triangles as they were read.
+    surface : SurfaceMesh
+        What repair made of them.
+    tolerance : float, mm
+        Farther from any of them, as in a hole that was filled, a triangle has no face.
+    """
+    a, b, c = np.moveaxis(corners, 1, 0)
+    solid = np.flatnonzero(np.cross(b - a, c - a).any(axis=1))
+    found = closest_features(
+        build_triangle_tree(corners[solid]), corner_points(surface).mean(axis=1).T
+    )
+    label = faces.label[solid][found.triangle]
+    label = np.where(found.distance <= tolerance, label, NO_FACE)
+    kept = set(np.unique(label).tolist())
+    return FileFaces(
+        label=label,
+        names={n: name for n, name in faces.names.items() if n in kept},
+        colors={n: color for n, color in faces.colors.items() if n in kept},
+    )

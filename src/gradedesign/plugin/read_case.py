@@ -1,0 +1,47 @@
+"""Reading a case whose limits may be of kinds that plugins bring."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from gradedesign.case import read_case
+from gradedesign.case.limits_schema import LimitEntry
+from gradedesign.case.schema import Case
+from gradedesign.limits.kinds import limit_entries
+from gradedesign.plugin.registry import Registry, build_registry
+
+
+def load_case(
+    path: str | Path, *, allow_outside: bool = False, registry: Registry | None = None
+) -> Case:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file, or the folder that holds a ``case.toml``.
+    allow_outside : bool
+        Whether the part file may lie outside the folder of the case.
+    registry : Registry, optional
+        Kinds of limits; the installed ones by default.
+
+    Returns
+    -------
+    Case
+        Every value in internal units.
+
+    Raises
+    ------
+    CaseError
+        With a summary and one line per problem: file, line, key, what was found, what would be
+        right.
+    """
+    return read_case.load_case(
+        path, allow_outside=allow_outside, entries=lambda: entries_of(registry)
+    )
+
+
+def entries_of(registry: Registry | None) -> Mapping[str, type[LimitEntry]]:
+    """What the kinds of a registry, or else the installed ones, add to ``[limits]``."""
+    return limit_entries((build_registry() if registry is None else registry).limits)

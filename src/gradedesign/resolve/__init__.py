@@ -1,0 +1,1 @@
+"""From the case file to records: part, material, cell, law, loads, limits, meshes."""

@@ -1,0 +1,162 @@
+"""The least density whose walls the explicit analysis can resolve within the memory budget.
+
+A density window may begin where walls are a fiftieth of a cell: a part of some hundred cells with
+such walls has more unknowns than any budget holds, so sizing would end in a design that nobody can
+judge. The lower bound is raised to where the analysis fits, and the result says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.fe.solve import predict_memory_bytes
+from gradedesign.verify.explicit_mesh import predict_unknowns
+from gradedesign.verify.grid_resolution import LAYER_CUBES, cubes_per_wall
+
+#: Densities at which the window is looked at.
+SAMPLES = 400
+#: Mean density that a sized lattice is expected to have: this share of its window above the lower
+#: bound. Cubes grow with the third root of a volume: a guess 50 % off moves them by 14 %.
+EXPECTED_SHARE = 1 / 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysable:
+    """Density bounds whose lattice the memory budget can analyse.
+
+    Attributes
+    ----------
+    bounds : (float, float)
+    cubes_per_wall : float
+        Grid cubes across the thinnest wall.
+    cube : float, mm
+        Grid that the walls at the lower bound ask for.
+    unknowns : int
+        Expected of the explicit analysis.
+    memory_bytes : int
+        Expected of its solve.
+    warnings : tuple of str
+    refusal : str
+        Why no density of the window fits the budget; empty where one does.
+    """
+
+    bounds: tuple[float, float]
+    cubes_per_wall: float
+    cube: float
+    unknowns: int
+    memory_bytes: int
+    warnings: tuple[str, ...] = ()
+    refusal: str = ""
+
+
+def solid_layers(case: Case) -> list[float]:
+    """Thicknesses of the skin and of the margins of kept regions, mm."""
+    skin = case.lattice.skin
+    return [k.margin for k in case.keep if k.margin > 0] + ([skin] if skin else [])
+
+
+def grid_cube(case: Case, wall: FloatArray | float, cubes_per_wall: float) -> FloatArray:
+    """Grid cube for walls ``(...)`` mm beside the solid layers of a case, ``(...)`` mm."""
+    layers = min(solid_layers(case), default=np.inf)
+    return np.minimum(np.asarray(wall) / cubes_per_wall, layers / LAYER_CUBES)
+
+
+def analysable_bounds(
+    case: Case,
+    cell: Cell,
+    bounds: tuple[float, float],
+    least_size: float,
+    latticed: float,
+    solid: float,
+) -> Analysable:
+    """Raise the lower density bound to what the memory budget can analyse.
+
+    Parameters
+    ----------
+    case : Case
+    cell : Cell
+        Of the cell.
+    bounds : (float, float)
+        Density window of user, cell, law and printer.
+    least_size : float, mm
+        Shortest extent of any cell.
+    latticed, solid : float, mm^3
+        Volume that becomes lattice, and volume that stays solid.
+
+    Returns
+    -------
+    Analysable
+        With the bounds as they were where the case asks for no explicit analysis, states its grid,
+        or states the thickness of its walls, and where nothing fits.
+    """
+    run = case.run
+    low, high = bounds
+    rho = np.geomspace(low, high, SAMPLES)
+    stated = case.lattice.wall
+    walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
+    mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
+    volume = solid + latticed * mean
+    least, per_wall = 0, run.mesh_cubes_per_wall or cubes_per_wall(cell, low)
+    # What a strut needs depends on the density at which it is thinnest, and the other way round.
+    refusal = ""
+    for _ in range(2):
+        cubes = grid_cube(case, walls, per_wall)
+        if run.explicit_mesh_size:
+            cubes = np.full(SAMPLES, run.explicit_mesh_size)
+        unknowns = np.array([predict_unknowns(*pair) for pair in zip(volume, cubes, strict=True)])
+        need = np.array([predict_memory_bytes(int(n), 2) for n in unknowns])
+        fits = need <= run.memory
+        if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
+            break
+        if not fits.any():
+            refusal = _refusal(case, walls, cubes, need)
+            break
+        least = int(np.argmax(fits))
+        per_wall = run.mesh_cubes_per_wall or cubes_per_wall(cell, float(rho[least]))
+    warnings: tuple[str, ...] = ()
+    if least:
+        warnings = (
+            f"lower density raised from {low:.3g} to {rho[least]:.3g}: walls thinner than "
+            f"{walls[least]:.3g} mm need a finer grid than [run] memory {run.memory / 1e9:.3g} GB "
+            f"can analyse ({need[0] / 1e9:.3g} GB at density {low:.3g}); more memory or larger "
+            f"cells let it fall",
+        )
+    return Analysable(
+        bounds=(float(rho[least]) if least else low, high),
+        cubes_per_wall=per_wall,
+        cube=float(cubes[least]),
+        unknowns=int(unknowns[least]),
+        memory_bytes=int(need[least]),
+        warnings=warnings,
+        refusal=refusal,
+    )
+
+
+def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
+    walls = wall_mm(cell, rho, least_size)
+    # At the percolation floor a strut has no thickness: no grid resolves it.
+    return np.maximum(walls, 1e-3 * least_size)
+
+
+def _refusal(case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray) -> str:
+    """What does not fit, and what would."""
+    best = int(np.argmin(need))
+    layers = min(solid_layers(case), default=np.inf)
+    larger = (need[best] / case.run.memory) ** (1 / 3)
+    governed = cubes[best] >= layers / LAYER_CUBES * (1 - 1e-9)
+    what = (
+        f"solid layers of {layers:.3g} mm ask for a grid of {cubes[best]:.3g} mm"
+        if governed
+        else f"walls of {walls[best]:.3g} mm ask for a grid of {cubes[best]:.3g} mm"
+    )
+    return (
+        f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {what}, "
+        f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory, or make "
+        f"{'these layers' if governed else 'the cells'} {larger:.2f} times as large"
+    )

@@ -1,0 +1,138 @@
+"""The files of the printed lattice: which formats a case asks for, and writing them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.locate import locating
+from gradedesign.case.run_schema import OWN_FORMATS
+from gradedesign.case.schema import CaseIdentity
+from gradedesign.case.suggest import instead
+from gradedesign.errors import PluginError, blaming
+from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.material.material import Material
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.exporter import Exporter
+from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.plugin.registry import Registry, absent
+from gradedesign.workspace.atomic import replacing_path
+from gradedesign.workspace.run_folder import RunFolder
+
+log = logging.getLogger(__name__)
+
+#: Name of the exported surface that acceptance reads back.
+STL_NAME = "lattice.stl"
+#: Other files of a lattice, whose names no exporter gets.
+_TAKEN = ("lattice.png", "lattice.vtu")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LatticeFile:
+    """A file of the printed lattice that a case asks for.
+
+    Attributes
+    ----------
+    name : str
+        Below the run folder: ``lattice`` and the exporter's suffix; ``lattice-`` and the
+        exporter's name before it where another file has that name.
+    exporter : Exporter
+    source : str
+        Distribution and version that supplied it.
+    """
+
+    name: str
+    exporter: Exporter
+    source: str
+
+    @property
+    def key(self) -> str:
+        """What ``files`` of the result calls it."""
+        return "stl" if self.name == STL_NAME else f"lattice_{self.exporter.name}"
+
+
+def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, ...]:
+    """Files of the printed lattice for ``[output] formats``, in their order.
+
+    Raises
+    ------
+    CaseError
+        With line and nearest spelling, for a format that nothing installed writes.
+    PluginError
+        The same, when a plugin that might have written it is disabled.
+    """
+    files: list[LatticeFile] = []
+    with locating(case, "output.formats"):
+        for name in case.output.formats:
+            if name in OWN_FORMATS:
+                continue
+            if name not in registry.exporters:
+                near = instead(name, [*registry.exporters, *OWN_FORMATS])
+                raise absent(registry, f"no format named '{name}'; {near}")
+            exporter = registry.exporters[name]
+            file = f"lattice{exporter.suffix}"
+            taken = {*_TAKEN, *(f.name for f in files)} | ({STL_NAME} if name != "stl" else set())
+            if file in taken:
+                file = f"lattice-{name}{exporter.suffix}"
+            source = registry.sources["exporters"][name]
+            files.append(LatticeFile(name=file, exporter=exporter, source=source))
+    return tuple(files)
+
+
+def printed_lattice(
+    case: CaseIdentity, surface: SurfaceMesh, design: LatticeDesign, material: Material | None
+) -> PrintedLattice:
+    """The record that exporters receive."""
+    mass = None if material is None else enclosed_volume(surface) * material.density * 1e6
+
+    @cache
+    def built() -> Field:
+        return lattice_field(design)
+
+    def field(points: FloatArray) -> FloatArray:
+        return built()(points)
+
+    return PrintedLattice(
+        surface=surface,
+        name=case.name,
+        version=metadata.version("gradedesign"),
+        case_hash=case.case_hash,
+        material=None if material is None else material.name,
+        mass_g=mass,
+        field=field,
+    )
+
+
+def write_lattice_files(
+    out: RunFolder, files: Sequence[LatticeFile], lattice: PrintedLattice
+) -> dict[str, str]:
+    """Write the files of a lattice and return their names by what the result calls them.
+
+    Raises
+    ------
+    GradeDesignError
+        What an exporter raises on purpose, such as a surface that its format cannot hold.
+    PluginError
+        If an exporter raises anything else, or leaves anything but one file.
+    CaseError, ResourceError
+        If the file cannot be written.
+    """
+    for file in files:
+        who = f"exporter '{file.exporter.name}' of {file.source} writing {file.name}"
+        with replacing_path(out.path_of(file.name)) as path:
+            with blaming(who):
+                file.exporter.write(path, lattice)
+            found = sorted(p.name for p in path.parent.iterdir())
+            if found != [path.name] or path.is_symlink() or not path.is_file():
+                raise PluginError(
+                    f"{who} left {', '.join(found) or 'nothing'}; expected that one file"
+                )
+            if path.stat().st_size == 0:
+                raise PluginError(f"{who} left an empty file")
+        out.adopt(file.name)
+        log.info("wrote %s by %s of %s", file.name, file.exporter.name, file.source)
+    return {file.key: file.name for file in files}

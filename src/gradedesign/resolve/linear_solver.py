@@ -1,0 +1,39 @@
+"""The linear solver that a case names; what it raises names its plugin."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gradedesign.arrays import FloatArray
+from gradedesign.case.locate import locating
+from gradedesign.case.schema import Case
+from gradedesign.errors import blaming
+from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem, Solve
+from gradedesign.plugin.registry import Registry, lookup
+
+
+def linear_solver(case: Case, registry: Registry) -> LinearSolver:
+    """Solver of ``[run] solver``.
+
+    Raises
+    ------
+    CaseError
+        With line and nearest spelling, if nothing installed supplies it.
+    PluginError
+        The same, when a plugin that might have supplied it is disabled.
+    """
+    with locating(case, "run.solver"):
+        solver: LinearSolver = lookup(registry, "solvers", case.run.solver)
+    who = f"solver '{solver.name}' of {registry.sources['solvers'][solver.name]}"
+
+    def prepare(system: LinearSystem) -> Solve:
+        with blaming(who, always=False):
+            solve = solver.prepare(system)
+
+        def blamed(right: FloatArray, start: FloatArray, rtol: float) -> LinearAnswer:
+            with blaming(who, always=False):
+                return solve(right, start, rtol)
+
+        return blamed
+
+    return replace(solver, prepare=prepare)

@@ -1,0 +1,193 @@
+"""Cells whose axes follow directions: principal stresses, a formula, a field from outside."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.formula import parse_formula
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.locate import locating
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell_map import CellMap, turned_axes
+from gradedesign.cell.frame_field import frame_field, principal_angle
+from gradedesign.cell.local_cells import local_cells
+from gradedesign.cell.map_report import spread
+from gradedesign.errors import CaseError
+from gradedesign.fe.solution import Solution
+from gradedesign.fe.stress import element_stress
+from gradedesign.lattice.formula_density import formula_field
+from gradedesign.layout.cell_layout import cell_layout, layout_warnings
+from gradedesign.layout.graded_map import graded_map
+from gradedesign.mesh.point_location import build_locator, locate
+from gradedesign.mesh.tet_mesh import centroids
+from gradedesign.output.vtu_fields import read_vtu_tensor
+from gradedesign.part.part import Part
+from gradedesign.resolve.resolve import density_bounds
+from gradedesign.resolve.setup import Setup, cell_axes
+from gradedesign.resolve.solid import solid_stiffness
+from gradedesign.sizing.homogenised_model import bond_matrix
+
+
+def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | None:
+    """Tensors whose principal directions a case states, without any analysis.
+
+    Parameters
+    ----------
+    case : Case or GenerateCase
+    distance : callable
+        Signed distance of the part.
+
+    Returns
+    -------
+    callable or None
+        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)``; None where the case states none, or
+        those of an analysis.
+
+    Raises
+    ------
+    CaseError
+        If a file cannot be used.
+    """
+    spec = case.lattice.orientation
+    if spec is None:
+        return None
+    if spec.direction is not None:
+        parts = [formula_field(parse_formula(text), distance) for text in spec.direction]
+
+        def along(points: FloatArray) -> FloatArray:
+            v = np.stack([np.broadcast_to(part(points), points.shape[1:]) for part in parts])
+            size = np.maximum(np.sqrt((v**2).sum(axis=0)), 1e-300)
+            return np.asarray(v[:, None] * v[None] / size)
+
+        return along
+    if spec.vtu is None:
+        return None
+    mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=case.run.memory)
+    locator = build_locator(mesh)
+
+    def read(points: FloatArray) -> FloatArray:
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        tets, weights, _ = locate(mesh, flat, locator=locator)
+        if at == "elements":
+            found = values[tets]
+        else:
+            found = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
+        return np.moveaxis(found, 0, -1).reshape(3, 3, *points.shape[1:])
+
+    return read
+
+
+def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> Field:
+    """Smooth frames along principal directions in the box of a part."""
+    corners, spec = part.surface.vertices, case.lattice
+    axes = turned_axes(spec.rotation)
+    smooth = 1.0 if spec.orientation is None else spec.orientation.smooth
+    with locating(case, "lattice.orientation"):
+        return frame_field(
+            tensor_of,
+            corners.min(axis=0),
+            corners.max(axis=0),
+            length=smooth * spec.edges[0],
+            start=axes.T,
+        )
+
+
+def constant_size(case: Case | GenerateCase) -> Field:
+    """The stated size everywhere, mm."""
+    size = case.lattice.edges[0]
+    return lambda points: np.full(np.shape(points)[1:], size)
+
+
+def alignment(
+    case: Case | GenerateCase, cell_map: CellMap, tensor_of: Field, places: FloatArray
+) -> dict[str, Any]:
+    """How far the largest principal direction is from the nearest cell axis, plain data.
+
+    Weighted by the principal value; beside it the same of straight cells.
+    """
+    tensor = tensor_of(places)
+    start = turned_axes(case.lattice.rotation)
+    straight = np.repeat(start[:, :, None], places.shape[1], axis=2)
+    report = {}
+    for name, axes in (
+        ("angle_degrees", local_cells(cell_map, places).axes),
+        ("straight_angle_degrees", straight),
+    ):
+        angle, weight = principal_angle(axes, tensor)
+        report[name] = asdict(spread(angle, weight))
+    return report
+
+
+def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
+    """The setup with cells along the directions that its case asks for; as it is without.
+
+    Parameters
+    ----------
+    setup : Setup
+    solutions : tuple of Solution
+        Of the fully solid part.
+
+    Raises
+    ------
+    CaseError
+        If there is no direction to follow.
+    LatticeError
+        If the map folds.
+    """
+    case = setup.case
+    if case.lattice.orientation is None:
+        return setup
+    tensor_of = stated_directions(case, setup.domain.distance) or _solid_stress(setup, solutions)
+    frames = oriented_frames(case, setup.part, tensor_of)
+    setup = replace(setup, frames=frames)
+    if case.lattice.graded_size:
+        # The map itself follows from the densities that sizing finds.
+        return setup
+    wanted = constant_size(case)
+    with locating(case, "lattice.orientation"):
+        cell_map = graded_map(case, setup.part, wanted, frames)
+        layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
+    told = alignment(case, cell_map, tensor_of, layout.places)
+    bounds, _ = density_bounds(case, setup.cell, setup.law, layout.least)
+    return replace(
+        setup,
+        bounds=bounds,
+        layout=replace(
+            layout, typical=setup.layout.typical, report={**layout.report, "orientation": told}
+        ),
+        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, setup.space))),
+        warnings=(*setup.warnings, *layout_warnings(layout, setup.law.name)),
+    )
+
+
+def _solid_stress(setup: Setup, solutions: tuple[Solution, ...]) -> Field:
+    """Stress of the fully solid part in the load case that cells follow, by nearest element."""
+    told = setup.case.lattice.orientation
+    name = None if told is None else told.load_case
+    found = [
+        (case, solution)
+        for case, solution in zip(setup.model.cases, solutions, strict=True)
+        if case.name == name
+    ]
+    if not found:
+        raise CaseError(f"the load case '{name}' that cells are to follow was not solved")
+    case, solution = found[0]
+    stress = element_stress(
+        setup.space,
+        solid_stiffness(setup),
+        solution.displacement,
+        thermal_strain=setup.material.thermal_expansion * case.temperature_change,
+    ).mean(axis=-1)
+    tree = cKDTree(centroids(setup.space.mesh).T)
+
+    def nearest(points: FloatArray) -> FloatArray:
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        _, element = tree.query(flat.T)
+        return np.asarray(stress[:, :, element].reshape(3, 3, *np.shape(points)[1:]))
+
+    return nearest

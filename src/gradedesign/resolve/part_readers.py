@@ -1,0 +1,56 @@
+"""The installed readers, as reading the part of a case takes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gradedesign.case.schema import CaseIdentity
+from gradedesign.case.suggest import instead, shown
+from gradedesign.errors import PluginError, blaming
+from gradedesign.part.part import Reader
+from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.part.reader import PartReader
+from gradedesign.plugin.registry import Registry, absent
+
+
+def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
+    """Functions that read part files by lower-case suffix; what they raise names their plugin.
+
+    Parameters
+    ----------
+    case : CaseIdentity
+        Its part file must be one of theirs.
+    registry : Registry
+
+    Raises
+    ------
+    CaseError
+        If no reader takes the part file: lists the suffixes that are read.
+    PluginError
+        The same, when a plugin that might have read it is disabled.
+    """
+    by_suffix = {
+        suffix: _blamed(reader, registry.sources["readers"][reader.name])
+        for reader in registry.readers.values()
+        for suffix in reader.suffixes
+    }
+    file = case.part.file
+    if file is not None and file.suffix.lower() not in by_suffix:
+        near = instead(file.suffix.lower(), sorted(by_suffix), what="readable")
+        message = f"part.file: found {shown(file.name)}, which no installed reader takes; {near}"
+        raise absent(registry, message)
+    return by_suffix
+
+
+def _blamed(reader: PartReader, source: str) -> Reader:
+    """Read a file; what is wrong with the file is told as the reader tells it."""
+
+    def read(path: Path) -> RawTriangles:
+        who = f"part reader '{reader.name}' of {source} on {path.name}"
+        with blaming(who, always=False):
+            raw = reader.read(path)
+        if not isinstance(raw, RawTriangles):
+            raise PluginError(f"{who} returned a {type(raw).__name__}, expected RawTriangles")
+        return raw
+
+    return read

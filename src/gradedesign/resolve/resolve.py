@@ -1,0 +1,107 @@
+"""What a case names or states, as records: material, parameters of the cell, densities."""
+
+from __future__ import annotations
+
+import math
+
+from gradedesign.case.locate import locating
+from gradedesign.case.material_schema import MaterialSpec
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.size_law import densities_for_sizes
+from gradedesign.cell.wall_size import density_for_wall
+from gradedesign.errors import CaseError, DensityError
+from gradedesign.material.material import Material
+from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.planned_law import PlannedLaw
+
+
+def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
+    """Material of a case: from the library, with what the case states instead."""
+    stated = {
+        key: value
+        for key in (
+            "youngs_modulus",
+            "poissons_ratio",
+            "density",
+            "yield_strength",
+            "thermal_expansion",
+        )
+        if (value := getattr(spec, key)) is not None
+    }
+    if spec.name is not None:
+        base: Material = lookup(registry, "materials", spec.name)
+        values = {key: getattr(base, key) for key in Material.__dataclass_fields__}
+        source = (
+            base.source
+            if not stated
+            else f"{base.source}; stated in the case: " + ", ".join(sorted(stated))
+        )
+        return Material(**{**values, **stated, "source": source})
+    # Reading refuses a safety factor without a yield strength, so nothing asks for a missing one.
+    return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
+
+
+def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:
+    """Defaults of the family with what the case states."""
+    unknown = sorted(set(case.lattice.parameters) - set(family.parameters))
+    if unknown:
+        raise CaseError(
+            f"{case.where('lattice.parameters')}: {', '.join(unknown)} is no parameter of cell "
+            f"'{family.name}', which has {', '.join(sorted(family.parameters)) or 'none'}"
+        )
+    return {**family.parameters, **case.lattice.parameters}
+
+
+def density_bounds(
+    case: Case,
+    cell: Cell,
+    law: ScalingLaw | PlannedLaw | None,
+    least_size: float,
+) -> tuple[tuple[float, float], list[str]]:
+    """Intersect the density windows and say which one narrowed the user's.
+
+    ``least_size`` is the shortest extent of any cell, mm: its walls must be printable. Without a
+    law, or with a planned one, the answer is known before any is computed.
+
+    Raises
+    ------
+    CaseError
+        If nothing is left, or no density has walls as thick as the printer needs.
+    """
+    low, high = case.lattice.density
+    windows = {f"cell family '{cell.name}'": cell.window}
+    if law is not None:
+        windows[f"law '{law.name}'"] = law.window
+    spec = case.lattice
+    if spec.wall is not None:
+        with locating(case, "lattice.wall"):
+            sizes = (spec.size[0], spec.size[-1])
+            fitting = densities_for_sizes(cell, spec.wall, sizes)
+        windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
+    elif case.print is not None:
+        if spec.graded_size:
+            # Cells are largest where the density is least.
+            least_size = spec.size[-1]
+        try:
+            floor = density_for_wall(cell, case.print.min_wall, least_size)
+        except DensityError as error:
+            raise CaseError(f"{case.where('print.min_wall')}: {error}") from error
+        windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
+    warnings = []
+    for name, (a, b) in windows.items():
+        if a > low + 1e-9 or b < high - 1e-9:
+            warnings.append(
+                f"density [{low:g}, {high:g}] narrowed to [{max(low, a):.4g}, {min(high, b):.4g}] "
+                f"by the window [{a:.4g}, {b:.4g}] of {name}"
+            )
+        low, high = max(low, a), min(high, b)
+    if low > high:
+        listed = "; ".join(f"{n}: [{a:.4g}, {b:.4g}]" for n, (a, b) in windows.items())
+        raise CaseError(
+            f"{case.where('lattice.density')}: {list(case.lattice.density)} has nothing in common "
+            f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
+        )
+    return (low, high), warnings

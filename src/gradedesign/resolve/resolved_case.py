@@ -1,0 +1,164 @@
+"""A case as far as it is known without a law, a mesh or an analysis: in seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.case.locate import locating
+from gradedesign.case.schema import Case
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.family import CellFamily
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.layout.cell_layout import CellLayout, cell_layout
+from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.graded_map import require_one_thickness
+from gradedesign.layout.part_room import (
+    require_cells_fit,
+    require_lattice_left,
+    size_warnings,
+)
+from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.limits.kinds import require_possible, stated_limits
+from gradedesign.limits.limit import StatedLimit
+from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
+from gradedesign.part.part import Part, read_part
+from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.free_motions import require_supported
+from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
+from gradedesign.resolve.linear_solver import linear_solver
+from gradedesign.resolve.load_balance import LoadBalance, balance_warnings, load_balances
+from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
+from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.workspace.progress import report_step
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedCase:
+    """What a case names, as records; its part with regions, and where its cells lie.
+
+    Attributes
+    ----------
+    case : Case
+    material : Material
+    cell : Cell
+    part : Part
+    domain : DesignDomain
+    layout : CellLayout
+    law : PlannedLaw
+        Not computed.
+    solver : LinearSolver
+    bounds : (float, float)
+        Densities that the user, the cell, the law and the printer have in common.
+    balances : tuple of LoadBalance
+    mesher : Mesher
+        Of the part.
+    lattice_files : tuple of LatticeFile
+        What is written of the printed lattice.
+    limits : tuple of StatedLimit
+    warnings : tuple of str
+        Of reading, sizes and loads.
+    narrowed : tuple of str
+        Which window narrowed the user's.
+    """
+
+    case: Case
+    material: Material
+    cell: Cell
+    part: Part
+    domain: DesignDomain
+    layout: CellLayout
+    law: PlannedLaw
+    solver: LinearSolver
+    bounds: tuple[float, float]
+    balances: tuple[LoadBalance, ...]
+    mesher: Mesher
+    lattice_files: tuple[LatticeFile, ...]
+    limits: tuple[StatedLimit, ...]
+    warnings: tuple[str, ...]
+    narrowed: tuple[str, ...]
+
+
+def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
+    """Resolve names, read the part, find its regions, place the cells, intersect the windows.
+
+    Everything that a case can be refused for without computing a law or meshing is refused here.
+
+    Raises
+    ------
+    CaseError, PartError, DensityError, LatticeError, PluginError
+        Whatever is wrong, with file, line and key.
+    ResourceError
+        If the part's mesh or the grid of densities cannot fit the memory of the case.
+    """
+    with locating(case, "material.name"):
+        material = resolve_material(case.material, registry)
+    with locating(case, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+    parameters = cell_parameters(case, family)
+    files = lattice_files(case, registry)
+    solver = linear_solver(case, registry)
+    with locating(case, "part.mesher"):
+        mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
+    report_step("reading and repairing the part")
+    # Reading comes before what may take seconds: a damaged file is found at once.
+    with locating(case, "part.file"):
+        part = read_part(case, part_readers(case, registry))
+    require_mesh_fits(case, part)
+    require_cells_fit(case, part)
+    require_supported(case, part)
+    require_possible(registry.limits, case, part.regions)
+    with locating(case, "lattice.cell"):
+        cell = calibrate(family, parameters)
+    require_one_thickness(case, family)
+    report_step("distance field and cell map")
+    domain = design_domain(case, part)
+    layout = placed_layout(case, part, domain)
+    # The window of the cell itself is tested before a law is looked for.
+    density_bounds(case, cell, None, layout.least)
+    with locating(case, "lattice.law"):
+        law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
+    bounds, narrowed = density_bounds(case, cell, law, layout.least)
+    balances = load_balances(case, part, material.density)
+    return ResolvedCase(
+        case=case,
+        material=material,
+        cell=cell,
+        part=part,
+        domain=domain,
+        layout=layout,
+        law=law,
+        solver=solver,
+        bounds=bounds,
+        balances=balances,
+        mesher=mesher,
+        lattice_files=files,
+        limits=stated_limits(registry.limits, case, material),
+        warnings=(
+            *case.warnings,
+            *part.report.warnings,
+            *size_warnings(case, part),
+            *balance_warnings(balances),
+        ),
+        narrowed=tuple(narrowed),
+    )
+
+
+def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
+    """The map of a case with the cells that it makes.
+
+    Raises
+    ------
+    CaseError, LatticeError
+        If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
+        or cannot be used there.
+    """
+    cell_map = placed_map(case, part, domain.distance)
+    places = lattice_points(domain)
+    require_lattice_left(case, places, domain)
+    with locating(case, "lattice.cell_map"):
+        return cell_layout(cell_map, places, case.lattice.edges)

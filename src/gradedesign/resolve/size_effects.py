@@ -1,0 +1,123 @@
+"""Size effects in sizing: where walls of few cells count as what they are, where not and why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell import Cell
+from gradedesign.errors import ResourceError
+from gradedesign.layout.cell_layout import CellLayout
+from gradedesign.part.part import Part
+from gradedesign.part.thickness import local_thickness
+from gradedesign.resolve.setup import Setup
+from gradedesign.size_effects.passive_fill import passive_fill
+from gradedesign.size_effects.wall_cells import (
+    RESOLUTIONS,
+    wall_factors,
+    wall_material,
+    wall_resolution,
+)
+from gradedesign.workspace.progress import Event, Listener, ignore, report_step
+
+#: Over fewer cells than this a warning says that the lattice is taken for a periodic one.
+FEW_CELLS = 3.0
+#: Places in the lattice at which the part's thickness is measured.
+PLACES = 1500
+
+
+def why_periodic(case: Case, law_kind: str, cell: Cell, low: float) -> str:
+    """Reason why sizing takes the lattice for a periodic one everywhere; empty where it need not.
+
+    Parameters
+    ----------
+    case : Case
+    law_kind : str
+        Of the `ScalingLaw`.
+    cell : Cell
+    low : float
+        Least relative density that sizing may choose.
+    """
+    lattice = case.lattice
+    heated = [one.name for one in case.load_case if one.temperature_change]
+    if not lattice.size_effects:
+        return "the case switches size effects off"
+    if lattice.skin is not None:
+        return "a skin ties the cells at the faces, and only free faces are computed"
+    if lattice.cell_map is not None or lattice.warp or lattice.orientation or len(lattice.size) > 1:
+        return "only cubic cells of one size in a straight grid are computed"
+    if heated:
+        return f"thermal forces in walls of few cells are not computed (load case '{heated[0]}')"
+    if law_kind != "computed":
+        return "its law was not computed on the periodic cell, to which walls are compared"
+    if wall_resolution(cell, low) is None:
+        return (
+            f"walls of cell '{cell.name}' at density {low:.3g} are too thin for "
+            f"{RESOLUTIONS[-1]} voxels along a cell"
+        )
+    return ""
+
+
+def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
+    """Say what it means that few cells across the part are taken for a periodic lattice.
+
+    Nothing where the case wants it so, or half of the lattice has `FEW_CELLS` cells across.
+    """
+    if not reason or not case.lattice.size_effects or not layout.places.size:
+        return ()
+    every = max(layout.places.shape[1] // PLACES, 1)
+    axes = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
+    lengths = local_thickness(part.surface, layout.places[:, ::every], axes)
+    if not lengths.size or (median := float(np.median(lengths))) >= FEW_CELLS * layout.least:
+        return ()
+    return (
+        f"half of the lattice lies where the part is no thicker than {median:.3g} mm, "
+        f"{median / layout.least:.2g} times its cells, but sizing takes it for a periodic lattice, "
+        f"since {reason}: the first prediction may be far off, and explicit analyses correct it",
+    )
+
+
+def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
+    """The setup whose model knows its walls of few cells, with warnings where it does not.
+
+    Beside walls, cells are as full as passive regions leave them: a sleeve in the void of a cell
+    leaves its struts whole, in less room.
+
+    Parameters
+    ----------
+    setup : Setup
+        With its cells laid out for good.
+    on_event : callable, optional
+        Receives the warnings, and the walls that are not in the user's cache.
+    """
+    model, domain, cell_map = setup.model, setup.domain, setup.layout.cell_map
+    reason = why_periodic(setup.case, setup.law.kind, setup.cell, setup.bounds[0])
+    warnings = periodic_warnings(setup.case, setup.part, setup.layout, reason)
+    if not reason:
+        report_step("walls of few cells")
+        mesh = model.space.mesh
+        walls, warnings = wall_factors(
+            cell_map,
+            setup.part,
+            domain,
+            mesh,
+            model.solid_share < 1,
+            wall_material(setup.cell, setup.bounds, model.material.poissons_ratio),
+            lambda wall: on_event(
+                Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
+            ),
+        )
+        if walls.classes:
+            model = replace(model, walls=walls)
+            try:
+                if domain.passive:
+                    fill = passive_fill(cell_map, mesh, setup.cell, setup.bounds, domain)
+                    model = replace(model, fill=fill)
+            except ResourceError as error:
+                warnings = (*warnings, str(error))
+    for warning in warnings:
+        on_event(Event(stage="warning", message=warning))
+    return replace(setup, model=model, warnings=(*setup.warnings, *warnings))

@@ -1,0 +1,29 @@
+"""The thinnest wall or strut of a design, where cells and densities differ from place to place."""
+
+from __future__ import annotations
+
+from gradedesign.cell.local_cells import local_cells
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.lattice.density_grid import DensityGrid, evaluate
+from gradedesign.mesh.tet_mesh import centroids
+from gradedesign.resolve.setup import Setup
+
+
+def thinnest_wall(setup: Setup, grid: DensityGrid) -> float:
+    """Thinnest wall or strut of a density field, mm.
+
+    Equal cells: that of the least density. Otherwise the thinnest over the tetrahedra that hold
+    lattice, each with its own density and the shortest extent of its own cells.
+    """
+    layout = setup.layout
+    if layout.cell_map.name == "uniform":
+        least = float(grid.values.min())
+        return float(wall_mm(setup.cell, least, layout.least))
+    lattice = setup.model.solid_share < 1
+    if not lattice.any():
+        return float(wall_mm(setup.cell, setup.bounds[0], layout.typical))
+    places = centroids(setup.space.mesh)[:, lattice]
+    density = evaluate(grid, places)
+    sizes = local_cells(layout.cell_map, places).least
+    walls = wall_mm(setup.cell, density, sizes)
+    return float(walls.min())

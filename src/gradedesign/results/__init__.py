@@ -1,0 +1,1 @@
+"""What a run leaves behind: verdict, files, report, log of iterations."""

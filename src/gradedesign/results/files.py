@@ -1,0 +1,274 @@
+"""Everything a run writes: result.json, log, meshes, pictures, report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.fe.solution import Solution
+from gradedesign.fe.stiffness import IsotropicStiffness
+from gradedesign.fe.stress import element_stress, nodal_average, von_mises
+from gradedesign.lattice.islands import remove_islands
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.limits.local_stress import allowed_stress
+from gradedesign.loop.announce import Announcer
+from gradedesign.loop.round import build_design, density_grid
+from gradedesign.loop.rounds import Analysed
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.pictures import (
+    boundary_surface,
+    picture_deformed,
+    picture_density,
+    picture_lattice,
+    picture_loads,
+    picture_stress,
+)
+from gradedesign.output.report import render_report
+from gradedesign.output.result import RunResult, as_json
+from gradedesign.output.stl import write_stl
+from gradedesign.output.vtu import write_vtu
+from gradedesign.resolve.lattice_files import STL_NAME, printed_lattice, write_lattice_files
+from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.solid import solid_stiffness
+from gradedesign.results.iteration_log import iteration_log
+from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.verify.explicit import governing_measure
+from gradedesign.workspace.progress import report_step
+from gradedesign.workspace.run_folder import RunFolder
+
+RESULT_NAME = "result.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """The design that pictures and files show: the judged one, or the best that was found.
+
+    Attributes
+    ----------
+    rho : (M,) array
+        Density of every tetrahedron of the part.
+    analysed : Analysed
+    surface : SurfaceMesh
+        As exported.
+    """
+
+    rho: FloatArray
+    analysed: Analysed
+    surface: SurfaceMesh
+
+
+def write_result(out: RunFolder, result: RunResult) -> None:
+    """Write result.json."""
+    out.write_text(RESULT_NAME, json.dumps(as_json(result), indent=2, allow_nan=False) + "\n")
+
+
+def write_outputs(
+    out: RunFolder,
+    setup: Setup,
+    result: RunResult,
+    announce: Announcer,
+    *,
+    solid: Sequence[Solution] = (),
+    rho: FloatArray | None = None,
+    shown: Shown | None = None,
+) -> RunResult:
+    """Write what exists at this point and return the result with its files named."""
+    files: dict[str, str] = {}
+    warnings: list[str] = list(result.warnings)
+    with announce.stage("output"):
+        warnings += _loads_picture(out, setup, files)
+        if solid:
+            _solid_vtu(out, setup, solid, files)
+        density = shown.rho if shown is not None else rho
+        if density is not None:
+            warnings += _density_files(out, setup, density, files)
+        if shown is not None:
+            _exported_files(out, setup, shown.surface, shown.analysed.design, files)
+            warnings += _lattice_files(out, setup, shown, files)
+        elif rho is not None and setup.case.run.stop_after == "lattice":
+            warnings += _unjudged_lattice(out, setup, rho, files)
+    formats = setup.case.output.formats
+    if "report" in formats:
+        files["report"] = "report.html"
+    files["log"] = "iterations.csv"
+    files["result"] = RESULT_NAME
+    result = replace(
+        result,
+        folder=out.path,
+        files=files,
+        warnings=tuple(dict.fromkeys(warnings)),
+        timing_s=announce.timing(),
+    )
+    out.write_text("iterations.csv", iteration_log(result.iterations))
+    if "report" in formats:
+        pictures = {
+            name: (out.path / path).read_bytes()
+            for name, path in files.items()
+            if path.endswith(".png")
+        }
+        case_text = setup.case.path.read_text(encoding="utf-8")
+        out.write_text("report.html", render_report(result, pictures, case_text))
+    write_result(out, result)
+    return result
+
+
+def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:
+    files["loads"] = "loads.png"
+    warnings = picture_loads(
+        out.path_of("loads.png"),
+        setup.part.surface,
+        region_marks(setup.case, setup.part.regions),
+        action_marks(setup.case, setup.part),
+        note=warming_note(setup.case),
+    )
+    _adopt_drawn(out, files, "loads")
+    return warnings
+
+
+def _solid_vtu(
+    out: RunFolder, setup: Setup, solid: Sequence[Solution], files: dict[str, str]
+) -> None:
+    if "vtu" not in setup.case.output.formats:
+        return
+    stiffness = solid_stiffness(setup)
+    data: dict[str, Any] = {}
+    for solution in solid:
+        data[f"displacement {solution.name} [mm]"] = solution.displacement
+    cells = {
+        f"von_mises {s.name} [MPa]": von_mises(
+            element_stress(setup.space, stiffness, s.displacement)
+        ).mean(axis=1)
+        for s in solid
+    }
+    report_step("writing solid.vtu")
+    files["solid_vtu"] = "solid.vtu"
+    write_vtu(
+        out.path_of("solid.vtu"),
+        (setup.space.nodes, setup.space.elements.astype(np.int64)),
+        point_data=data,
+        cell_data=cells,
+    )
+    out.adopt("solid.vtu")
+
+
+def _density_files(
+    out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    shown = np.where(setup.model.solid_share >= 1.0, 1.0, rho)
+    files["density"] = "density.png"
+    warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
+    _adopt_drawn(out, files, "density")
+    if "vtu" in setup.case.output.formats:
+        report_step("writing density.vtu")
+        files["density_vtu"] = "density.vtu"
+        write_vtu(
+            out.path_of("density.vtu"),
+            setup.space.mesh,
+            cell_data={
+                "relative_density [-]": rho,
+                "solid_share [-]": setup.model.solid_share,
+            },
+        )
+        out.adopt("density.vtu")
+    return warnings
+
+
+def _lattice_files(
+    out: RunFolder, setup: Setup, shown: Shown, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Pictures and fields of the lattice."""
+    result = shown.analysed.result
+    worst = governing_measure(result.measures)
+    load_case = worst[0] if worst else result.solutions[0].name
+    solution = next(s for s in result.solutions if s.name == load_case)
+    stiffness = IsotropicStiffness(
+        E=np.full(result.space.element_count, setup.material.youngs_modulus),
+        nu=setup.material.poissons_ratio,
+    )
+    report_step("stress for the pictures")
+    at_vertices = von_mises(
+        element_stress(result.space, stiffness, solution.displacement, at="vertices")
+    )
+    nodal = nodal_average(result.space, at_vertices)
+    surface, vertex = boundary_surface(result.space.mesh)
+    files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
+    warnings = [
+        *picture_lattice(out.path_of("lattice.png"), shown.surface),
+        *picture_stress(
+            out.path_of("stress.png"),
+            surface,
+            nodal[vertex],
+            limit=allowed_stress(setup.case, setup.material),
+            title=f"Stress of the lattice, load case {load_case}",
+        ),
+        *picture_deformed(
+            out.path_of("deformed.png"),
+            surface,
+            solution.displacement[:, vertex],
+            title=f"Deformed lattice, load case {load_case}",
+        ),
+    ]
+    for name in ("lattice", "stress", "deformed"):
+        _adopt_drawn(out, files, name)
+    if "vtu" in setup.case.output.formats:
+        report_step("writing lattice.vtu")
+        files["lattice_vtu"] = "lattice.vtu"
+        write_vtu(
+            out.path_of("lattice.vtu"),
+            (result.space.nodes, result.space.elements.astype(np.int64)),
+            point_data={f"displacement {s.name} [mm]": s.displacement for s in result.solutions},
+            cell_data={
+                f"von_mises {name} [MPa]": values.mean(axis=1)
+                for name, values in result.von_mises.items()
+            }
+            | {"phase [0 lattice 1 skin 2 kept]": result.phase.astype(np.float64)},
+        )
+        out.adopt("lattice.vtu")
+    return tuple(warnings)
+
+
+def _unjudged_lattice(
+    out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
+) -> tuple[str, ...]:
+    """Surface of a design that no analysis has judged."""
+    design = build_design(setup, density_grid(setup, rho))
+    step = setup.layout.least / 24
+    raw = trimmed_surface(design, setup.part.surface, step)
+    surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
+    write_stl(out.path_of(STL_NAME), surface)
+    out.adopt(STL_NAME)
+    _exported_files(out, setup, surface, design, files)
+    files["lattice"] = "lattice.png"
+    warnings = picture_lattice(out.path_of("lattice.png"), surface)
+    _adopt_drawn(out, files, "lattice")
+    if islands.dropped:
+        return (*warnings, f"{islands.dropped} floating islands were removed")
+    return warnings
+
+
+def _exported_files(
+    out: RunFolder,
+    setup: Setup,
+    surface: SurfaceMesh,
+    design: LatticeDesign,
+    files: dict[str, str],
+) -> None:
+    """The printed surface in every format asked for; the STL, always made, lies there already."""
+    files["stl"] = STL_NAME
+    others = [file for file in setup.lattice_files if file.name != STL_NAME]
+    lattice = printed_lattice(setup.case, surface, design, setup.material)
+    files |= write_lattice_files(out, others, lattice)
+
+
+def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
+    """Enter a picture in the manifest; one that could not be drawn left a warning instead."""
+    if (out.path / files[name]).is_file():
+        out.adopt(files[name])
+    else:
+        del files[name]

@@ -1,0 +1,59 @@
+"""The rounds of a run as a table for other programs: iterations.csv."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from io import StringIO
+from itertools import chain
+
+from gradedesign.output.result import Iteration
+
+#: Header and attribute of what every round has.
+_COLUMNS = (
+    ("round [-]", "round"),
+    ("mass [g]", "mass_g"),
+    ("lattice mass [g]", "lattice_mass_g"),
+    ("mean density [-]", "mean_density"),
+    ("largest use [-]", "use"),
+    ("every limit holds [-]", "passed"),
+    ("stiffness factor [-]", "stiffness_factor"),
+    ("unknowns [-]", "dofs"),
+    ("mesh size [mm]", "mesh_size_mm"),
+    ("sizing iterations [-]", "sizing_iterations"),
+    ("time [s]", "seconds"),
+)
+
+
+def iteration_log(iterations: Sequence[Iteration]) -> str:
+    """One line per round, comma separated, one value in a field and its unit in the header.
+
+    Every limit has columns of its own: the prediction before the analysis, the explicit value, the
+    gap, the latter over the former less one, and the factor on the prediction.
+    """
+    each = [
+        (
+            f"predicted {one.label} [{one.unit}]",
+            f"explicit {one.label} [{one.unit}]",
+            f"gap of {one.label} [-]",
+            f"factor on {one.label} [-]",
+        )
+        for one in (iterations[0].limits if iterations else ())
+    ]
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*(header for header, _ in _COLUMNS), *chain.from_iterable(each)])
+    for it in iterations:
+        found = ((one.predicted, one.explicit, one.gap, one.factor) for one in it.limits)
+        values = [getattr(it, attribute) for _, attribute in _COLUMNS]
+        writer.writerow([_cell(v) for v in (*values, *chain.from_iterable(found))])
+    return text.getvalue()
+
+
+def _cell(value: float | bool | None) -> str:
+    """A number in six digits, a truth as 1 or 0, nothing as an empty field."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(int(value))
+    return str(value) if isinstance(value, int) else f"{value:.6g}"

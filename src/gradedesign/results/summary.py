@@ -1,0 +1,325 @@
+"""From what the loop found to the result that is written."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib import metadata
+from typing import Any
+
+from gradedesign.arrays import FloatArray
+from gradedesign.limits.limit import predicted_row
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import all_hold, is_tight, worst_use
+from gradedesign.loop.accepted import Accepted
+from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.loop.round import predict
+from gradedesign.loop.rounds import Round
+from gradedesign.loop.second_size import unresolved_warnings
+from gradedesign.mesh.tetwild import failed_attempts
+from gradedesign.output.result import RunResult
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.exclusion import exclusion_data
+from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
+from gradedesign.resolve.setup import Setup, part_volume
+from gradedesign.resolve.size_effects import why_periodic
+from gradedesign.sizing.homogenised import lattice_mass, total_mass
+from gradedesign.sizing.size import SizingResult
+from gradedesign.verify.correction import Correction
+
+#: Libraries whose versions the report names.
+LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
+
+
+def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
+    """The fully solid part breaks a limit."""
+    worst = max(rows, key=lambda row: row.use)
+    return RunResult(
+        status="infeasible",
+        lightest=False,
+        ended_by="solid",
+        reason=(
+            f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
+            f"{worst.value:.4g} {worst.unit}, {worst.use:.2f} times the allowed "
+            f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
+            f"smaller load or a wider limit would help, a lattice cannot"
+        ),
+        limits=rows,
+        **_common(setup, registry),
+    )
+
+
+def partial_result(
+    setup: Setup,
+    registry: Registry,
+    rows: tuple[LimitRow, ...],
+    stage: str,
+    *,
+    sized: SizingResult | None = None,
+) -> RunResult:
+    """Stopped where the case said."""
+    numbers: dict[str, Any] = {}
+    measures: dict[str, Any] = {}
+    common = _common(setup, registry)
+    if sized is not None and not sized.feasible:
+        common["warnings"] += (
+            f"the sized lattice breaks a limit: the most used one to {sized.history[-1].use:.1%}, "
+            f"by the homogenised prediction; a higher upper density or a wider limit would help",
+        )
+    if sized is not None:
+        model = setup.model
+        weights = model.lattice_volumes
+        mass = total_mass(model, sized.rho) * 1e6
+        numbers = {
+            "mass_g": mass,
+            "lattice_mass_g": lattice_mass(model, sized.rho) * 1e6,
+            "lattice_density": float(weights @ sized.rho / weights.sum()),
+            "relative_density": mass / _solid_mass(setup),
+        }
+        measures = {
+            "sizing": {
+                "iterations": len(sized.history),
+                "converged": sized.converged,
+                "feasible": sized.feasible,
+                "density": [float(sized.rho.min()), float(sized.rho.max())],
+            }
+        }
+        found = predict(setup, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.limits)
+    return RunResult(
+        status="partial",
+        lightest=False,
+        ended_by="stop_after",
+        reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
+        limits=rows,
+        measures={**measures, "cell_map": dict(setup.layout.report)},
+        **numbers,
+        **common,
+    )
+
+
+def verdict_result(
+    setup: Setup,
+    registry: Registry,
+    rounds: Sequence[Round],
+    accepted: Accepted | None,
+    ended: Ended,
+) -> RunResult:
+    """Met or not, with the best design that was found."""
+    common = _common(setup, registry)
+    warnings = list(common.pop("warnings"))
+    iterations = tuple(r.iteration for r in rounds)
+    if accepted is None:
+        best = best_round(rounds)
+        rows, design, tight = best.rows, best, False
+        status, reason = "not_met", _why_not(rows, ended)
+    else:
+        rows, design = accepted.rows, accepted.round
+        tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
+        if accepted.holds:
+            status = "met"
+            reason = (
+                f"every limit holds in the accepted analysis; the most used one to "
+                f"{worst_use(rows):.1%}"
+            )
+            if tight:
+                ended = TIGHT_END
+            else:
+                reason += f"; not the lightest: {ended.words}, and a lighter design may exist"
+        else:
+            status, reason = "not_met", _why_not(rows, ended)
+        warnings += _acceptance_warnings(accepted)
+        warnings += unresolved_warnings(accepted.rows)
+        # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
+        warnings += accepted.analysed.mesh.refused
+    warnings += design_notes(setup, design.rho)
+    it = design.iteration
+    return RunResult(
+        status=status,
+        lightest=status == "met" and tight,
+        reason=reason,
+        ended_by=ended.by,
+        limits=rows,
+        mass_g=it.mass_g,
+        lattice_mass_g=it.lattice_mass_g,
+        relative_density=it.mass_g / _solid_mass(setup),
+        lattice_density=it.lattice_mass_g / _latticed_mass(setup),
+        iterations=iterations,
+        acceptance={} if accepted is None else acceptance_data(accepted),
+        measures={
+            **({} if accepted is None else measure_data(accepted)),
+            "cell_map": dict((accepted.analysed if accepted else setup).layout.report),
+        },
+        warnings=tuple(warnings),
+        **common,
+    )
+
+
+def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
+    """What limits say about the densities of a design."""
+    volumes = setup.model.lattice_volumes
+    return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
+
+
+def best_round(rounds: Sequence[Round]) -> Round:
+    """The round whose worst limit is used least."""
+    return min(rounds, key=lambda r: r.iteration.use)
+
+
+def acceptance_data(accepted: Accepted) -> dict[str, Any]:
+    """What the verdict rests on, per limit."""
+    a = accepted.acceptance
+    sizes = [accepted.analysed.result.mesh_size]
+    if accepted.second.mesh_size is not None:
+        sizes.append(accepted.second.mesh_size)
+    entries = []
+    for row in accepted.rows:
+        if row.homogenised:
+            continue
+        remeshed = a.scope == "whole" or row.key in accepted.factors
+        entries.append(
+            {
+                "limit": row.name,
+                "load_case": row.load_case,
+                "judged_by": row.judged_by,
+                "mesher": "pytetwild" if remeshed else "stuffing",
+                "scope": a.scope if remeshed else "whole",
+                "volume_mm3": a.volume if remeshed else accepted.analysed.result.volume,
+                "mesh_sizes_mm": sizes,
+                "value": row.value,
+                "unit": row.unit,
+                "resolution_error": row.resolution_error,
+            }
+        )
+    return {
+        "scope": a.scope,
+        "share_of_volume": a.share,
+        "exclusion": exclusion_data((a.whole or accepted.analysed.result).exclusion),
+        "limits": entries,
+        "windows": [
+            {
+                "centre_mm": list(w.window.centre),
+                "load_case": w.window.load_case,
+                "value_MPa": w.value,
+                "explicit_MPa": w.driving_value,
+                "force_gap": w.force_gap,
+                "energy_gap": w.energy_gap,
+                "matches": w.matches,
+                "tets": w.tets,
+                "mesher_seconds": w.seconds,
+            }
+            for w in a.windows
+        ],
+        "mesher_attempts": list(a.attempts),
+        "islands_dropped": asdict(accepted.islands),
+        "loose_tet_pieces_dropped": accepted.analysed.mesh.dropped_pieces,
+    }
+
+
+def measure_data(accepted: Accepted) -> dict[str, Any]:
+    """Stress measures by load case and phase, worst neighbourhood included."""
+    result = accepted.acceptance.whole or accepted.analysed.result
+    return {
+        case: {m.phase: asdict(m) for m in measures} for case, measures in result.measures.items()
+    }
+
+
+def _acceptance_warnings(accepted: Accepted) -> list[str]:
+    warnings = []
+    for w in accepted.acceptance.windows:
+        if not w.matches:
+            warnings.append(
+                f"the window at {tuple(round(c, 1) for c in w.window.centre)} mm differs from the "
+                f"explicit analysis by {w.force_gap:.1%} in boundary force and "
+                f"{w.energy_gap:.1%} in strain energy, more than 3 %"
+            )
+    warnings += accepted.second.refused
+    if accepted.second.mesh_size is None:
+        warnings.append(
+            "no second mesh size could be analysed, so the resolution error of this verdict is "
+            "unknown; raise [run] mesh_cubes_per_wall or memory"
+        )
+    for attempt in failed_attempts(accepted.acceptance.attempts):
+        warnings.append(f"the mesher of the acceptance was asked again after: {attempt}")
+    return warnings
+
+
+def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
+    """Which limit fails, what ended the loop, and what would help."""
+    if not rows or all_hold(rows):
+        return f"no design was accepted; {ended.words}"
+    worst = max(rows, key=lambda row: row.use)
+    return (
+        f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
+        f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
+    )
+
+
+def _latticed_mass(setup: Setup) -> float:
+    """Mass of the lattice's region if it were solid, g."""
+    weights = setup.model.lattice_volumes
+    return float(weights.sum()) * setup.material.density * 1e6
+
+
+def _solid_mass(setup: Setup) -> float:
+    return part_volume(setup) * setup.material.density * 1e6
+
+
+def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
+    law = setup.law
+    return {
+        "solid_mass_g": _solid_mass(setup),
+        "solid": setup.solid,
+        "warnings": (*setup.warnings, *registry.notes),
+        "plugins": tuple(str(p) for p in registry.plugins),
+        "versions": library_versions(),
+        "case_hash": setup.case.case_hash,
+        "case_name": setup.case.name,
+        "budget": {"time_s": setup.case.run.time, "max_rounds": setup.case.run.max_rounds},
+        "law": {
+            "name": law.name,
+            "source": law.source,
+            "test": law.test,
+            "kind": law.kind,
+            "local_stress": stress_basis(law),
+            "buckling": buckling_basis(law),
+            **{name: value for limit in setup.limits for name, value in limit.basis().items()},
+            "size_effects": size_effects_data(setup),
+            "window": list(law.window),
+            "coefficients": {name: value for name, value in law.coefficients},
+            "cell": setup.cell.name,
+            "cell_source": setup.cell.family.source,
+            "cell_window": list(setup.cell.window),
+            "density_bounds": list(setup.bounds),
+            "material": setup.material.name,
+            "material_source": setup.material.source,
+        },
+    }
+
+
+def size_effects_data(setup: Setup) -> dict[str, Any]:
+    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
+    walls = setup.model.walls
+    if walls is None:
+        low = setup.bounds[0]
+        reason = why_periodic(setup.case, setup.law.kind, setup.cell, low)
+        return {"mode": "periodic", **({"reason": reason} if reason else {})}
+    weight = setup.model.volumes * (setup.model.solid_share < 1)
+    return {
+        "mode": "walls",
+        "kinds": len(walls.classes),
+        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
+        "densities": [float(walls.density[0]), float(walls.density[-1])],
+    }
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of Python, gradedesign and what it computes with."""
+    versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
+    for name in LIBRARIES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            versions[name] = "not installed"
+    return versions

@@ -1,0 +1,1 @@
+"""What few cells across a wall do to stiffness and strength."""

@@ -1,0 +1,105 @@
+"""Density that the lattice holds beside passive solid regions, counted in samples of its cells."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import map_coordinates, uniform_filter
+
+from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_map import CellMap
+from gradedesign.cell.shape import evaluate_shape
+from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.lattice.domain import DesignDomain, passive_at
+from gradedesign.mesh.tet_mesh import TetMesh, centroids
+from gradedesign.sizing.local_fill import LocalFill
+
+#: Samples along a cell, and how many samples in all are worth the wait.
+PER_CELL = 12
+MOST_SAMPLES = 40_000_000
+#: Densities at which cells are counted.
+DENSITIES = 7
+#: A neighbourhood without any solid counts as holding this share of what is asked: stiffness must
+#: stay positive definite.
+LEAST_SHARE = 0.1
+#: Share of a neighbourhood below which it holds no lattice at all.
+_NO_LATTICE = 1e-3
+#: Densities about a single one.
+_AROUND = np.array([0.98, 1.02])
+_BATCH = 1_000_000
+
+
+def passive_fill(
+    to_cells: CellMap,
+    mesh: TetMesh,
+    cell: Cell,
+    bounds: tuple[float, float],
+    domain: DesignDomain,
+) -> LocalFill:
+    """Density of a block of one period about every tetrahedron, outside passive regions.
+
+    The lattice goes on beyond the part: what its faces cut is the walls' to say. The block is
+    exactly one period of the cell, so that away from passive regions the density held is the one
+    asked for, wherever the block lies in the cells.
+
+    Raises
+    ------
+    ResourceError
+        If the part has too many cells.
+    """
+    u = to_cells(mesh.points)
+    period = cell.family.period
+    low = period * (np.floor(u.min(axis=1) / period) - 1)
+    high = period * (np.ceil(u.max(axis=1) / period) + 1)
+    cells = (high - low).astype(int)
+    if np.prod(cells) * PER_CELL**3 > MOST_SAMPLES:
+        raise ResourceError(
+            f"counting the solid of {np.prod(cells)} cells beside passive regions needs more than "
+            f"{MOST_SAMPLES:g} samples: sizing takes their density for that of whole cells"
+        )
+    axes = [low[i] + (np.arange(cells[i] * PER_CELL) + 0.5) / PER_CELL for i in range(3)]
+    if to_cells.inverse is None:
+        raise LatticeError(f"the {to_cells.name} cell map has no straight cells to count in")
+    inside = _outside_passive(axes, to_cells.inverse, domain)
+    one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
+    samples = np.array(np.meshgrid(one, one, one, indexing="ij"))
+    shape = evaluate_shape(cell.family, cell.parameters, samples)
+    # A mean over an even number of samples stands for the face between its two middle ones.
+    index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL
+
+    def near(values: BoolArray) -> FloatArray:
+        mean = uniform_filter(values.astype(np.float32), PER_CELL * period, mode="constant")
+        return np.asarray(map_coordinates(mean, index, order=1), dtype=np.float64)
+
+    share = near(inside)
+    asked = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
+    held = np.zeros((asked.size, share.size))
+    for row, rho in zip(held, asked, strict=True):
+        solid = shape <= cell.level_of(np.asarray(rho))
+        there = near(np.tile(solid, cells // period) & inside)
+        # Against the same samples of the whole cell, which hold not quite the density.
+        found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())
+        row[:] = rho * np.maximum(found / solid.mean(), LEAST_SHARE)
+    return LocalFill(asked=asked, held=_increasing(held))
+
+
+def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:
+    """Whether samples lie outside every passive region."""
+    count = [a.size for a in axes]
+    inside = np.ones(int(np.prod(count)), dtype=bool)
+    for start in range(0, inside.size, _BATCH):
+        some = np.arange(start, min(start + _BATCH, inside.size))
+        u = np.array([a[i] for a, i in zip(axes, np.unravel_index(some, count), strict=True)])
+        inside[some] = ~passive_at(domain, to_points(u))
+    return inside.reshape(count)
+
+
+def _increasing(held: FloatArray) -> FloatArray:
+    """Held densities that grow at least a little where more is asked for.
+
+    Where a neighbourhood's few samples of solid stay the same, the next density asked for brings
+    no more of them.
+    """
+    growing = np.maximum.accumulate(held, axis=0)
+    steps = 1e-6 * np.arange(len(held))[:, None]
+    return np.asarray(growing * (1 + steps))

@@ -1,0 +1,165 @@
+"""Compliance: the work of the loads, by hand, by differences and from a case file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gradedesign
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.limits.compliance import ComplianceLimit
+from gradedesign.limits.key import LimitKey
+from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
+from gradedesign.mesh.tet_mesh import boundary_facets
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.filter import uniform_filter
+from gradedesign.sizing.homogenised import homogenised_system
+from gradedesign.sizing.homogenised_model import homogenised_model
+from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.size import SizingProblem, size
+from gradedesign.sizing.state import solved_state
+
+# Poisson's ratio 0: a pulled bar is in uniaxial stress although its root is held.
+LAW = power_law(
+    "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
+    kind="fe", source="this test", test="none", poissons_ratio=0.0,
+)  # fmt: skip
+MATERIAL = Material(
+    name="test", youngs_modulus=1000.0, poissons_ratio=0.0, density=1e-6,
+    yield_strength=10.0, thermal_expansion=2e-5,
+)  # fmt: skip
+LENGTH, SIDE, STRESS = 20.0, 6.0, 0.5
+LIMIT = ComplianceLimit(
+    key=LimitKey(kind="compliance", load_case="pull"), name="work of the loads", allowed=1.0
+)
+
+
+def bar(acceleration=(0.0, 0.0, 0.0), temperature=0.0, traction=STRESS):
+    mesh = box_part_mesh((LENGTH, SIDE, SIDE), 3.0)
+    space = tet_space(mesh, 2)
+    facets, _ = boundary_facets(mesh)
+    x = mesh.points[0][facets]
+    root, tip = facets[(x < 1e-9).all(axis=1)], facets[(x > LENGTH - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="pull",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tip, np.array([traction, 0.0, 0.0])),
+        acceleration=np.asarray(acceleration),
+        temperature_change=temperature,
+    )
+    return homogenised_model(space, np.zeros(space.element_count), MATERIAL, LAW, [case])
+
+
+def by_hand(rho, stress=STRESS):
+    """F^2 L / (E A) with E = 1000 * 0.6 rho^1.4, N mm."""
+    force, area = stress * SIDE**2, SIDE**2
+    return force**2 * LENGTH / (1000.0 * 0.6 * rho**1.4 * area)
+
+
+def test_the_work_on_a_pulled_bar_is_that_by_hand():
+    model = bar()
+    state = solved_state(model, np.full(model.volumes.shape, 0.3), [LIMIT])
+    assert LIMIT.predict(state).value == pytest.approx(by_hand(0.3), rel=1e-4)
+    twice = replace(LIMIT, factor=2.0)
+    assert twice.predict(state).value == pytest.approx(2 * by_hand(0.3), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "temperature"),
+    [((0.0, 0.0, 0.0), 0.0), ((3e4, 0.0, -2e4), 0.0), ((3e4, 0.0, 0.0), 60.0)],
+    ids=["force", "inertia", "inertia and heat"],
+)
+def test_the_gradient_matches_central_differences(acceleration, temperature):
+    model, limit = bar(acceleration, temperature), replace(LIMIT, factor=1.1)
+    rng = np.random.default_rng(61207)
+    rho = rng.uniform(0.2, 0.5, model.volumes.shape)
+    system = homogenised_system(model, rho)
+    state = solved_state(model, rho, [limit], system)
+    gradient = response_gradients(state, system, limit.responses(state)[0])[0]
+    direction, step = rng.standard_normal(rho.size), 1e-4
+    ahead, back = (
+        limit.predict(solved_state(model, rho + s * step * direction, [limit])).value
+        for s in (1, -1)
+    )
+    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+
+
+def test_sizing_ends_where_the_work_by_hand_is_the_limit():
+    model = bar()
+    problem = SizingProblem(
+        model=model, limits=(replace(LIMIT, allowed=by_hand(0.3)),), bounds=(0.06, 0.85),
+        filter=uniform_filter(model.space.element_count),
+    )  # fmt: skip
+    result = size(problem, tolerance=2e-4)
+    assert result.feasible
+    np.testing.assert_allclose(result.rho, 0.3, rtol=1e-3)
+
+
+CASE = """\
+[case]
+name = "bar"
+[part]
+box = ["40 mm", "10 mm", "10 mm"]
+mesh_size = "5 mm"
+[region.root]
+plane = "x = min"
+[region.side]
+plane = "y = min"
+[region.under]
+plane = "z = min"
+[region.tip]
+plane = "x = max"
+[material]
+youngs_modulus = "2 GPa"
+poissons_ratio = 0.3
+density = "1 g/cm^3"
+[[load_case]]
+name = "pull"
+fix = [
+  {region = "root", components = "x"}, {region = "side", components = "y"},
+  {region = "under", components = "z"},
+]
+load = [{region = "tip", force = ["200 N", "0 N", "0 N"]}]
+[limits]
+compliance = [{load_case = "pull", work = "3 x solid"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+grading = "uniform"
+density = [0.2, 0.6]
+[run]
+stop_after = "sizing"
+[output]
+formats = []
+"""
+
+
+def test_a_case_file_limits_the_work(tmp_path):
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")
+    (row,), (solid,) = result.limits, result.solid
+    # F^2 L / (E A) of the solid bar, which slides on its sides: 200^2 * 40 / (2000 * 100) N mm.
+    assert solid.value == pytest.approx(8.0, rel=1e-6)
+    assert (row.name, row.unit, row.stated) == ("work of the loads", "N mm", "3 x solid")
+    assert row.limit == pytest.approx(24.0, rel=1e-6)
+    assert row.use == pytest.approx(0.998, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("swap", "words"),
+    [
+        (('work = "3 x solid"', 'work = "3 mm"'), "limits.compliance[0].work: found"),
+        (('"3 x solid"', '"0.5 x solid"'), "the solid part itself breaks"),
+        (('load_case = "pull", work', 'load_case = "pul", work'), 'did you mean "pull"'),
+        (("work =", "energy ="), "limits.compliance[0].energy: unknown key"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tmp_path, swap, words):
+    (tmp_path / "case.toml").write_text(CASE.replace(*swap), encoding="utf-8")
+    with pytest.raises(gradedesign.CaseError) as error:
+        gradedesign.load_case(tmp_path)
+    assert words in str(error.value)

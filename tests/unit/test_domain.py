@@ -1,0 +1,59 @@
+"""The design domain says in one place what is skin, passive solid and lattice."""
+
+import numpy as np
+import pytest
+
+from gradedesign.lattice.domain import (
+    KEPT,
+    LATTICE,
+    SKIN,
+    DesignDomain,
+    PassiveRegion,
+    grown,
+    passive_at,
+    phase_at,
+    solid_fraction,
+)
+from gradedesign.part.box import box_surface
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.part.signed_distance import surface_distance
+
+SIZE = (12.0, 8.0, 8.0)
+#: Along x, 4 mm from the nearest face across: passive to 3 mm, skin from 11 mm.
+LINE = np.array([[1.0, 2.9, 3.1, 6.0, 10.9, 11.1], [4.0] * 6, [4.0] * 6])
+
+
+def domain(**changes):
+    stated = {
+        "distance": surface_distance(box_surface(SIZE)), "lower": (0, 0, 0), "upper": SIZE,
+        "skin": 1.0, "passive": (PassiveRegion(distance=lambda x: np.abs(x[0]), margin=3.0),),
+    }  # fmt: skip
+    return DesignDomain(**(stated | changes))
+
+
+def test_a_point_has_one_phase_and_passive_regions_come_first():
+    phases = [KEPT, KEPT, LATTICE, LATTICE, LATTICE, SKIN]
+    assert phase_at(domain(), LINE).tolist() == phases
+    assert phase_at(domain(), LINE, domain().distance(LINE)).tolist() == phases
+    assert passive_at(domain(), LINE).tolist() == [True, True, False, False, False, False]
+    assert phase_at(domain(skin=None, passive=()), LINE).tolist() == [LATTICE] * 6
+
+
+def test_solid_fraction_fills_the_solid_volume():
+    """12 x 8 x 8 mm less the lattice of 8 x 6 x 6 mm, by geometry; 20 samples a tetrahedron."""
+    mesh = box_part_mesh(SIZE, 0.8)
+    corners = mesh.points[:, mesh.tets]
+    edges = corners[:, 1:] - corners[:, :1]
+    volumes = np.linalg.det(edges.transpose(2, 0, 1)) / 6
+    share = solid_fraction(domain(), mesh)
+    assert share.min() == 0
+    assert share.max() == 1
+    assert abs(volumes) @ share == pytest.approx(12 * 64 - 8 * 36, rel=0.01)
+    assert not solid_fraction(domain(skin=None, passive=()), mesh).any()
+
+
+def test_a_grown_domain_moves_its_faces_only():
+    larger = grown(domain(), 0.5)
+    assert larger.distance(LINE) == pytest.approx(domain().distance(LINE) - 0.5)
+    assert phase_at(larger, LINE).tolist() == phase_at(domain(), LINE).tolist()
+    np.testing.assert_allclose(larger.upper - larger.lower, np.add(SIZE, 1.0))

@@ -1,0 +1,75 @@
+"""`gradedesign check --estimate`: constant densities and one sizing, before any lattice exists."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gradedesign.plugin.registry import build_registry
+
+#: A bar in tension, so that solid displacement and stress follow from F, A, L and E.
+CASE = """\
+[case]
+name = "bar"
+[part]
+box = ["24 mm", "12 mm", "12 mm"]
+mesh_size = "6 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+youngs_modulus = "110 GPa"
+poissons_ratio = 0.3
+density = "5 g/cm^3"
+yield_strength = "800 MPa"
+[[load_case]]
+name = "pull"
+fix = [{{region = "root"}}]
+load = [{{region = "tip", force = ["{force} N", "0 N", "0 N"]}}]
+[limits]
+stress = "100 MPa"
+buckling = "off"
+displacement = [{{region = "tip", magnitude = "0.02 mm"}}]
+[lattice]
+cell = "gyroid-sheet"
+size = "12 mm"
+law = "gyroid-sheet-computed"
+density = [0.2, 0.7]
+"""
+
+
+def answer(cli, folder, force):
+    (folder / "case.toml").write_text(CASE.format(force=force))
+    ended = cli("check", folder, "--estimate", "--no-picture", "--json")
+    assert ended.code == 0, ended.err
+    return json.loads(ended.out)["first_answer"]
+
+
+def test_constant_densities_invert_the_law(cli, tmp_path):
+    found = answer(cli, tmp_path, 3000)
+    law = build_registry().scaling_laws["gyroid-sheet-computed"]
+    by_limit = {row["limit"].split()[0]: row for row in found["constant_density"]}
+    bar = by_limit["displacement"]
+    # F L / (A E) = 3000 * 24 / (144 * 110e3) mm over 0.02 mm; the clamped end makes it stiffer.
+    assert bar["use_when_solid"] == pytest.approx(3000 * 24 / (144 * 110e3) / 0.02, rel=0.05)
+    rho = np.asarray(bar["density"])
+    assert 1 / np.linalg.inv(law.stiffness(rho))[0, 0] == pytest.approx(bar["use_when_solid"])
+    stress = by_limit["stress"]
+    assert float(law.strength(np.asarray(stress["density"]))) == pytest.approx(
+        stress["use_when_solid"]
+    )
+    worst = max(bar["density"], stress["density"])
+    assert found["constant_density_of_all"] == worst
+    # All of the part is lattice: 24 * 12 * 12 mm^3 of 5 g/cm^3.
+    assert found["constant_mass_g"] == pytest.approx(worst * 24 * 144 * 5e-3)
+    # Grading meets the same limits at less; it cannot go below the least density.
+    sized = found["sized"]
+    assert 0.2 * 17.28 <= sized["mass_g"] <= found["constant_mass_g"] * 1.02
+    assert sized["mean_density"] == pytest.approx(sized["mass_g"] / 17.28)
+
+
+def test_what_no_density_meets_has_a_reason(cli, tmp_path):
+    rows = answer(cli, tmp_path, 14000)["constant_density"]
+    assert [row["density"] for row in rows if row["limit"].startswith("stress")] == [None]
+    assert all(row["reason"] for row in rows if row["density"] is None)

@@ -1,0 +1,59 @@
+"""Power laws fitted to computed laws: what `gradedesign cells NAME` says of them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gradedesign.material.power_fit import fit_power, softest_modulus
+from gradedesign.plugin.registry import build_registry
+
+
+def test_cells_states_power_laws_that_hold_in_their_windows(cli):
+    ended = cli("cells", "octet", "--json")
+    assert ended.code == 0
+    (data,) = [law for law in json.loads(ended.out)["laws"] if law["name"] == "octet-computed"]
+    law = build_registry().scaling_laws["octet-computed"]
+    curves = {
+        "E": lambda rho: 1 / np.linalg.inv(law.stiffness(rho))[0, 0],
+        "strength": lambda rho: float(law.strength(rho)),
+    }
+    for what, curve in curves.items():
+        fit = data["power_fits"][what]
+        low, high = fit["window"]
+        off = [
+            fit["c"] * rho ** fit["n"] / curve(np.asarray(rho)) - 1
+            for rho in np.geomspace(low, high, 9)
+        ]
+        assert max(map(abs, off)) == pytest.approx(fit["residual"], rel=0.2)
+        assert fit["residual"] <= 0.1
+    # The octet is dominated by stretching: E goes with density, not with its square (Deshpande,
+    # Fleck, Ashby, J. Mech. Phys. Solids 49 (2001) 1747); slender struts give rho / 9 along x.
+    assert 1.0 < data["power_fits"]["E"]["n"] < 1.4
+    text = cli("cells", "octet").out
+    assert f"E along the softest axis = {data['power_fits']['E']['c']:.3f} rho^" in text
+
+
+def test_laws_of_the_literature_keep_their_own_coefficients(cli):
+    laws = json.loads(cli("cells", "gyroid-wall", "--json").out)["laws"]
+    stated = [law for law in laws if law["kind"] != "computed"]
+    assert stated
+    assert all(law["power_fits"] == {} for law in stated)
+
+
+def test_the_window_is_the_widest_that_one_power_law_follows():
+    rho = np.geomspace(0.05, 0.8, 41)
+    bent = np.where(rho < 0.3, rho**2, 0.09 * (rho / 0.3) ** 5)
+    fit = fit_power(rho, bent)
+    assert fit.window[0] == 0.05
+    assert 0.3 < fit.window[1] < 0.4
+    assert fit.n == pytest.approx(2.0, abs=0.15)
+    rough = rho**2 * np.where(np.arange(41) % 2, 1.5, 1.0)
+    assert fit_power(rho, rough) is None
+
+
+def test_the_softest_axis_counts():
+    law = build_registry().scaling_laws["bccz-computed"]
+    modulus = 1 / np.diag(np.linalg.inv(law.stiffness(np.asarray(0.2))))[:3]
+    assert modulus.max() > 1.2 * modulus.min()  # its struts along z make the others softer
+    assert softest_modulus(law, np.array([0.2]))[0] == pytest.approx(modulus.min())

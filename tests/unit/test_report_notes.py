@@ -1,0 +1,136 @@
+"""Sentences of the report that connect limits, values, the picture and the printed surface."""
+
+import re
+from dataclasses import replace
+from html import unescape
+
+import pytest
+
+from gradedesign.cli.run import print_verdict
+from gradedesign.limits.verdict import LimitRow
+from gradedesign.output.report import render_report
+from gradedesign.output.result import RunResult
+from gradedesign.output.scope_words import scope_words
+
+
+def measure(value, maximum, share=0.004):
+    return {"value": value, "maximum": maximum, "share_above": share, "worst_cell": maximum / 2,
+            "worst_cell_centre": [1.0, 2.0, 3.0]}  # fmt: skip
+
+
+RESULT = RunResult(
+    status="met",
+    lightest=False,
+    reason="holds",
+    limits=(
+        LimitRow(
+            name="displacement of tip magnitude",
+            load_case="pull",
+            value=1.0,
+            limit=2.0,
+            unit="mm",
+            judged_by="explicit analysis",
+            measure="largest nodal value on the region",
+            stated="2 x solid",
+        ),
+        LimitRow(
+            name="stress in lattice",
+            load_case="pull",
+            value=44.0,
+            limit=50.0,
+            unit="MPa",
+            judged_by="windows",
+            measure="percentile 99.5 of the volume",
+        ),
+    ),
+    solid=(
+        LimitRow(
+            name="displacement of tip magnitude",
+            load_case="pull",
+            value=0.7123,
+            limit=1.4246,
+            unit="mm",
+            judged_by="solid analysis",
+            stated="2 x solid",
+        ),
+    ),
+    measures={"pull": {"lattice": measure(40.0, 147.0)}, "cell_map": {"name": "uniform"}},
+    acceptance={
+        "scope": "windows",
+        "share_of_volume": 0.021,
+        "limits": [],
+        "windows": [],
+        "exclusion": {
+            "radius_mm": 22.0,
+            "percentile": 99.5,
+            "share_of_volume": {"lattice": 0.381, "kept": 1.0},
+            "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "kept": 12.0}},
+        },
+    },
+)
+
+
+def text_of(html):
+    return re.sub(r"\s+", " ", unescape(re.sub("<[^>]*>", " ", html)))
+
+
+@pytest.fixture
+def report():
+    return text_of(render_report(RESULT, {}, ""))
+
+
+def test_one_sentence_leads_from_the_limit_to_the_maximum_and_the_picture(report):
+    for words in (
+        "50 MPa is compared with 44 MPa, 40 MPa times 1.100",
+        "99.5 % of the volume outside the exclusion radius",
+        "147 MPa",
+        "0.40%",
+        "The picture of the stress",
+    ):
+        assert words in report
+
+
+def test_without_windows_no_factor_is_named():
+    row = replace(RESULT.limits[1], value=40.0)
+    assert "times" not in text_of(render_report(replace(RESULT, limits=(row,)), {}, ""))
+
+
+def test_the_exclusion_radius_stands_with_its_share_and_both_stresses(report):
+    for words in ("Within 22 mm of the held regions", "lattice 38.1%, kept 100.0%",
+                  "pull lattice 40 61.5", "pull kept – 12"):  # fmt: skip
+        assert words in report
+
+
+def test_displacements_are_said_to_be_largest_nodal_values(report):
+    assert "displacement of tip magnitude: largest nodal value on the region" in report
+    assert "2 mm (2 x solid)" in report
+
+
+def test_the_solid_part_stands_beside(report):
+    assert "displacement of tip magnitude pull 0.7123 mm 1.425 mm (2 x solid) 50.0%" in report
+
+
+def test_windows_do_not_claim_the_whole_surface(report):
+    words = scope_words({**RESULT.acceptance, "windows": [{}, {}]})
+    assert "meshed again by an independent mesher only in its 2 most stressed windows" in words
+    assert "(2.1% of the printed volume)" in words
+    assert "explicit analysis of a mesh of the lattice's field" in report
+    whole = scope_words({"scope": "whole", "share_of_volume": 0.999, "windows": []})
+    assert "judged on the printed surface" in whole
+    assert "99.9%" in whole
+
+
+def test_results_without_values_have_no_notes():
+    failed = text_of(render_report(RunResult(status="failed", lightest=False, reason=""), {}, ""))
+    for words in ("How values are taken", "Fully solid part", "is compared with"):
+        assert words not in failed
+    assert scope_words({}) == ""
+
+
+def test_the_last_lines_of_a_run_say_the_share(capsys):
+    result = RunResult(status="met", lightest=True, reason="holds", acceptance=RESULT.acceptance)
+    print_verdict(result)
+    printed = capsys.readouterr().out
+    assert "(2.1% of the printed volume)" in printed
+    print_verdict(RunResult(status="partial", lightest=False, reason="stopped"))
+    assert "printed surface" not in capsys.readouterr().out

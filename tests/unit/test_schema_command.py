@@ -1,0 +1,63 @@
+"""`gradedesign schema`: editors take the shipped cases, and refuse what the program refuses."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CASES = sorted(ROOT.glob("cases/*/case.toml"))
+
+
+@pytest.fixture
+def schema(cli):
+    ended = cli("schema")
+    assert ended.code == 0
+    data = json.loads(ended.out)
+    jsonschema.Draft7Validator.check_schema(data)
+    return data
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda p: p.parent.name)
+def test_every_shipped_case_is_valid(schema, path):
+    jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value"),
+    [
+        ("lattice", "gradings", "level"),
+        ("lattice", "grading", "levels"),
+        ("part", "mesh_size", 12),
+        ("limits", "percentile", 101.0),
+        ("run", "max_rounds", "six"),
+        ("material", "name", ""),
+    ],
+)
+def test_what_a_reader_refuses_is_not_valid(schema, table, key, value):
+    case = tomllib.loads((ROOT / "cases" / "mini" / "case.toml").read_text(encoding="utf-8"))
+    jsonschema.validate(case, schema)
+    case.setdefault(table, {})[key] = value
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(case, schema)
+
+
+def test_the_schema_of_generate_asks_for_no_loads(cli, tmp_path):
+    case = {
+        "case": {"name": "block"},
+        "part": {"box": ["20 mm", "20 mm", "20 mm"]},
+        "lattice": {"cell": "sc", "size": "10 mm", "density": 0.3},
+    }
+    written = tmp_path / "generate.schema.json"
+    assert cli("schema", "--generate", "-o", written).code == 0
+    jsonschema.validate(case, json.loads(written.read_text(encoding="utf-8")))
+    with pytest.raises(jsonschema.ValidationError, match="is a required property"):
+        jsonschema.validate(case, json.loads(cli("schema").out))
+
+
+def test_a_folder_that_is_not_there_is_refused(cli, tmp_path):
+    ended = cli("schema", "-o", tmp_path / "no" / "case.schema.json")
+    assert ended.code in (2, 5)
+    assert "Traceback" not in ended.err
