@@ -109,14 +109,16 @@ def block_jacobi(inverse: Any, f: Any, y: Any, r: Any, z: Any) -> None:
         for c in range(3):
             r[i, c] = f[i, c] - y[i, c]
         for c in range(3):
-            z[i, c] = inverse[i, c, 0] * r[i, 0] + inverse[i, c, 1] * r[i, 1] + (
-                inverse[i, c, 2] * r[i, 2]
+            z[i, c] = (
+                inverse[i, c, 0] * r[i, 0]
+                + inverse[i, c, 1] * r[i, 1]
+                + (inverse[i, c, 2] * r[i, 2])
             )
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def step_along(momentum: Any, step: Any, z: Any, d: Any, x: Any) -> None:
-    """d = momentum d + step z, x += d."""
+    """D = momentum d + step z, x += d."""
     for i in prange(x.shape[0]):
         for c in range(3):
             d[i, c] = momentum * d[i, c] + step * z[i, c]

@@ -26,7 +26,6 @@ from gradedesign.finite_cell.surface import (
     SurfacePoints,
     element_table,
     locate,
-    reference_of,
     region_points,
 )
 from gradedesign.material.material import Material
@@ -200,7 +199,7 @@ def analyse(
     problem: Problem,
     spacing: float,
     *,
-    accuracy: Accuracy = Accuracy(),  # noqa: B008 - frozen
+    accuracy: Accuracy = Accuracy(),
     start: FiniteCellResult | None = None,
 ) -> FiniteCellResult:
     """Solve every load case on finite cells of a spacing.
@@ -359,9 +358,7 @@ def _solved(
             for k in members
         ]
         stiffness = operator(elements, space, lame, accuracy.softness, held[0].springs)
-        levels = build_preconditioner(
-            elements, space, stiffness, accuracy.softness, held[0].fixed
-        )
+        levels = build_preconditioner(elements, space, stiffness, accuracy.softness, held[0].fixed)
         precondition = cycle(levels)
         keep = (~held[0].fixed).astype(np.float64)
         for k, own in zip(members, held, strict=True):

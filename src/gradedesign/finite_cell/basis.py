@@ -94,9 +94,7 @@ def gradients_at(places: FloatArray, edges: FloatArray) -> FloatArray:
     return np.stack(parts, axis=-2)
 
 
-def point_stiffness(
-    gradients: FloatArray, lame: tuple[float, float]
-) -> FloatArray:
+def point_stiffness(gradients: FloatArray, lame: tuple[float, float]) -> FloatArray:
     """Stiffness of points of unit volume, ``(..., 3 n, 3 n)``, from gradients ``(..., 3, n)``.
 
     `lame` are Lame's two constants, MPa. Unknowns run x, y, z of the first node, then the second.

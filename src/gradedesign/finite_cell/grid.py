@@ -94,9 +94,7 @@ def fit_grid(
     ]
     edges = extent / counts
     missed = tuple(p for p in planes if not _on_grid(p, low[p.axis], edges[p.axis]))
-    return Grid(
-        lower=low, edges=edges, shape=(counts[0], counts[1], counts[2]), missed=missed
-    )
+    return Grid(lower=low, edges=edges, shape=(counts[0], counts[1], counts[2]), missed=missed)
 
 
 def _best_count(low: float, extent: float, spacing: float, planes: Sequence[Plane]) -> int:

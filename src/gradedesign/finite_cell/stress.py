@@ -46,9 +46,7 @@ def solid_points(elements: Elements) -> SolidPoints:
     element = np.repeat(np.arange(count), parts)[used]
     reference = np.ascontiguousarray(reference.reshape(-1, 3)[used].T, dtype=np.float64)
     grid = elements.grid
-    points = grid.lower[:, None] + grid.edges[:, None] * (
-        elements.position[element].T + reference
-    )
+    points = grid.lower[:, None] + grid.edges[:, None] * (elements.position[element].T + reference)
     volume = float(np.prod(grid.edges)) * share.ravel()[used]
     return SolidPoints(points=points, volume=volume, element=element, reference=reference)
 

@@ -54,9 +54,7 @@ class Held:
 
 def support_key(case: LoadCaseSpecification) -> tuple[tuple[str, tuple[bool, ...]], ...]:
     """What load cases share that share their supports: regions and held components."""
-    return tuple(
-        sorted((f.region, tuple(d is not None for d in f.displacement)) for f in case.fix)
-    )
+    return tuple(sorted((f.region, tuple(d is not None for d in f.displacement)) for f in case.fix))
 
 
 def held_by(
@@ -111,9 +109,7 @@ def held_by(
         held = tuple(asked is not None for asked in fix.displacement)
         seen.append((at.points[:, weak], held))
     _require_held(elements, space, fixed, seen, case.name)
-    return Held(
-        fixed=fixed, value=value, springs=_collected(elements, blocks), spring_force=force
-    )
+    return Held(fixed=fixed, value=value, springs=_collected(elements, blocks), spring_force=force)
 
 
 def covered_faces(elements: Elements, region: Region) -> IntArray:
@@ -147,9 +143,7 @@ def _face_codes(at: SurfacePoints) -> IntArray:
     """Face of its element that each point of a region lies on, coded likewise; -1 for none."""
     axis = np.argmax(np.abs(at.normal), axis=0)
     along = at.normal[axis, np.arange(axis.size)]
-    return np.where(
-        np.abs(along) > 1.0 - 1e-9, 6 * at.element + 2 * axis + (along > 0.0), -1
-    )
+    return np.where(np.abs(along) > 1.0 - 1e-9, 6 * at.element + 2 * axis + (along > 0.0), -1)
 
 
 def _face_nodes(space: BrickSpace, codes: IntArray) -> IntArray:
@@ -189,9 +183,7 @@ def _add_springs(
     held = [c for c, asked in enumerate(fix.displacement) if asked is not None]
     index = np.flatnonzero(weak)
     index = index[np.argsort(at.element[index], kind="stable")]
-    for e, own in zip(
-        *_groups(at.element[index], index), strict=True
-    ):
+    for e, own in zip(*_groups(at.element[index], index), strict=True):
         shapes = shapes_at(at.reference[:, own])
         mass = stiff * np.einsum("qa,q,qb->ab", shapes, at.area[own], shapes)
         block = blocks.setdefault(int(e), np.zeros((27, 3, 27, 3)))

@@ -141,18 +141,14 @@ def _split(triangles: FloatArray, axis: int, plane: FloatArray) -> FloatArray:
         return triangles
     height = triangles[:, :, axis] - plane[:, None]
     above = height > 0.0
-    lone = np.where(
-        above.sum(axis=1) == 1, np.argmax(above, axis=1), np.argmin(above, axis=1)
-    )
+    lone = np.where(above.sum(axis=1) == 1, np.argmax(above, axis=1), np.argmin(above, axis=1))
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (lone + k) % 3] for k in range(3))
     ha, hb, hc = (height[rows, (lone + k) % 3][:, None] for k in range(3))
     ab = a + np.clip(ha / (ha - hb), 0.0, 1.0) * (b - a)
     ac = a + np.clip(ha / (ha - hc), 0.0, 1.0) * (c - a)
     ab[:, axis] = ac[:, axis] = plane
-    pieces = np.concatenate(
-        [np.stack(p, axis=1) for p in ((a, ab, ac), (ab, b, c), (ab, c, ac))]
-    )
+    pieces = np.concatenate([np.stack(p, axis=1) for p in ((a, ab, ac), (ab, b, c), (ab, c, ac))])
     across = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
     return pieces[np.linalg.norm(across, axis=1) > 0.0]
 
