@@ -152,7 +152,7 @@ class FiniteCellResult:
         return displacement_in(self.elements, self.space, u, at.element, at.points)
 
     def largest_displacement(self, load_case: str) -> float:
-        """Largest displacement of the solid, mm: of the centroids of its octants."""
+        """Largest displacement of the solid, mm: of the centroids of its sub-cells."""
         at = solid_points(self.elements)
         u = solution_of(self, load_case).u
         found = displacement_in(self.elements, self.space, u, at.element, at.points)
@@ -166,7 +166,7 @@ class StressSample:
     Attributes
     ----------
     points : (3, m) array, mm
-        Centroids of the solid in the octants of the elements.
+        Centroids of the solid in the sub-cells of the elements.
     volume : (m,) array, mm^3
         Solid that each point stands for.
     stress : (3, 3, m) array, MPa

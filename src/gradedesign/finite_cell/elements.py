@@ -26,13 +26,15 @@ SUBCELLS = 4
 #: the solid runs along corners of sub-cells, all corners of a tetrahedron inside may be 0.
 ON_SURFACE = 1e-10
 #: Elements with a smaller share of solid are left out: their solid carries nothing.
-LEAST_SHARE = 1e-6
+LEAST_SHARE = 1e-8
+#: What may miss in an element that counts as whole.
+WHOLE = 1e-9
 #: Share of the volume that loose pieces may hold.
 LOOSE_SHARE = 0.01
 #: Points per call of the field.
 POINTS = 2**18
 #: Parts along the edge of an element whose stress is reported.
-BLOCKS = 2
+BLOCKS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,9 +54,9 @@ class Elements:
         First element of each colour, of whole and of cut elements.
     weights : (n - whole, 125) array
         Of the solid at the Gauss points of cut elements, over the element's volume.
-    share : (n - whole, 8) float32 array
-        Solid volume of each octant of cut elements, over the element's volume.
-    centre : (n - whole, 8, 3) float32 array
+    share : (n - whole, 64) float32 array
+        Solid volume of each sub-cell of cut elements, over the element's volume.
+    centre : (n - whole, 64, 3) float32 array
         Its centroid, reference coordinates.
     dropped : int
         Loose pieces left out.
@@ -98,7 +100,7 @@ def cut_elements(
     bodies : int
         Connected pieces to keep, the largest first.
     subcells : int
-        Sub-cells along an edge; even. The volume errs with the inverse of their square.
+        Sub-cells along an edge, a multiple of 4. The volume errs with the inverse of their square.
 
     Returns
     -------
@@ -110,7 +112,7 @@ def cut_elements(
         If nothing is solid, the field is not finite, or loose pieces hold more than 1 %.
     """
     if subcells < BLOCKS or subcells % BLOCKS:
-        raise CaseError(f"subcells is {subcells}, expected a positive even number")
+        raise CaseError(f"subcells is {subcells}, expected a multiple of {BLOCKS}")
     start = time.perf_counter()
     report_step("finite cells of the field")
     solid, whole, cut, samples = _classify(field, grid, subcells)
@@ -147,7 +149,7 @@ def _collect(
     values, integrals = (_padded(table) for table in lagrange_tables(CUT_POINTS))
     kernels.fitted_weights(samples, kernels.TETS, kernels.RULE, values, integrals, weights)
     fill = weights.sum(axis=1)
-    full = fill >= 1.0 - LEAST_SHARE
+    full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])
     cut_order, cut_start = _by_colour(cut, (fill > LEAST_SHARE) & ~full)
     whole_order, whole_start = _by_colour(whole, np.ones(len(whole), dtype=bool))

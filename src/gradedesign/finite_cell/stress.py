@@ -18,7 +18,7 @@ CHUNK = 2**15
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidPoints:
-    """Centroids of the solid in every octant of every element.
+    """Centroids of the solid in every sub-cell of every element.
 
     Attributes
     ----------

@@ -34,7 +34,7 @@ class FiniteCellAnalysis:
     ----------
     result : FiniteCellResult
     points : (3, m) array, mm
-        Where stress is known: centroids of the solid in octants of elements.
+        Where stress is known: centroids of the solid in sub-cells of elements.
     volumes : (m,) array, mm^3
     von_mises : dict of load case to (m,) array, MPa
     measures : dict of load case to tuple of StressMeasure
