@@ -1,5 +1,7 @@
 """Finite cells against exact solutions. Every expected number is analytic."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from finite_cell_solids import (
@@ -36,10 +38,14 @@ from gradedesign.finite_cell.space import brick_space, node_points
 from gradedesign.finite_cell.stress import von_mises
 from gradedesign.finite_cell.supports import held_by
 from gradedesign.finite_cell.surface import region_points
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.part.part_mesh import region_facets
+from gradedesign.verify.explicit import JudgedSolid
+from gradedesign.verify.finite_cells import analyse_by_finite_cells
 
 TENSION = load_case(
     "tension",
@@ -308,13 +314,24 @@ def test_what_cannot_be_analysed_is_named():
         analyse(problem(block.field, block.lower, block.upper, block.cases, far), 0.5)
 
 
-def test_two_spacings_give_a_band():
-    found = extrapolated((2.0, 9.0), (1.0, 9.75))
-    assert found.low == 9.75 + 0.75 / 7.0 or found.low == 9.75
-    assert found.high == 10.5
-    assert found.unfavourable == 10.5
-    with pytest.raises(CaseError, match="cannot extrapolate"):
-        extrapolated((1.0, 9.0), (1.0, 9.75))
+def test_a_support_between_grid_planes_is_as_stiff_as_one_on_them():
+    # A cantilever of 8 x 2 x 1 mm whose root lies on the grid or between its planes.
+    tips = []
+    for offset in (0.0, 0.37):
+        low = np.array([0.5 * offset, 0.0, 0.0])
+        high = low + np.array([8.0, 2.0, 1.0])
+
+        def field(p, low=low, high=high):
+            return np.maximum(low[0] - p[0], p[0] - high[0])
+
+        case = load_case("tip", [("x0", "xyz")], [("x1", {"force": newtons(0, 0, 1)})])
+        bar = problem(field, (0, 0, 0), (9.0, 2.0, 1.0), [case], box_regions(low, high))
+        tips.append(displacement_on(analyse(bar, 0.5), "x1", "tip", 2))
+    # Beam theory with shear (Timoshenko, 5/6), I = 2 / 12.
+    bending = 8.0**3 / (3 * 200e3 * 2 / 12)
+    shear = 8.0 / (5 / 6 * 2.0 * 200e3 / 2.6)
+    assert tips[0] == pytest.approx(bending + shear, rel=0.02)
+    assert tips[1] == pytest.approx(tips[0], rel=2e-3)
 
 
 def tetrahedra_of(solid, lower, shape, h):
@@ -362,3 +379,46 @@ def test_a_gyroid_sheet_is_as_stiff_as_by_tetrahedra():
         assert top == pytest.approx(high_stress, rel=0.05)
         middle = weighted_percentile(mises, sample.volume, 50.0)
         assert middle == pytest.approx(middle_stress, rel=0.05)
+
+
+def test_a_design_is_analysed_with_its_measures():
+    # All skin: a solid bar of 4 x 2 x 1 mm, 5 N along x over 2 mm^2, is strained evenly.
+    low, high = (0.0, 0.0, 0.0), (4.0, 2.0, 1.0)
+    regions = box_regions(low, high)
+    case = load_case(
+        "pull", [("x0", "x"), ("y0", "y"), ("z0", "z")], [("x1", {"force": newtons(5, 0, 0)})]
+    )
+    design = LatticeDesign(
+        domain=DesignDomain(distance=box_field(low, high), lower=low, upper=high, skin=1.5),
+        shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
+        level_of=lambda rho: 6.0 * rho - 3.0,
+        cell_map=lambda p: p / 2.0,
+        cell_size=2.0,
+        density=0.3,
+    )
+    judged = JudgedSolid(
+        case=SimpleNamespace(load_case=(case,)),
+        design=design,
+        material=STEEL,
+        regions=regions,
+        clamped=(lambda p: p[0],),
+        exclusion_radius=1.0,
+        stress_limit=2.0,
+        percentile=99.0,
+    )
+    found = analyse_by_finite_cells(judged, 1.0)
+    (measure,) = found.measures["pull"]
+    assert measure.phase == "skin"
+    assert measure.value == pytest.approx(2.5, rel=1e-4)
+    assert measure.share_above == 1.0
+    assert measure.volume == pytest.approx(6.0, rel=1e-4)
+    assert found.exclusion.share["skin"] == pytest.approx(0.25, rel=1e-4)
+    moved = 2.5 / 200e3 * 4.0
+    assert np.abs(found.region_displacement("x1", "pull")[0]).max() == pytest.approx(
+        moved, rel=1e-4
+    )
+    assert found.work["pull"] == pytest.approx(5.0 * moved, rel=1e-4)
+    assert found.result.mass == pytest.approx(8.0 * 7.8e-9, rel=1e-6)
+    assert found.largest_displacement("pull") == pytest.approx(moved, rel=0.05)
+    again = analyse_by_finite_cells(judged, 1.0, start=found)
+    assert again.result.solutions[0].iterations <= 1

@@ -205,7 +205,9 @@ def _classify(
     layer[-1] = _sample(field, x, y, z[:1])[0]
     near = ON_SURFACE * float(grid.edges.min())
     window = (subcells + 1,) * 3
-    whole, cut, samples = [], [], []
+    whole: list[NDArray[np.int32]] = []
+    cut: list[NDArray[np.int32]] = []
+    samples: list[FloatArray] = []
     for k in range(grid.shape[2]):
         report_step("finite cells of the field", k / grid.shape[2])
         layer[0] = layer[-1]
@@ -265,7 +267,7 @@ def _holds_loose(loose: BoolArray, places: NDArray[np.int32], subcells: int) -> 
     """Whether elements hold a corner of a loose piece, ``(k,)``."""
     window = sliding_window_view(loose, (subcells + 1,) * 3)[::subcells, ::subcells, ::subcells]
     x, y, z = places.T
-    return window.any(axis=(3, 4, 5))[z, y, x]
+    return np.asarray(window.any(axis=(3, 4, 5)))[z, y, x]
 
 
 def _by_colour(places: NDArray[np.int32], chosen: BoolArray) -> tuple[IntArray, IntArray]:

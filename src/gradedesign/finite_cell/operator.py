@@ -109,9 +109,15 @@ def single(operator: Operator) -> Operator:
     return Operator(
         nodes=operator.nodes,
         groups=tuple(
-            (colours, first, *(a.astype(np.float32) for a in arrays))
-            for colours, first, *arrays in operator.groups
-        ),  # type: ignore[misc]
+            (
+                colours,
+                first,
+                weights.astype(np.float32),
+                shapes.astype(np.float32),
+                slopes.astype(np.float32),
+            )
+            for colours, first, weights, shapes, slopes in operator.groups
+        ),
         lame=operator.lame.astype(np.float32),
         springs=springs,
     )

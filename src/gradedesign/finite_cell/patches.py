@@ -84,7 +84,7 @@ def build_patches(
     keep : (N, 3) float32 array
     """
     weak = _weak_nodes(elements, space, stiffness)
-    chosen, colours = _by_colour(elements, weak[space.nodes].any(axis=1))
+    chosen, colours = _by_colour(elements, np.asarray(weak[space.nodes].any(axis=1)))
     if not len(chosen):
         return None
     counts = weak[space.nodes[chosen]].sum(axis=1)

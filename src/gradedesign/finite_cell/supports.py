@@ -25,7 +25,7 @@ from gradedesign.finite_cell.surface import (
 from gradedesign.part.regions import Region
 
 #: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element.
-SPRING = 100.0
+SPRING = 400.0
 #: A triangle this close to a grid plane, over the edge, lies on it.
 ON_PLANE = 1e-6
 #: Share of an element's face from which a region covers it.

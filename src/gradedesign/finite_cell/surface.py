@@ -161,7 +161,7 @@ def _clipped(
     for division in range(DIVISIONS + 1):
         at = np.einsum("rc,kcd->dkr", RULE[:, :3], triangles)
         inside = _inside(field, at - depth * normal.T[:, :, None])
-        mixed = inside.any(axis=1) & ~inside.all(axis=1)
+        mixed = np.asarray(inside.any(axis=1) & ~inside.all(axis=1))
         take = inside if division == DIVISIONS else inside & ~mixed[:, None]
         points.append(at[:, take])
         normals.append(np.broadcast_to(normal.T[:, :, None], at.shape)[:, take])
