@@ -158,7 +158,8 @@ def _collect(
             "no finite cell holds solid; the field is negative nowhere in the box, or the solid "
             "is thinner than a quarter of the spacing"
         )
-    samples, weights = samples[cut_order], np.ascontiguousarray(weights[cut_order])
+    samples = samples[cut_order]
+    weights = weights[cut_order]
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
     kernels.solid_shares(samples, kernels.TETS, BLOCKS, share, centre)

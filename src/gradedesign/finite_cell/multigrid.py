@@ -104,9 +104,14 @@ def build_preconditioner(
     entries = prolong.tocoo()
     same = entries.data == 1.0
     coarse_keep[entries.col[same]] = keep[entries.row[same]]
-    matrices = _linear_matrices(elements, stiffness, softness)
-    coarse = tree_hierarchy(elements.position, linear.nodes, matrices, coarse_keep)
-    del matrices
+    del entries, same
+    # Nobody else holds the matrices: they go as soon as the next level has its own.
+    coarse = tree_hierarchy(
+        elements.position,
+        linear.nodes,
+        _linear_matrices(elements, stiffness, softness),
+        coarse_keep,
+    )
     low = single(stiffness)
     result = Preconditioner(
         operator=low,
@@ -248,11 +253,16 @@ def _inverse_diagonal(
                     space.nodes[springs.element, a], weights=own[:, c], minlength=n
                 )
     blocks = np.ascontiguousarray(diagonal.T).reshape(n, 3, 3)
-    free = (~fixed).astype(np.float64)
+    del diagonal
+    held = fixed.any(axis=1)
+    free = (~fixed[held]).astype(np.float64)
     both = free[:, :, None] * free[:, None, :]
-    blocks = blocks * both
-    blocks[:, range(3), range(3)] += 1.0 - free
-    return (np.linalg.inv(blocks) * both).astype(np.float32)
+    some = blocks[held] * both
+    some[:, range(3), range(3)] += 1.0 - free
+    blocks[held] = some
+    inverse = np.linalg.inv(blocks).astype(np.float32)
+    inverse[held] *= both.astype(np.float32)
+    return inverse
 
 
 def _diagonal_blocks(gradients: FloatArray, lame: tuple[float, float]) -> FloatArray:
@@ -275,9 +285,9 @@ def _linear_matrices(
     basis = point_stiffness(linear, lame).reshape(CUT_POINTS**3, -1)
     matrices = np.zeros((len(elements.position), 24, 24), np.float32)
     matrices[: elements.whole] = (gauss_weights(CUT_POINTS) @ basis).reshape(24, 24)
-    weights = soft_weights(elements, softness)
-    for k in range(0, len(weights), CHUNK):
-        part = weights[k : k + CHUNK]
+    full = gauss_weights(CUT_POINTS)
+    for k in range(0, len(elements.weights), CHUNK):
+        part = (1.0 - softness) * elements.weights[k : k + CHUNK] + softness * full
         at = elements.whole + k
         matrices[at : at + len(part)] = (part @ basis).reshape(-1, 24, 24)
     springs = stiffness.springs

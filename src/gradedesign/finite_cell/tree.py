@@ -141,6 +141,15 @@ def rows_of(matrix: csr_matrix) -> BlockRows:
     )
 
 
+def _inverse_diagonal(matrix: bsr_matrix, keep: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Inverted diagonal blocks, taken out first: a copy of all blocks in double is large."""
+    n = len(matrix.indptr) - 1
+    row = np.repeat(np.arange(n), np.diff(matrix.indptr))
+    own = np.flatnonzero(matrix.indices == row)
+    diagonal = bsr_matrix((matrix.data[own], np.arange(n), np.arange(n + 1)), shape=matrix.shape)
+    return inverted_diagonal(diagonal, keep.astype(np.float64))
+
+
 def _level(
     matrix: bsr_matrix,
     keep: NDArray[np.float32],
@@ -149,7 +158,7 @@ def _level(
 ) -> Level:
     """Set up the smoother of one level and its transfers."""
     rows = BlockRows(row=matrix.indptr, column=matrix.indices, blocks=matrix.data)
-    inverse = inverted_diagonal(matrix, keep.astype(np.float64))
+    inverse = _inverse_diagonal(matrix, keep)
     return Level(
         smoother=Smoother(
             matrix=rows,
