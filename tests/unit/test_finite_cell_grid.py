@@ -90,10 +90,12 @@ def test_a_field_that_is_not_finite_is_refused():
 
 def test_values_at_two_spacings_give_a_band():
     found = extrapolated((2.0, 9.0), (1.0, 9.75))
-    assert (found.low, found.high) == (9.75, 10.5)  # the fine value, and order 1
+    high = 9.75 + 0.75 / (2**0.75 - 1)
+    assert (found.low, found.high) == (9.75, pytest.approx(high))  # the fine value, order 3/4
     assert found.value == pytest.approx(9.75 + 0.75 / (2**1.5 - 1))
-    assert found.unfavourable == 10.5
-    assert found.band == pytest.approx(0.375 / found.value)
+    assert found.unfavourable == found.high
+    assert found.band == pytest.approx((high - 9.75) / 2 / found.value)
+    assert extrapolated((2.0, 9.75), (1.0, 9.0)).unfavourable == 9.0
     assert observed_order((4.0, 8.0), (2.0, 9.0), (1.0, 9.25)) == pytest.approx(2.0)
     with pytest.raises(CaseError, match="cannot extrapolate"):
         extrapolated((1.0, 9.0), (1.0, 9.75))

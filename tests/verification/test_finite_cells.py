@@ -236,7 +236,7 @@ def sheet(offset=0.0, cells=(1, 1, 1), level=0.46392741360636486):
 def test_iterations_do_not_depend_on_how_the_grid_is_cut():
     counts = [
         max(s.iterations for s in analyse(sheet(offset), 1 / 6).solutions)
-        for offset in (0.0, 0.21, 0.37, 0.58, 0.83)
+        for offset in (0.0, 0.21, 0.37, 0.58, 0.83)  # 26 to 33 at twelve random offsets
     ]
     assert max(counts) <= 1.2 * np.mean(counts) + 1
     assert max(counts) < 50
@@ -331,6 +331,7 @@ def test_a_support_between_grid_planes_is_as_stiff_as_one_on_them():
     bending = 8.0**3 / (3 * 200e3 * 2 / 12)
     shear = 8.0 / (5 / 6 * 2.0 * 200e3 / 2.6)
     assert tips[0] == pytest.approx(bending + shear, rel=0.02)
+    # The springs give by 0.14 % at this offset.
     assert tips[1] == pytest.approx(tips[0], rel=2e-3)
 
 
@@ -370,8 +371,7 @@ def test_a_gyroid_sheet_is_as_stiff_as_by_tetrahedra():
     coarse, fine = analyse(solid, 1 / 8), analyse(solid, 1 / 12)
     for name, (work, high_stress, middle_stress) in tets.items():
         band = extrapolated((coarse.spacing, coarse.work[name]), (fine.spacing, fine.work[name]))
-        # The tetrahedra chamfer sharp edges and err by about 1 % themselves.
-        assert 0.99 * band.low <= work <= 1.01 * band.high
+        assert band.low <= work <= band.high
         assert fine.work[name] == pytest.approx(work, rel=0.03)
         sample = stress_sample(fine, name)
         mises = von_mises(sample.stress)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from gradedesign.errors import CaseError
 
-#: Order of the error in the spacing: the least, the usual and the most that was observed.
-ORDERS = (1.0, 1.5, 3.0)
+#: Order of the error in the spacing: the least, the usual and the most that was observed. Less
+#: than 1 where plates meet sheets in re-entrant edges and one cell is across.
+ORDERS = (0.75, 1.5, 3.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
