@@ -18,6 +18,7 @@ from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.app import app
 from gradedesign.plugin import hookspecs
+from gradedesign.plugin.read_case import entries_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -51,7 +52,7 @@ def within_site(text: str) -> str:
 
 def case_keys() -> Iterator[str]:
     """Every section of a case file with its keys, from the schema that reads it."""
-    both = [schema_json(layout) for layout in (CaseFile, GenerateFile)]
+    both = [schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile)]
     properties = {k: v for schema in reversed(both) for k, v in schema["properties"].items()}
     definitions = {k: v for schema in reversed(both) for k, v in schema["definitions"].items()}
     yield "# Case keys\n\nWritten from the schema that reads case files. Every value of a quantity"
@@ -60,14 +61,47 @@ def case_keys() -> Iterator[str]:
     for name in sorted(definitions, key=lambda name: _place(name, used, properties)):
         body = definitions[name]
         other = "" if name in both[0]["definitions"] else ", of `gradedesign generate`"
-        yield f"## {f'[{used[name]}]' if name in used else name}{other}\n"
+        yield f"## {_heading(used[name], properties) if name in used else name}{other}\n"
         yield f"{_sentence(body.get('description', ''))}\n"
         yield "| Key | Value | Default | Meaning |\n|---|---|---|---|"
         for key, value in body["properties"].items():
-            default = value.get("default", "required" if key in body.get("required", ()) else "")
-            shown = "" if default is None else f"`{default}`" if default != "required" else default
-            yield f"| `{key}` | {_kind(value)} | {shown} | {_sentence(_described(value))} |"
+            needed = key in body.get("required", ())
+            shown = "required" if needed else _default(key, value.get("default"))
+            about = definitions.get(_reference(value), {})
+            meaning = _described({"description": about.get("description", ""), **value})
+            yield f"| `{key}` | {_kind(value)} | {shown} | {_sentence(meaning)} |"
         yield ""
+
+
+#: Defaults of quantities as a case would state them, by key and by what reading makes of them.
+STATED = {
+    ("memory", "8000000000"): "8 GB",
+    ("time", "3600.0"): "60 min",
+    ("temperature_change", "0.0"): "0 K",
+    ("exclusion_radius", "{'radius': None, 'mesh_sizes': 2.0}"): "2 mesh sizes",
+    ("angle", "15.0"): "15 deg",
+    ("polar_cap", "15.0"): "15 deg",
+}
+
+
+def _default(key: str, value: Any) -> str:
+    """A default as a case would state it; empty where there is none."""
+    if value is None or value in ([], {}):
+        return ""
+    said = STATED.get((key, str(value)))
+    return f"`{value}`" if said is None else f'`"{said}"`'
+
+
+def _heading(key: str, properties: Mapping[str, Any]) -> str:
+    """A table as it stands in a case: ``[[keep]]`` where there may be many."""
+    if _many(properties[key]):
+        return f"[[{key}]]"
+    return f"[{key}.NAME]" if "additionalProperties" in properties[key] else f"[{key}]"
+
+
+def _many(value: Mapping[str, Any]) -> bool:
+    """Whether a key holds a list."""
+    return any(option.get("type") == "array" for option in (value, *value.get("anyOf", ())))
 
 
 def _place(name: str, used: Mapping[str, str], properties: Mapping[str, Any]) -> tuple[int, str]:
@@ -92,7 +126,7 @@ def _described(value: Mapping[str, Any]) -> str:
 def _kind(value: Mapping[str, Any]) -> str:
     """Type of a value in a word or two."""
     if name := _reference(value):
-        return name
+        return f"list of {name}" if _many(value) else name
     if "enum" in value:
         return ", ".join(f"`{one}`" for one in value["enum"])
     if "anyOf" in value:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from gradedesign.material.material import Material
     from gradedesign.material.power_law import power_law
     from gradedesign.material.property_table import PropertyTable, read_property_table
-    from gradedesign.material.scaling_law import ScalingLaw
+    from gradedesign.material.scaling_law import LawOrigin, ScalingLaw
     from gradedesign.material.shipped_tables import shipped_laws
     from gradedesign.material.tabulated_law import tabulated_law
     from gradedesign.mesh.mesher import Mesher, serve_mesher
@@ -63,6 +63,7 @@ __all__ = [
     "GradeDesignError",
     "HomogenisedState",
     "LatticeError",
+    "LawOrigin",
     "Limit",
     "LimitEntry",
     "LimitKey",
@@ -124,7 +125,7 @@ _HOMES = {
     "material.material": "Material",
     "material.power_law": "power_law",
     "material.property_table": "PropertyTable read_property_table",
-    "material.scaling_law": "ScalingLaw",
+    "material.scaling_law": "LawOrigin ScalingLaw",
     "material.shipped_tables": "shipped_laws",
     "material.tabulated_law": "tabulated_law",
     "mesh.mesher": "Mesher serve_mesher",

@@ -127,7 +127,7 @@ def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -
         setup = prepare(case, registry, announce.listener)
     announce.part(setup)
     with announce.stage("solid"):
-        solutions = solve_solid(setup)
+        solutions = solve_solid(setup.problem)
         setup = with_solid(setup, solutions)
         rows = setup.solid
     announce.limits("solid", rows)
@@ -156,7 +156,7 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
             announce.sizing_step,
         )
     setup = with_cells(setup, sized.rho)
-    result = partial_result(setup, registry, (), setup.case.run.stop_after, sized=sized)
+    result = partial_result(setup, registry, (), setup.problem.case.run.stop_after, sized=sized)
     return write_outputs(out, setup, result, announce, rho=sized.rho)
 
 
@@ -190,7 +190,7 @@ def loop_stages(
     matrix = cache(lambda: design_filter(setup))
 
     def iterate(previous: tuple[Round, ...], factors: Factors) -> tuple[Round, Analysed]:
-        number, most = len(previous) + 1, setup.case.run.max_rounds
+        number, most = len(previous) + 1, setup.problem.case.run.max_rounds
         with announce.stage("round", f"{number} of {most} at most"):
             return play_round(
                 setup,

@@ -195,7 +195,7 @@ WRONG = {
     "45 densities reversed": ("[0.2, 0.5]", "[0.5, 0.2]", ["lowest above the highest"]),
     "51 nothing there": ('plane = "x = max"', 'plane = "x = 999 mm"', ["region.tip", "nearest"]),
     "55 zero load": ('"50 N"', '"0 N"', ["loads nothing"]),
-    "unknown format": ('["stl"]', '["obj"]', ["available: stl, vtu, report"]),
+    "unknown format": ('["stl"]', '["step"]', ["available: glb, obj, off, ply, stl, vtu, report"]),
     "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, vtu, report"]),
     "size without a range": ("density =", 'grading = "size"\ndensity =', ["goes with a range"]),
     "unknown cell": ("gyroid-sheet", "gyroid-shet", ['did you mean "gyroid-sheet"?']),
@@ -313,7 +313,7 @@ def install(folder, monkeypatch, source):
 
 CELL = """
 import numpy as np
-from gradedesign import CellFamily, hookimpl, power_law
+from gradedesign import CellFamily, LawOrigin, hookimpl, power_law
 
 def shape(u):
     return {value}
@@ -324,8 +324,8 @@ def gradedesign_cell_families():
 
 @hookimpl
 def gradedesign_scaling_laws():
-    yield power_law("acme-law", ("acme-cell",), 1.0, 2.0, 1.0, 2.0, (0.1, 0.9),
-                    kind="fe", source="none", test="none")
+    yield power_law("acme-law", ("acme-cell",), youngs=(1.0, 2.0), strength=(1.0, 2.0),
+                    window=(0.1, 0.9), origin=LawOrigin(kind="fe", source="none", test="none"))
 """
 
 

@@ -12,7 +12,7 @@ from gradedesign.results import files
 from gradedesign.workspace.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first round cannot
-#: know yet: two rounds, no acceptance.
+#: know without size effects: two rounds, no acceptance.
 CASE = """
 [case]
 name = "killed"
@@ -41,6 +41,7 @@ displacement = [{region = "tip", magnitude = "0.012 mm"}]
 cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.45, 0.60]
+size_effects = false
 [run]
 max_rounds = 2
 mesh_cubes_per_wall = 1.0

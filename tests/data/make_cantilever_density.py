@@ -88,7 +88,7 @@ def own():
     sized = size_round(
         setup, one, {}, design_filter(setup), SizingPlan(target=0.998, most_iterations=60)
     )
-    grid = density_grid_from_elements(setup.space.mesh, sized.rho, spacing=12.5, margin=0.0)
+    grid = density_grid_from_elements(setup.problem.space.mesh, sized.rho, spacing=12.5, margin=0.0)
     return grid.values
 
 

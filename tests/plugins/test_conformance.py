@@ -6,7 +6,15 @@ import re
 import numpy as np
 import pytest
 
-from gradedesign import CellFamily, DensityError, PluginError, ScalingLaw, cubic_law, power_law
+from gradedesign import (
+    CellFamily,
+    DensityError,
+    LawOrigin,
+    PluginError,
+    ScalingLaw,
+    cubic_law,
+    power_law,
+)
 from gradedesign.plugin.registry import build_registry
 from gradedesign.testing import check_cell_family, check_scaling_law
 
@@ -125,19 +133,19 @@ def test_the_kit_says_what_it_is_doing(caplog):
     assert [step.partition(":")[2] for step in steps] == [" output and period", " two sides"]
 
 
-NOTES = {"kind": "fe", "source": "here", "test": "here"}
+NOTES = LawOrigin(kind="fe", source="here", test="here")
 
 
 def test_the_kit_finds_a_law_above_the_bound_of_voigt():
     # E = 3 rho^0.5 of the solid's at density 0.1 is 0.95, Voigt allows 0.1.
-    law = power_law("bad", ("gyroid-sheet",), 3.0, 0.5, None, None, (0.1, 0.5), **NOTES)
+    law = power_law("bad", ("gyroid-sheet",), youngs=(3.0, 0.5), window=(0.1, 0.5), origin=NOTES)
     with pytest.raises(PluginError, match=r"law 'bad': at density 0\.1 .*Voigt, energy"):
         check_scaling_law(law)
 
 
 def test_the_bound_of_voigt_is_looked_for_over_the_whole_window():
     # 0.4 rho^0.5 crosses rho at 0.16, inside the window; E alone decides, nu is the solid's.
-    law = power_law("bad", ("gyroid-sheet",), 0.4, 0.5, None, None, (0.14, 0.8), **NOTES)
+    law = power_law("bad", ("gyroid-sheet",), youngs=(0.4, 0.5), window=(0.14, 0.8), origin=NOTES)
     with pytest.raises(PluginError, match=r"at density 0\.14 .*Voigt"):
         check_scaling_law(law)
 
@@ -146,7 +154,7 @@ def test_the_bound_of_voigt_is_that_of_the_whole_stiffness():
     # E along the axes and K keep below rho of the solid's, but the shear is 0.5 rho > rho / 2.6.
     stiff = {"youngs": (0.3, 1.0), "bulk": (0.2, 1.0), "shear": (0.5, 1.0)}
     strength = ((0.1, 0.5), (0.05, 0.3))
-    law = cubic_law("bad", ("bcc",), **stiff, strength=strength, window=(0.1, 0.5), **NOTES)
+    law = cubic_law("bad", ("bcc",), strength=strength, window=(0.1, 0.5), **stiff, origin=NOTES)
     with pytest.raises(PluginError, match="Voigt, energy"):
         check_scaling_law(law)
 
@@ -154,9 +162,9 @@ def test_the_bound_of_voigt_is_that_of_the_whole_stiffness():
 def test_the_kit_holds_laws_to_the_bound_of_hashin_and_shtrikman():
     # Isotropic with the solid's ratio: E = 0.7 rho is below Voigt's rho; at density 0.1 Hashin and
     # Shtrikman allow 0.0525 (nu 0.3), properties.md 4.1.
-    law = power_law("bad", ("gyroid-sheet",), 0.7, 1.0, None, None, (0.1, 0.5), **NOTES)
+    law = power_law("bad", ("gyroid-sheet",), youngs=(0.7, 1.0), window=(0.1, 0.5), origin=NOTES)
     with pytest.raises(PluginError, match="Hashin-Shtrikman, Reuss"):
         check_scaling_law(law)
     check_scaling_law(
-        power_law("good", ("gyroid-sheet",), 0.35, 1.0, None, None, (0.1, 0.5), **NOTES)
+        power_law("good", ("gyroid-sheet",), youngs=(0.35, 1.0), window=(0.1, 0.5), origin=NOTES)
     )

@@ -3,7 +3,8 @@
 import pytest
 
 from gradedesign import CaseError, PluginError
-from gradedesign.plugin.registry import DISABLE_VARIABLE, build_registry, lookup
+from gradedesign.plugin.installed import DISABLE_VARIABLE
+from gradedesign.plugin.registry import build_registry, lookup
 
 CELL = """
 import numpy as np

@@ -31,7 +31,7 @@ from gradedesign.material.property_table import (
     read_property_table,
     write_property_table,
 )
-from gradedesign.material.scaling_law import isotropic_stiffness
+from gradedesign.material.scaling_law import LawOrigin, isotropic_stiffness
 from gradedesign.material.tabulated_law import tabulated_law
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
@@ -169,9 +169,13 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
     # nu 0: uniaxial stress. Buckling asks for factor 0.5 / 1000 = c rho^n, strength for
     # 0.5 = 12 * 0.4 rho; the higher density governs. In tension that is strength.
     law = power_law(
-        "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.0, window=(0.05, 0.9),
-        kind="fe", source="this test", test="none", poissons_ratio=0.0,
-    )  # fmt: skip
+        "test-law",
+        ("test",),
+        youngs=(0.6, 1.4),
+        strength=(0.4, 1.0),
+        window=(0.05, 0.9),
+        origin=LawOrigin(kind="fe", source="this test", test="none", poissons_ratio=0.0),
+    )
     buckling = BucklingLaw(table=buckling_table(c=0.02))
     model = bar(traction, replace(law, buckling=buckling))
     count = model.space.element_count
@@ -240,7 +244,7 @@ def test_densities_whose_critical_stresses_do_not_settle_are_left_out(monkeypatc
 
 def test_the_docs_show_the_critical_stresses_that_are_shipped():
     """Every row of every table with a section, to the digits printed."""
-    docs = Path(__file__).parents[2] / "docs" / "homogenisation.md"
+    docs = Path(__file__).parents[2] / "docs" / "validation.md"
     after = docs.read_text(encoding="utf-8").split("| cell | density | compression |")[1]
     rows = re.findall(r"^\|(.*)\|$", after.split("\n\n")[0], flags=re.M)[1:]
     shown, name = [], ""

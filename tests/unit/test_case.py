@@ -112,7 +112,7 @@ def test_design_example_is_read_in_internal_units(load, tmp_path):
     assert case.limits.exclusion_mesh_sizes == 2.0
     assert case.limits.exclusion_radius is None
     limit = case.limits.displacement[0]
-    assert (limit.region, limit.value, limit.component) == ("tip", 2.0, None)
+    assert (limit.region, limit.magnitude, limit.component) == ("tip", 2.0, None)
     assert case.lattice.density == (0.10, 0.65)
     assert case.lattice.skin == 2.0
     assert case.print.min_wall == 0.8

@@ -14,9 +14,10 @@ from gradedesign.cli import main
 from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve import part_tets as mesh_module
 from gradedesign.resolve import resolve_law as law_module
-from gradedesign.resolve import setup as stage_module
 from gradedesign.resolve.setup import prepare
 
 WALLS = CellFamily(
@@ -61,9 +62,13 @@ KEEP = '[[keep]]\nregion = "root"\nmargin = "{}"\n'
 def registry():
     known = build_registry(plugins=())
     law = power_law(
-        name="walls-law", families=("walls",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.9),
-        kind="computed", source="this test", test="none",
-    )  # fmt: skip
+        "walls-law",
+        ("walls",),
+        youngs=(1.0, 2.0),
+        strength=(1.0, 1.5),
+        window=(0.1, 0.9),
+        origin=LawOrigin(kind="computed", source="this test", test="none"),
+    )
     families = {"walls": WALLS, "lawless": replace(WALLS, name="lawless")}
     return replace(known, cell_families=families, scaling_laws={"walls-law": law})
 
@@ -77,7 +82,7 @@ def nothing_heavy(monkeypatch):
 
     monkeypatch.setattr(law_module, "computed_law", refused)
     for name in ("box_part_mesh", "mesh_part"):
-        monkeypatch.setattr(stage_module, name, refused)
+        monkeypatch.setattr(mesh_module, name, refused)
 
 
 def changed(*pairs):

@@ -14,6 +14,7 @@ from gradedesign.limits.compliance import ComplianceLimit
 from gradedesign.limits.key import LimitKey
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.filter import uniform_filter
@@ -25,9 +26,13 @@ from gradedesign.sizing.state import solved_state
 
 # Poisson's ratio 0: a pulled bar is in uniaxial stress although its root is held.
 LAW = power_law(
-    "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
-    kind="fe", source="this test", test="none", poissons_ratio=0.0,
-)  # fmt: skip
+    "test-law",
+    ("test",),
+    youngs=(0.6, 1.4),
+    strength=(0.4, 1.3),
+    window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none", poissons_ratio=0.0),
+)
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.0, density=1e-6,
     yield_strength=10.0, thermal_expansion=2e-5,

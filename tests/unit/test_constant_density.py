@@ -9,10 +9,25 @@ from gradedesign.material.constant_density import (
     density_for_stress,
 )
 from gradedesign.material.density_from_stress import density_from_stress
+from gradedesign.material.scaling_law import LawOrigin
 
-NOTES = {"kind": "fe", "source": "tables 4.1 and 4.2", "test": "4x4x4 cells"}
-P = power_law("p", ("primitive-wall",), 0.371, 1.415, 0.289, 1.225, (0.095, 0.473), **NOTES)
-G = power_law("g", ("gyroid-wall",), 0.402, 1.176, 0.426, 1.537, (0.125, 0.624), **NOTES)
+NOTES = LawOrigin(kind="fe", source="tables 4.1 and 4.2", test="4x4x4 cells")
+P = power_law(
+    "p",
+    ("primitive-wall",),
+    youngs=(0.371, 1.415),
+    strength=(0.289, 1.225),
+    window=(0.095, 0.473),
+    origin=NOTES,
+)
+G = power_law(
+    "g",
+    ("gyroid-wall",),
+    youngs=(0.402, 1.176),
+    strength=(0.426, 1.537),
+    window=(0.125, 0.624),
+    origin=NOTES,
+)
 
 
 @pytest.mark.parametrize(("law", "by_u", "by_s"), [(P, 0.310, 0.327), (G, 0.228, 0.319)])

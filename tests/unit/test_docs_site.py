@@ -1,6 +1,7 @@
 """The site of docs/: every page in it, its references as the code has them."""
 
 import re
+import tomllib
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -8,20 +9,28 @@ import pytest
 import typer
 
 import gradedesign
+from gradedesign import load_case
+from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.app import app
 from gradedesign.plugin import hookspecs
+from gradedesign.plugin.read_case import entries_of
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 
 
-@pytest.fixture(scope="module")
-def pages():
-    spec = spec_from_file_location("site_pages", DOCS / "site_pages.py")
+def script(name):
+    """A script of docs/ as a module."""
+    spec = spec_from_file_location(name, DOCS / f"{name}.py")
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return script("site_pages")
 
 
 def test_every_page_has_its_place():
@@ -33,9 +42,9 @@ def test_every_page_has_its_place():
 
 def test_every_key_of_a_case_is_explained(pages):
     text = "\n".join(pages.case_keys())
-    schema = schema_json(CaseFile)
+    schema = schema_json(CaseFile, entries_of(None))
     for name in schema["properties"]:
-        assert f"## [{name}]\n" in text
+        assert re.search(rf"^## \[+{name}(\.NAME)?\]+$", text, re.M)
     for body in schema["definitions"].values():
         for key in body["properties"]:
             assert f"| `{key}` |" in text
@@ -61,9 +70,41 @@ def test_the_rooms_are_those_of_the_order_of_imports(pages):
     assert {"part", "sizing", "pipeline", "cli"} <= set(rooms)
 
 
+def test_the_picture_of_the_rooms_is_of_today():
+    drawn = (DOCS / "pictures" / "rooms.svg").read_text(encoding="utf-8")
+    assert script("make_figures").rooms_svg() == drawn, "run: python docs/make_figures.py"
+
+
 def test_the_commands_of_the_validation_exist():
     text = (DOCS / "validation.md").read_text(encoding="utf-8")
     tests = re.findall(r"`pytest (\S+?)(?:::(\w+))?`", text)
+    assert set(re.findall(r"`gradedesign (\w+)", text)) <= set(typer.main.get_command(app).commands)
     assert len(tests) > 30
     for path, name in tests:
         assert f"def {name}" in (ROOT / path).read_text(encoding="utf-8"), (path, name)
+
+
+def test_the_tutorial_is_the_case_that_it_shows():
+    case = load_case(DOCS / "tutorial")
+    assert (case.name, case.part.file.name) == ("bar", "bar.stl")
+    for page, name in (("tutorial.md", "case.toml"), ("sweep.md", "sweep.py")):
+        shown = (DOCS / "tutorial" / name).read_text(encoding="utf-8")
+        assert f"\n{shown}```" in (DOCS / page).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
+def test_every_case_fragment_is_toml_with_keys_that_exist(page, pages):
+    schemas = [schema_json(layout, entries_of(None)) for layout in (CaseFile, GenerateFile)]
+    for text in re.findall(r"^```toml\n(.*?)^```$", page.read_text("utf-8"), re.M | re.S):
+        if page.stem == "limits":
+            text = text if text.startswith("[") else f"[limits]\n{text}"
+        for section, body in tomllib.loads(text).items():
+            allowed = set()
+            for schema in schemas:
+                name = pages._reference(schema["properties"].get(section, {}))
+                allowed |= set(schema["definitions"].get(name, {}).get("properties", ()))
+            tables = body if isinstance(body, list) else [body]
+            if section == "region":
+                tables = body.values()
+            for table in tables:
+                assert set(table) <= allowed, (section, set(table) - allowed)

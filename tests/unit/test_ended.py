@@ -34,14 +34,16 @@ def row(value):
 @pytest.fixture
 def verdict(monkeypatch):
     """Verdict of a design with one limit used to the given share."""
-    monkeypatch.setattr(summary, "_common", lambda *_: {"warnings": ()})
-    for name in ("_solid_mass", "_latticed_mass"):
+    monkeypatch.setattr(summary, "common_entries", lambda *_: {"warnings": ()})
+    for name in ("solid_mass", "latticed_mass"):
         monkeypatch.setattr(summary, name, lambda _: 100.0)
     for name in ("design_notes", "_acceptance_warnings"):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
     iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, use=1.0)
+
+    setup = SimpleNamespace(problem=None, model=None)
 
     def call(use, ended):
         layout = SimpleNamespace(report={})
@@ -56,7 +58,7 @@ def verdict(monkeypatch):
                 layout=layout, mesh=SimpleNamespace(refused=("a grid of 1 mm was refined",))
             ),
         )
-        return summary.verdict_result(None, None, [played], accepted, ended)
+        return summary.verdict_result(setup, None, [played], accepted, ended)
 
     return call
 
@@ -110,10 +112,12 @@ def test_the_first_order_overrates_what_a_bar_can_gain():
 
 def lattice(skin=None, window=0.8):
     return SimpleNamespace(
-        bounds=(0.2, 0.6),
-        cell=SimpleNamespace(window=(0.1, 0.9)),
-        law=SimpleNamespace(window=(0.1, window)),
-        case=SimpleNamespace(lattice=SimpleNamespace(skin=skin)),
+        problem=SimpleNamespace(case=SimpleNamespace(lattice=SimpleNamespace(skin=skin))),
+        cells=SimpleNamespace(
+            bounds=(0.2, 0.6),
+            cell=SimpleNamespace(window=(0.1, 0.9)),
+            law=SimpleNamespace(window=(0.1, window)),
+        ),
         model=SimpleNamespace(solid_share=np.array([0.0, 0.0, 1.0])),
     )
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gradedesign.resolve.exclusion import exclusion_data, share_left_out
+from gradedesign.limits.local_stress import KIND, share_warnings
+from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.verify.exclusion import exclusion_zone
 from gradedesign.verify.measures import stress_measures
 
@@ -61,9 +62,19 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
 
 
 def test_share_of_the_part_counts_where_lattice_is():
-    model = SimpleNamespace(lattice_volumes=np.array([0.0, 1.0, 3.0]))
-    assert share_left_out(model, np.array([False, False, True])) == pytest.approx(0.25)
-    assert share_left_out(model, np.ones(3, bool)) == 0.0
+    """Of 5 mm^3 of lattice 2 lie within the radius, beside a solid element there."""
+    placed = SimpleNamespace(
+        case=SimpleNamespace(limits=SimpleNamespace(safety_factor=None, stress=9.0, percentile=99)),
+        material=None,
+        law=SimpleNamespace(local_stress=None),
+        lattice_volumes=np.array([0.0, 2.0, 3.0]),
+        considered=np.array([False, False, True]),
+        exclusion_radius=5.0,
+    )
+    (limit,), (warning,) = KIND.make(placed)
+    assert (limit.allowed, limit.percentile) == (9.0, 99)
+    assert "leaves 40% of the latticed region out" in warning
+    assert share_warnings(0.0, 5.0) == ()
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from gradedesign.generate.generate import generate
 from gradedesign.generate.stated_cells import build_cells, stated_cells
 from gradedesign.generate.stated_density import stated_density
 from gradedesign.lattice.density_grid import evaluate
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.part.stl import read_stl
 from gradedesign.plugin.registry import build_registry
 
@@ -97,11 +98,13 @@ def test_every_source_gives_the_same_density(made, source, more, tolerance):
     found = stated_density(
         case,
         None,
-        distance=lambda p: (
-            (np.abs(p.reshape(3, -1) - half) - half).max(axis=0).reshape(p.shape[1:])
+        domain=DesignDomain(
+            distance=lambda p: (
+                (np.abs(p.reshape(3, -1) - half) - half).max(axis=0).reshape(p.shape[1:])
+            ),
+            lower=np.zeros(3),
+            upper=2 * half[:, 0],
         ),
-        lower=np.zeros(3),
-        upper=2 * half[:, 0],
         window=(0.1, 0.5),
         level_of=np.asarray,
     )
@@ -177,9 +180,11 @@ def test_a_transition_is_generated_and_its_neck_told(tmp_path):
         cells,
         lambda p: p / 5.0,
         density=0.3,
-        distance=lambda p: -np.ones(p.shape[1:]),
-        lower=np.zeros(3),
-        upper=np.array([10.0, 5.0, 5.0]),
+        domain=DesignDomain(
+            distance=lambda p: -np.ones(p.shape[1:]),
+            lower=np.zeros(3),
+            upper=np.array([10.0, 5.0, 5.0]),
+        ),
     )
     # Unmoved, the struts run through the holes of the sheet.
     assert any(built.transition["shift_cells"])

@@ -15,6 +15,7 @@ from gradedesign.limits.displacement import DisplacementLimit, governing_places
 from gradedesign.limits.key import LimitKey
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.filter import cone_filter
@@ -22,9 +23,13 @@ from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.size import SizingProblem, size
 
 LAW = power_law(
-    "test-law", ("test",), c1=0.6, n1=2.6, c3=0.5, n3=1.4, window=(0.05, 0.9),
-    kind="fe", source="this test", test="none",
-)  # fmt: skip
+    "test-law",
+    ("test",),
+    youngs=(0.6, 2.6),
+    strength=(0.5, 1.4),
+    window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none"),
+)
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0
 )

@@ -16,6 +16,7 @@ from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.local_stress_law import LocalStressLaw
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
@@ -34,9 +35,13 @@ from gradedesign.sizing.size import SizingProblem, size
 from gradedesign.sizing.state import SolvedState
 
 LAW = power_law(
-    "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
-    kind="fe", source="this test", test="none", poissons_ratio=0.0,
-)  # fmt: skip
+    "test-law",
+    ("test",),
+    youngs=(0.6, 1.4),
+    strength=(0.4, 1.3),
+    window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none", poissons_ratio=0.0),
+)
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0,
 )  # fmt: skip

@@ -206,7 +206,8 @@ def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
 def ended(monkeypatch, rounds, *, left=1e6, most=6, saturated=None):
     """What ends the loop, with so many seconds left of 1200."""
     monkeypatch.setattr(ending, "saturated", lambda *_: saturated)
-    setup = SimpleNamespace(case=SimpleNamespace(run=SimpleNamespace(max_rounds=most)))
+    case = SimpleNamespace(run=SimpleNamespace(max_rounds=most))
+    setup = SimpleNamespace(problem=SimpleNamespace(case=case))
     deadline = Deadline(1200.0, start=time.monotonic() - (1200.0 - left))
     return ending.why_ended(setup, rounds, {}, deadline)
 
@@ -261,8 +262,10 @@ class Judge:
             result=SimpleNamespace(space=SimpleNamespace(element_count=tets), mesh_size=1.0),
         )
         self.setup = SimpleNamespace(
-            case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0)),
-            limits=(a_stress_limit(),),
+            problem=SimpleNamespace(
+                case=SimpleNamespace(run=SimpleNamespace(acceptance=asked, time=1200.0)),
+                limits=(a_stress_limit(),),
+            )
         )
         replaced = {
             "export_surface": lambda *_: (None, None),
@@ -332,11 +335,12 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         for key in (PULL, SIDE)
     )
     setup = SimpleNamespace(
-        limits=(*limits, a_stress_limit()),
-        bounds=(0.2, 0.6),
+        problem=SimpleNamespace(case=None, limits=(*limits, a_stress_limit())),
+        cells=SimpleNamespace(cell=None, bounds=(0.2, 0.6)),
+        model=None,
     )
     monkeypatch.setattr(sizing_round, "corrected_model", lambda *_: None)
-    monkeypatch.setattr(sizing_round, "stored_sizing", lambda _, problem, **__: problem)
+    monkeypatch.setattr(sizing_round, "stored_sizing", lambda _case, _cell, problem, **__: problem)
     problem = sizing_round.size_round(
         setup,
         Correction(),

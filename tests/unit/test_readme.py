@@ -18,8 +18,9 @@ from gradedesign.cli.app import app
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import print_verdict
 from gradedesign.errors import GradeDesignError
+from gradedesign.limits.key import LimitKey
 from gradedesign.loop.announce import Announcer
-from gradedesign.output.result import Iteration
+from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.results import summary
 
 ROOT = Path(__file__).parents[2]
@@ -140,7 +141,7 @@ def shape(text):
 def filled(record, count):
     """A record of numbers, whatever its fields."""
     values = {int: 3, float: 2.5, bool: True, tuple[float, ...]: (2.5,) * count,
-              Mapping[str, float]: {}}  # fmt: skip
+              Mapping[str, float]: {}, tuple[LimitIteration, ...]: ()}  # fmt: skip
     hints = typing.get_type_hints(record)
     return record(**{name: values[typing.get_args(h)[0] if h == float | None else h]
                      for name, h in hints.items()})  # fmt: skip
@@ -158,9 +159,18 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     case = load_case("cases/bracket")
     result = run(case, on_event=ProgressLines())
     rows = tuple(replace(row, resolution_error=-0.029) for row in result.limits)
-    rows += (replace(rows[0], name="stress in lattice", unit="MPa"),)
+    key = LimitKey(kind="stress", region="lattice")
+    rows += (replace(rows[0], key=key, name="stress in lattice", unit="MPa"),)
+    limits = tuple(
+        LimitIteration(
+            key=r.key, name=r.name, unit=r.unit, predicted=1, explicit=2, gap=1, factor=1
+        )
+        for r in rows
+    )
     announce = Announcer(ProgressLines())
-    announce.round(SimpleNamespace(iteration=filled(Iteration, 1), rows=rows))
+    announce.round(
+        SimpleNamespace(iteration=replace(filled(Iteration, 1), limits=limits), rows=rows)
+    )
     sample = block("text", "Limits\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))
     reason = verdict.removeprefix("MET, lightest: ")

@@ -5,7 +5,7 @@ import types
 import numpy as np
 import pytest
 
-from gradedesign import CaseError, CellFamily, PluginError, hookimpl, power_law
+from gradedesign import CaseError, CellFamily, LawOrigin, PluginError, hookimpl, power_law
 from gradedesign.plugin.choose_law import AUTO_KINDS, choose_law, has_strength
 from gradedesign.plugin.registry import build_registry, lookup
 
@@ -29,8 +29,14 @@ def cell(name):
 
 
 def law(name, window=(0.1, 0.5), kind="fe", families=("cube",), c3=0.4):
-    n3 = None if c3 is None else 1.5
-    return power_law(name, families, 0.4, 1.2, c3, n3, window, kind=kind, source="s", test="t")
+    return power_law(
+        name,
+        families,
+        youngs=(0.4, 1.2),
+        strength=None if c3 is None else (c3, 1.5),
+        window=window,
+        origin=LawOrigin(kind=kind, source="s", test="t"),
+    )
 
 
 def test_built_in_records_come_without_plugins():

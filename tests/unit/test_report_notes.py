@@ -7,7 +7,8 @@ from html import unescape
 import pytest
 
 from gradedesign.cli.run import print_verdict
-from gradedesign.limits.verdict import LimitRow
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
 from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult
 from gradedesign.output.scope_words import scope_words
@@ -24,6 +25,7 @@ RESULT = RunResult(
     reason="holds",
     limits=(
         LimitRow(
+            key=LimitKey(kind="displacement", region="tip", load_case="pull"),
             name="displacement of tip magnitude",
             load_case="pull",
             value=1.0,
@@ -34,6 +36,8 @@ RESULT = RunResult(
             stated="2 x solid",
         ),
         LimitRow(
+            key=LimitKey(kind="stress", region="lattice"),
+            phase="lattice",
             name="stress in lattice",
             load_case="pull",
             value=44.0,
@@ -45,6 +49,7 @@ RESULT = RunResult(
     ),
     solid=(
         LimitRow(
+            key=LimitKey(kind="displacement", region="tip", load_case="pull"),
             name="displacement of tip magnitude",
             load_case="pull",
             value=0.7123,

@@ -9,12 +9,14 @@ import pytest
 from gradedesign import CellFamily, power_law
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError
+from gradedesign.limits.local_stress import percentile_warnings
 from gradedesign.material.local_stress_law import LocalStressLaw
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve import resolve_law as module
 from gradedesign.resolve.resolve_law import resolve_law as resolve
-from gradedesign.resolve.resolve_law import stress_basis, stress_warnings
+from gradedesign.resolve.resolve_law import stress_basis
 
 
 def shape(u, bend=0.5):
@@ -26,9 +28,13 @@ FAMILY = CellFamily(name="cube", shape=shape, parameters={"bend": 0.5})
 
 def law(kind="fe", name="written"):
     return power_law(
-        name=name, families=("cube",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.6),
-        kind=kind, source="this test", test="none",
-    )  # fmt: skip
+        name,
+        ("cube",),
+        youngs=(1.0, 2.0),
+        strength=(1.0, 1.5),
+        window=(0.1, 0.6),
+        origin=LawOrigin(kind=kind, source="this test", test="none"),
+    )
 
 
 def build_registry_with(laws):
@@ -146,9 +152,9 @@ def test_what_local_stress_rests_on_is_said():
     assert "strength at the density" in stress_basis(law())
     assert "at 2 densities" in stress_basis(known)
     assert "2.1% rms and 7% at most" in stress_basis(known)
-    assert stress_warnings(law(), 99.0) == ()
-    assert stress_warnings(known, 99.5) == ()
-    (warning,) = stress_warnings(known, 99.0)
+    assert percentile_warnings(law(), 99.0) == ()
+    assert percentile_warnings(known, 99.5) == ()
+    (warning,) = percentile_warnings(known, 99.0)
     assert "99th percentile" in warning
     assert "'written' stand for the 99.5th" in warning
     # With the distribution of stress in a cell any percentile is predicted.
@@ -156,4 +162,4 @@ def test_what_local_stress_rests_on_is_said():
     mixed = replace(
         known, local_stress=LocalStressLaw(density=np.array([0.1, 0.6]), surfaces=spread)
     )
-    assert stress_warnings(mixed, 99.0) == ()
+    assert percentile_warnings(mixed, 99.0) == ()

@@ -17,6 +17,7 @@ from gradedesign.lattice.lattice import density_at
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.round import build_design, density_grid, explicit_cube
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve import resolve_law as law_module
@@ -76,9 +77,13 @@ around = 38
 
 def law(name="walls-law"):
     return power_law(
-        name=name, families=("walls",), c1=1.0, n1=2.0, c3=1.0, n3=1.5, window=(0.1, 0.9),
-        kind="computed", source="this test", test="none",
-    )  # fmt: skip
+        name,
+        ("walls",),
+        youngs=(1.0, 2.0),
+        strength=(1.0, 1.5),
+        window=(0.1, 0.9),
+        origin=LawOrigin(kind="computed", source="this test", test="none"),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +107,7 @@ def prepared(folder, text, registry, case=CASE):
 
 def test_every_tetrahedron_has_the_axes_of_its_cells(tmp_path, registry):
     setup = prepared(tmp_path, ARCH, registry)
-    x, _, z = element_points(setup.space) - np.reshape([12, 0, -30], (3, 1, 1))
+    x, _, z = element_points(setup.problem.space) - np.reshape([12, 0, -30], (3, 1, 1))
     radius = np.hypot(x, z)
     for k, q in ((0, 0), (17, 2), (40, 3)):
         radial = np.array([x[k, q], 0, z[k, q]]) / radius[k, q]
@@ -110,7 +115,7 @@ def test_every_tetrahedron_has_the_axes_of_its_cells(tmp_path, registry):
         axes = np.stack([radial, across, [0, 1, 0]], axis=1)
         np.testing.assert_allclose(setup.model.rotation[:, :, q, k], bond_matrix(axes), atol=1e-12)
     assert any("stretches cells" in w for w in setup.warnings)
-    report = setup.layout.report
+    report = setup.cells.layout.report
     assert report["name"] == "cylindrical"
     assert report["size_by_axis"][1]["least"] == pytest.approx(2 * np.pi * 30 / 38, rel=0.01)
 
@@ -119,23 +124,23 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     text = ARCH + '[print]\nmin_wall = "0.5 mm"\n'
     setup = prepared(tmp_path, text, registry)
     # The narrowest sector, at a radius of 30 mm, is 4.96 mm wide; its walls must be printable.
-    least = setup.layout.least
+    least = setup.cells.layout.least
     assert least == pytest.approx(2 * np.pi * 30 / 38, rel=0.01)
-    assert setup.bounds[0] == pytest.approx(density_for_wall(calibrate(WALLS), 0.5, least))
-    x, _, z = centroids(setup.space.mesh) - [[12], [0], [-30]]
+    assert setup.cells.bounds[0] == pytest.approx(density_for_wall(calibrate(WALLS), 0.5, least))
+    x, _, z = centroids(setup.problem.space.mesh) - [[12], [0], [-30]]
     # Dense below and light above, where cells are wider: the thinnest wall is in between.
     rho = np.where(z < 36, 0.5, 0.25)
-    grid = density_grid(setup, rho)
-    cube = explicit_cube(setup, grid)
+    grid = density_grid(setup.problem, rho)
+    cube = explicit_cube(setup.problem, setup.cells, grid)
     widest = 2 * np.pi * np.hypot(x, z) / 38
     own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
     narrowest = wall_mm(calibrate(WALLS), 0.25, least)
-    wall = cube * setup.cubes_per_wall
+    wall = cube * setup.cells.cubes_per_wall
     assert wall == pytest.approx(float(own), rel=0.06)
     assert wall > 1.04 * narrowest
-    design = build_design(setup, grid)
-    assert design.cell_map is setup.layout.cell_map
-    assert neighbourhood_cells(design) is setup.layout.cell_map
+    design = build_design(setup.problem, setup.cells, grid)
+    assert design.cell_map is setup.cells.layout.cell_map
+    assert neighbourhood_cells(design) is setup.cells.layout.cell_map
 
 
 def test_a_straight_grid_has_one_rotation(tmp_path, registry):
@@ -145,7 +150,7 @@ def test_a_straight_grid_has_one_rotation(tmp_path, registry):
     c = np.sqrt(0.5)
     axes = np.array([[c, -c, 0], [c, c, 0], [0, 0, 1]])
     np.testing.assert_allclose(turned.model.rotation, bond_matrix(axes), atol=1e-12)
-    assert turned.layout.least == turned.layout.typical == 6.0
+    assert turned.cells.layout.least == turned.cells.layout.typical == 6.0
     assert not any("stretch" in w for w in turned.warnings)
 
 
@@ -158,11 +163,11 @@ def test_unequal_edges_get_a_law_of_their_own(tmp_path, registry, monkeypatch):
 
     monkeypatch.setattr(law_module, "computed_law", compute)
     setup = prepared(tmp_path, 'size = ["6 mm", "6 mm", "9 mm"]\n', registry)
-    assert asked == [("walls", setup.material.poissons_ratio, 48, (6.0, 6.0, 9.0))]
+    assert asked == [("walls", setup.problem.material.poissons_ratio, 48, (6.0, 6.0, 9.0))]
     assert any("in proportion 1 : 1 : 1.5" in w for w in setup.warnings)
-    assert setup.layout.least == 6.0
+    assert setup.cells.layout.least == 6.0
     # The cell is what was asked for, so nothing is stretched.
-    assert setup.layout.report["stretch"]["most"] == pytest.approx(1.0)
+    assert setup.cells.layout.report["stretch"]["most"] == pytest.approx(1.0)
     named = prepared(tmp_path, 'size = ["6 mm", "6 mm", "9 mm"]\nlaw = "walls-law"\n', registry)
     assert len(asked) == 1
     assert any("describes cells of equal edges" in w for w in named.warnings)
@@ -177,7 +182,7 @@ def test_an_axis_in_the_lattice_is_refused_and_one_in_solid_is_not(tmp_path, reg
     kept = HUB + '[[keep]]\nregion = "floor"\nmargin = "4 mm"\n'
     setup = prepared(tmp_path, kept, registry)
     assert np.isfinite(setup.model.rotation).all()
-    assert setup.layout.report["folds"] == 0
+    assert setup.cells.layout.report["folds"] == 0
 
 
 def test_a_map_that_folds_is_refused(tmp_path, registry):
@@ -222,7 +227,7 @@ def test_impossible_maps_of_a_run_are_refused(tmp_path, registry, text, words):
 
 def ramp(setup, low, high):
     """Density of every tetrahedron, from low at x = 10 to high at x = 50 mm."""
-    x = centroids(setup.space.mesh)[0]
+    x = centroids(setup.problem.space.mesh)[0]
     s = np.clip((x - 10) / 40, 0, 1)
     return low + (high - low) * s * s * (3 - 2 * s)
 
@@ -242,22 +247,24 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     )
     setup, made, rho = graded(tmp_path, registry, text, 0.3, 0.5)
     # Nothing is clipped later: the densities that the sizes allow bound sizing.
-    assert setup.bounds == pytest.approx((0.3, 0.5), abs=2e-3)
-    report = made.layout.report
+    assert setup.cells.bounds == pytest.approx((0.3, 0.5), abs=2e-3)
+    report = made.cells.layout.report
     assert report["name"] == "graded size"
     assert report["size"]["p5"] == pytest.approx(sizes[0], rel=0.1)
     assert report["size"]["p95"] == pytest.approx(sizes[1], rel=0.1)
     assert report["size_error"]["error"]["p95"] < 0.15
-    grid = density_grid(made, rho)
+    grid = density_grid(made.problem, rho)
     # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
-    wall = explicit_cube(made, grid) * setup.cubes_per_wall
+    wall = explicit_cube(made.problem, made.cells, grid) * setup.cells.cubes_per_wall
     assert 1.7 < wall <= 2.0
-    places = centroids(setup.space.mesh)
+    places = centroids(setup.problem.space.mesh)
     for q in range(4):
-        axes = local_cells(made.layout.cell_map, element_points(setup.space)[:, :, q]).axes
+        axes = local_cells(
+            made.cells.layout.cell_map, element_points(setup.problem.space)[:, :, q]
+        ).axes
         np.testing.assert_allclose(made.model.rotation[:, :, q], bond_matrix(axes), atol=1e-12)
-    design = build_design(made, grid)
-    assert design.cell_map is made.layout.cell_map
+    design = build_design(made.problem, made.cells, grid)
+    assert design.cell_map is made.cells.layout.cell_map
     # Density stays what sizing chose: the level is set in cell units.
     np.testing.assert_allclose(density_at(design, places), rho, atol=0.02)
 
@@ -265,14 +272,14 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
 def test_size_and_wall_follow_by_the_ratio_rule(tmp_path, registry):
     text = 'size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = [0.3, 0.5]\n'
     setup, made, _ = graded(tmp_path, registry, text, 0.3, 0.5)
-    assert setup.bounds == (0.3, 0.5)
-    u, places = made.layout.cell_map, np.array([[5.0, 55.0], [10.0, 10.0], [10.0, 10.0]])
+    assert setup.cells.bounds == (0.3, 0.5)
+    u, places = made.cells.layout.cell_map, np.array([[5.0, 55.0], [10.0, 10.0], [10.0, 10.0]])
     # Dense zones get the small cells; the scale of filters does not move with the design.
     np.testing.assert_allclose(local_cells(u, places).size, [10, 8], rtol=0.04)
-    assert made.layout.typical == setup.layout.typical == pytest.approx(np.sqrt(80))
+    assert made.cells.layout.typical == setup.cells.layout.typical == pytest.approx(np.sqrt(80))
     # The range belongs to the bounds of sizing: half of them uses half of the sizes.
     half = with_cells(setup, np.full(setup.model.volumes.size, 0.3))
-    np.testing.assert_allclose(local_cells(half.layout.cell_map, places).size, 10, rtol=1e-6)
+    np.testing.assert_allclose(local_cells(half.cells.layout.cell_map, places).size, 10, rtol=1e-6)
 
 
 def test_other_gradings_keep_their_cells(tmp_path, registry):
@@ -294,10 +301,10 @@ def test_sizes_turn_with_the_case(tmp_path, registry):
         'rotation = ["0 deg", "0 deg", "30 deg"]\norigin = ["30 mm", "10 mm", "10 mm"]\n'
     )
     _, made, _ = graded(tmp_path, registry, text, 0.4, 0.4)
-    axes = local_cells(made.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
+    axes = local_cells(made.cells.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
     c, s = np.cos(np.pi / 6), 0.5
     np.testing.assert_allclose(axes, [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-6)
-    corner = made.layout.cell_map(np.array([[30.0], [10.0], [10.0]]))
+    corner = made.cells.layout.cell_map(np.array([[30.0], [10.0], [10.0]]))
     np.testing.assert_allclose(corner, 0, atol=1e-9)
 
 
@@ -317,16 +324,18 @@ def test_cells_follow_the_principal_stresses_of_the_solid_part(tmp_path, registr
     )
     text = 'size = "5 mm"\n[lattice.orientation]\nload_case = "shear"\n'
     setup = prepared(tmp_path, text, registry, case=block)
-    made = oriented(setup, solve_solid(setup))
-    told = made.layout.report["orientation"]
+    made = oriented(setup, solve_solid(setup.problem))
+    told = made.cells.layout.report["orientation"]
     assert told["straight_angle_degrees"]["p50"] > 35
     assert told["angle_degrees"]["p50"] < 6
     assert told["angle_degrees"]["p95"] < 0.6 * told["straight_angle_degrees"]["p95"]
-    assert made.layout.report["folds"] == 0
+    assert made.cells.layout.report["folds"] == 0
     for q in range(4):
-        axes = local_cells(made.layout.cell_map, element_points(setup.space)[:, :, q]).axes
+        axes = local_cells(
+            made.cells.layout.cell_map, element_points(setup.problem.space)[:, :, q]
+        ).axes
         np.testing.assert_allclose(made.model.rotation[:, :, q], bond_matrix(axes), atol=1e-12)
-    assert made.layout.typical == setup.layout.typical
+    assert made.cells.layout.typical == setup.cells.layout.typical
     assert with_cells(made, np.full(setup.model.volumes.size, 0.3)) is made
 
 
@@ -337,7 +346,7 @@ def test_graded_sizes_keep_the_directions(tmp_path, registry):
     )
     setup = prepared(tmp_path, text, registry, case=LONG)
     made = with_cells(oriented(setup, ()), np.full(setup.model.volumes.size, 0.4))
-    axes = local_cells(made.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
+    axes = local_cells(made.cells.layout.cell_map, np.array([[7.0], [8.0], [9.0]])).axes[:, :, 0]
     assert np.abs(axes[:2, :2]) == pytest.approx(np.sqrt(0.5), abs=0.01)
 
 

@@ -46,7 +46,7 @@ def test_the_explicit_lattice_of_mini_is_predicted(setup):
 
 
 def test_density_follows_what_the_solid_part_can_spare(setup):
-    low, high = setup.bounds
+    low, high = setup.cells.bounds
     assert guessed_density(setup) == pytest.approx(low + (high - low) / 3)
     assert guessed_density(setup, [solid(1e-6)]) == pytest.approx(low)
     assert guessed_density(setup, [solid(0.999)]) == pytest.approx(high)

@@ -74,7 +74,8 @@ def grids(monkeypatch):
 
 def analyse():
     first = SimpleNamespace(result=SimpleNamespace(mesh_size=2.0))
-    return analyse_second_size(SimpleNamespace(limits=()), SimpleNamespace(rho=None), first)
+    setup = SimpleNamespace(problem=SimpleNamespace(limits=()))
+    return analyse_second_size(setup, SimpleNamespace(rho=None), first)
 
 
 def test_coarser_first(grids):

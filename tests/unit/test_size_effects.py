@@ -66,7 +66,7 @@ def test_the_same_bar_moves_more_without_them(plain, tmp_path):
         "reason": "the case switches size effects off",
     }
     # Struts in the faces: a plate of one cell is more than twice as stiff in bending as the
-    # periodic cell says (docs/homogenisation.md, density 0.3: 2.2), a wider bar less.
+    # periodic cell says (docs/validation.md, density 0.3: 2.2), a wider bar less.
     softer, stiffer = result.limits[0].value, plain[0].limits[0].value
     assert softer > 1.3 * stiffer
     assert not [w for w in result.warnings if "periodic lattice" in w]

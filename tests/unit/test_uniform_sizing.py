@@ -16,6 +16,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.output.stl import write_stl
@@ -27,9 +28,13 @@ from gradedesign.sizing.size import SizingProblem, size
 from gradedesign.sizing.state import solved_state
 
 LAW = power_law(
-    "test-law", ("test",), c1=0.6, n1=1.8, c3=0.5, n3=1.4, window=(0.05, 0.9),
-    kind="fe", source="this test", test="none",
-)  # fmt: skip
+    "test-law",
+    ("test",),
+    youngs=(0.6, 1.8),
+    strength=(0.5, 1.4),
+    window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none"),
+)
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6, yield_strength=10.0
 )

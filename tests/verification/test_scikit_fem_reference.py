@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gradedesign import CellFamily, ResourceError, load_case, power_law
+from gradedesign import CellFamily, LawOrigin, ResourceError, load_case, power_law
 from gradedesign.fe.assembly import assemble, assembly_pattern
 from gradedesign.fe.collapsed_rule import collapsed_rule
 from gradedesign.fe.elastic_system import prepare_elastic
@@ -65,9 +65,14 @@ def registry():
     )
     # Shear apart from stretching: as anisotropic as a cubic cell, so that rotations count.
     law = power_law(
-        "walls-law", ("walls",), 0.6, 1.4, 1.0, 1.5, (0.1, 0.9), c2=0.1, n2=2.0,
-        kind="computed", source="this test", test="none",
-    )  # fmt: skip
+        "walls-law",
+        ("walls",),
+        youngs=(0.6, 1.4),
+        strength=(1.0, 1.5),
+        shear=(0.1, 2.0),
+        window=(0.1, 0.9),
+        origin=LawOrigin(kind="computed", source="this test", test="none"),
+    )
     return replace(known, cell_families={"walls": walls}, scaling_laws={"walls-law": law})
 
 
@@ -75,13 +80,14 @@ def solved(folder, registry, cells, solver, spoiled=1.0):
     """Displacements and compliances of the solid and the homogenised part of the case."""
     (folder / "case.toml").write_text(f'{CASE}{cells}[run]\nsolver = "{solver}"\n')
     setup = prepare(load_case(folder), registry)
-    assert setup.space.dof_count == 675
+    assert setup.problem.space.dof_count == 675
     own = setup.model.solver
     if spoiled != 1.0:
         wrong = replace(own, assemble=lambda *given: spoiled * own.assemble(*given))
-        setup = replace(setup, model=replace(setup.model, solver=wrong))
-    rho = np.linspace(0.2, 0.6, setup.space.element_count)
-    return (*solve_solid(setup), *solve_homogenised(setup.model, rho))
+        problem = replace(setup.problem, solver=wrong)
+        setup = replace(setup, problem=problem, model=replace(setup.model, solver=wrong))
+    rho = np.linspace(0.2, 0.6, setup.problem.space.element_count)
+    return (*solve_solid(setup.problem), *solve_homogenised(setup.model, rho))
 
 
 def require_same(theirs, ours):

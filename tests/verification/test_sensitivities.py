@@ -15,6 +15,7 @@ from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.homogenised import homogenised_system
@@ -24,9 +25,13 @@ from gradedesign.sizing.responses import response_gradients
 from gradedesign.sizing.state import solved_state
 
 LAW = power_law(
-    "test-law", ("test",), c1=0.6, n1=1.4, c3=0.4, n3=1.3, window=(0.05, 0.9),
-    kind="fe", source="this test", test="none",
-)  # fmt: skip
+    "test-law",
+    ("test",),
+    youngs=(0.6, 1.4),
+    strength=(0.4, 1.3),
+    window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none"),
+)
 MATERIAL = Material(
     name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6,
     yield_strength=10.0, thermal_expansion=2e-5,

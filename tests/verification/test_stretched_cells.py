@@ -75,12 +75,14 @@ def test_tables_of_cells_of_different_edges_are_kept_apart(tmp_path, monkeypatch
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     asked = []
 
-    def compute(family, parameters, **options):
+    def compute(cell, **options):
         asked.append(options["edges"])
-        return compute_table(calibrate(family, parameters), densities=(0.3, 0.5), **options)
+        return compute_table(cell, densities=(0.3, 0.5), **options)
 
     monkeypatch.setattr(cached_table, "compute_table", compute)
-    cosines = CellFamily(name="test-cosines", shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0))
+    cosines = calibrate(
+        CellFamily(name="test-cosines", shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0))
+    )
     tables = [
         cached_table.property_table(cosines, resolution=12, edges=edges)
         for edges in ((1.0,) * 3, (8.0,) * 3, (2.0, 2.0, 3.0), (4.0, 4.0, 6.0))

@@ -7,7 +7,7 @@ from gradedesign import CaseError, DensityError, PluginError
 from gradedesign.cell.calibration import calibrate
 from gradedesign.fields import r_intersection, r_union
 from gradedesign.testing import check_cell_family
-from gradedesign_cells_frep import gradedesign_cell_families, pore_family
+from gradedesign_cells_frep import Pores, gradedesign_cell_families, pore_family
 from gradedesign_cells_frep.honeycomb_plates import STRETCH, hexagons, triangles
 from gradedesign_cells_frep.r_functions import displacement, r_and, r_or, r_or_of_three
 from gradedesign_cells_frep.solid_noise import series, solid_noise
@@ -157,7 +157,7 @@ def test_pores_of_ones_own():
         q = np.einsum("ij,j...->i...", turn, p)
         return np.sqrt((q[0] / long) ** 2 + q[1] ** 2 + q[2] ** 2)
 
-    family = pore_family("my-pores", tilted, parameters={"long": 2.0}, source="me")
+    family = pore_family("my-pores", Pores(gauge=tilted), parameters={"long": 2.0}, source="me")
     value = family.shape(POINTS, long=2.5)
     assert np.mean(value <= -0.19) == pytest.approx(1 - 4 / 3 * PI * 2.5 * 0.19**3, abs=7e-4)
     assert dict(family.parameters) == {"frequency": 1.0, "phase": 0.0, "long": 2.0}
@@ -166,16 +166,17 @@ def test_pores_of_ones_own():
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    ("places", "parameters", "message"),
     [
-        ({"parameters": {"seed": 1.0}}, "seed has a name"),
-        ({"centres": [[0.0, 0.0]]}, r"shape \(1, 2\), expected \(k, 3\)"),
-        ({"centres": [[0.0, 0.0, np.nan]]}, "finite"),
+        ({}, {"seed": 1.0}, "seed has a name"),
+        ({"centres": [[0.0, 0.0]]}, {}, r"shape \(1, 2\), expected \(k, 3\)"),
+        ({"centres": [[0.0, 0.0, np.nan]]}, {}, "finite"),
     ],
 )
-def test_impossible_pores_are_refused(settings, message):
+def test_impossible_pores_are_refused(places, parameters, message):
+    pores = Pores(gauge=lambda p: np.abs(p).max(axis=0), **places)
     with pytest.raises(PluginError, match=message):
-        pore_family("mine", lambda p: np.abs(p).max(axis=0), **settings)
+        pore_family("mine", pores, parameters=parameters)
 
 
 def test_r_functions_are_those_of_the_core():

@@ -24,7 +24,7 @@ from gradedesign_cells_voxel.mesh_cell import inside_surface
 from gradedesign_cells_voxel.read_mesh import read_mesh
 from gradedesign_cells_voxel.stored_cells import increments
 from gradedesign_cells_voxel.triangle_distance import periodic_triangle_distance
-from gradedesign_cells_voxel.voxel_cell import voxel_surface
+from gradedesign_cells_voxel.voxel_cell import VoxelReading, voxel_surface
 
 FAMILIES = {family.name: family for family in gradedesign_cell_families()}
 README = Path(__file__).parents[1] / "README.md"
@@ -213,8 +213,8 @@ def test_a_mesh_that_does_not_repeat_is_refused():
 
 
 def test_mesh_files_go_to_their_readers(tmp_path):
-    family = cell_from_mesh(tmp_path / "cell.obj", name="bad")
-    with pytest.raises(PluginError, match=r"no installed reader knows '.obj'.*\.stl"):
+    family = cell_from_mesh(tmp_path / "cell.step", name="bad")
+    with pytest.raises(PluginError, match=r"no installed reader knows '.step'.*\.stl"):
         family.shape(np.zeros(3))
     family = cell_from_mesh(tmp_path / "missing.stl", name="bad")
     with pytest.raises(PartError, match="cannot be read"):
@@ -252,7 +252,7 @@ def test_grey_voxels(form, tmp_path):
         "slices": list(grey),
         "float32": grey.astype(np.float32),
     }[form]
-    surface = voxel_surface(voxels, level=127.5)
+    surface = voxel_surface(voxels, VoxelReading(level=127.5))
     assert surface.density == pytest.approx(0.5, abs=0.004)
     points = samples(2000)
     value = primitive(points)
@@ -336,7 +336,7 @@ def test_voxels_that_do_not_repeat_are_refused():
 def test_a_table_that_loses_material_is_refused():
     x, _, _ = nodes(64)
     sheets = np.sin(2 * np.pi * 8 * x)
-    family = cell_from_voxels(sheets, name="fine", level=0.6, resolution=16)
+    family = cell_from_voxels(sheets, name="fine", reading=VoxelReading(level=0.6), resolution=16)
     with pytest.raises(PluginError, match="give a higher resolution"):
         family.shape(np.zeros(3))
 

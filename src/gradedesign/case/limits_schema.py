@@ -167,14 +167,14 @@ class DisplacementLimit(LimitEntry):
     """Allowed absolute value: mm, or so many times that of the solid part, each load case its
     own."""
     component: AxisIndex | None = None
-    """0, 1 or 2 when only x, y or z is limited."""
+    """The one component that is limited, instead of the magnitude; 0, 1 or 2 once read."""
 
 
 class LimitsSpec(Table):
     """A stress limit, a safety factor or lists of other limits; at least one of them.
 
-    Kinds of limits that bring an entry of their own add a list under their name, see
-    `with_limit_entries`.
+    Kinds of limits that bring an entry of their own add a list under
+    their name.
     """
 
     stress: Annotated[float, Quantity("stress", above=0.0)] | None = None
@@ -247,7 +247,7 @@ def with_limit_entries(
     fields: dict[str, Any] = {
         name: (GenericAlias(tuple, (entry, ...)), ()) for name, entry in entries.items()
     }
-    spec = create_model("LimitsSpec", __base__=LimitsSpec, **fields)
+    spec = create_model("LimitsSpec", __base__=LimitsSpec, __doc__=LimitsSpec.__doc__, **fields)
     field = layout.model_fields["limits"]
     limits: Any = (spec, ...) if field.is_required() else (spec | None, None)
     return create_model(layout.__name__, __base__=layout, limits=limits)

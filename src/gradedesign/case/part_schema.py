@@ -21,7 +21,7 @@ class ShapeSpec(Table):
     """The shape of the part: exactly one of ``file`` and ``box``."""
 
     file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
-    """Absolute path of the part file."""
+    """File of the part, below the folder of the case; its absolute path once read."""
     box: Annotated[Triple, Vector("length")] | None = None
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None

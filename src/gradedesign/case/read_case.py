@@ -1,4 +1,7 @@
-"""Reading a case file: from TOML to a checked :class:`Case`, or every problem at once."""
+"""Reading a case file: from TOML to a checked :class:`Case`, or every problem at once.
+
+Above 300 lines: the checks across tables read like the one list that they are.
+"""
 
 from __future__ import annotations
 

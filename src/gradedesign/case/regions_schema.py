@@ -2,6 +2,7 @@
 
 Every key of a region must hold (they are ANDed). A face here is a smooth face: a patch of
 triangles without a sharp edge inside, such as one side of a box or the wall of one hole.
+Above 300 lines: the keys of one table of the case file.
 """
 
 from __future__ import annotations

@@ -57,13 +57,7 @@ def spherical_map(
     """
     turn = whole_cells(around, "around the equator") / (2 * np.pi)
     rise = whole_cells(pole_to_pole, "from pole to pole") / np.pi
-    for name, value in (("radial size", radial_size), ("inner radius", inner_radius)):
-        if not (np.isfinite(value) and value > 0):
-            raise CaseError(f"the spherical map's {name} is {value:g} mm; use a positive length")
-    if not 0 < polar_cap < 90:
-        raise CaseError(
-            f"the spherical map's polar cap is {polar_cap:g} degrees; use an angle between 0 and 90"
-        )
+    _require_shell(radial_size, inner_radius, polar_cap)
     frame = frame_along(axis, reference)
     start = np.asarray(origin, dtype=np.float64)
 
@@ -110,3 +104,14 @@ def spherical_map(
             f"its centre (inner radius {inner_radius:g} mm) and poles (cap {polar_cap:g} degrees)"
         ),
     )
+
+
+def _require_shell(radial_size: float, inner_radius: float, polar_cap: float) -> None:
+    """Refuse impossible lengths, mm, and an impossible cap, degrees."""
+    for name, value in (("radial size", radial_size), ("inner radius", inner_radius)):
+        if not (np.isfinite(value) and value > 0):
+            raise CaseError(f"the spherical map's {name} is {value:g} mm; use a positive length")
+    if not 0 < polar_cap < 90:
+        raise CaseError(
+            f"the spherical map's polar cap is {polar_cap:g} degrees; use an angle between 0 and 90"
+        )

@@ -15,9 +15,9 @@ from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.thickness import local_thickness
 from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
-from gradedesign.resolve.setup import exclusion_radius
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
 from gradedesign.verify.phases import considered_at
 

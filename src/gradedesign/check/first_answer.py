@@ -109,11 +109,11 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     # Displacements and the work of the loads fall as one over the stiffness.
     least = density_for_stress if row.unit == "MPa" else density_for_displacement
     try:
-        density = max(least(setup.law, row.value, row.limit), setup.bounds[0])
+        density = max(least(setup.cells.law, row.value, row.limit), setup.cells.bounds[0])
     except DensityError as error:
         return ConstantDensity(row=row, density=None, mass_g=None, reason=str(error))
-    if density > setup.bounds[1]:
-        reason = f"needs density {density:.3g}, at most {setup.bounds[1]:.3g} is allowed"
+    if density > setup.cells.bounds[1]:
+        reason = f"needs density {density:.3g}, at most {setup.cells.bounds[1]:.3g} is allowed"
         return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
-    rho = np.full(setup.space.element_count, density)
+    rho = np.full(setup.problem.space.element_count, density)
     return ConstantDensity(row=row, density=density, mass_g=total_mass(setup.model, rho) * 1e6)

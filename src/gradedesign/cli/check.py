@@ -81,7 +81,7 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
     setup = prepare(case, registry)
     report_step("solid part")
-    setup = with_solid(setup, solve_solid(setup))
+    setup = with_solid(setup, solve_solid(setup.problem))
     report_step("sizing")
     return first_answer(setup)
 

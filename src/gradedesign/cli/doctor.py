@@ -11,7 +11,7 @@ from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
 from gradedesign.output._opengl import probe_opengl
-from gradedesign.results.summary import library_versions
+from gradedesign.results.common import library_versions
 from gradedesign.workspace.cache import cache_folder
 from gradedesign.workspace.limits import available_memory_bytes
 

@@ -35,7 +35,7 @@ from gradedesign.output.property_plots import (
     plot_strength_surface,
 )
 from gradedesign.plugin.registry import lookup
-from gradedesign.results.summary import library_versions
+from gradedesign.results.common import library_versions
 from gradedesign.workspace.atomic import write_text
 from gradedesign.workspace.progress import report_step
 

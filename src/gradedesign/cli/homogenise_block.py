@@ -10,7 +10,7 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.cli.moduli_data import cell_header, digits, moduli_data, rounded
 from gradedesign.errors import CaseError
 from gradedesign.homogenise.apparent import BOUNDARIES, ApparentStiffness
-from gradedesign.results.summary import library_versions
+from gradedesign.results.common import library_versions
 
 #: The boundary condition of a lattice without end.
 PERIODIC = "periodic"

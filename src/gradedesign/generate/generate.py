@@ -41,8 +41,8 @@ from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.resolve import resolve_material
+from gradedesign.results.common import library_versions
 from gradedesign.results.files import write_result
-from gradedesign.results.summary import library_versions
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
 

@@ -157,7 +157,6 @@ def build_cells(
     LatticeError
         If the transition falls apart.
     """
-    spec, first = case.lattice.transition, cells.families[0]
     if cells.increments is not None:
         share = parameter_share(case, cells.increments, density, domain)
         return BuiltCells(
@@ -169,6 +168,8 @@ def build_cells(
                 "values": cells.increments.values.tolist(),
             },
         )
+    first, *others = cells.families
+    spec = case.lattice.transition
     if spec is None:
         return BuiltCells(
             shape=blamed_shape(first.family),
@@ -176,40 +177,41 @@ def build_cells(
             cell_map=cell_map,
             transition={},
         )
-    second = cells.families[1]
+    least, scale = least_density(density), _scale(spec)
     with locating(case, "lattice.transition.weight"):
-        grid = sample_density(
-            formula_field(parse_formula(spec.weight), domain.distance),
-            domain.distance,
-            domain.lower,
-            domain.upper,
-            spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
-            window=(0.0, 1.0),
-            what="weight of the transition",
-            memory_limit_bytes=case.run.memory,
-        )
+        grid = _weight_grid(case, spec, domain)
     with locating(case, "lattice.transition"):
-        shift, density = spec.shift, least_density(density)
+        shift = spec.shift
         if shift is None:
-            shift = joining_shift(first, second, density, scale=_scale(spec))
-        mixed = cell_transition(first, second, scale=_scale(spec), shift=shift)
-        neck = measure_neck(mixed, density)
-
-    def weighted(points: FloatArray) -> FloatArray:
-        return np.concatenate([cell_map(points), evaluate(grid, points)[None]])
-
+            shift = joining_shift(first, others[0], least, scale=scale)
+        mixed = cell_transition(first, others[0], scale=scale, shift=shift)
+        neck = measure_neck(mixed, least)
     return BuiltCells(
         shape=mixed.shape,
         parameters={},
-        cell_map=weighted,
+        cell_map=lambda points: np.concatenate([cell_map(points), evaluate(grid, points)[None]]),
         transition={
-            "cell": second.family.name,
-            "parameters": dict(second.parameters),
+            "cell": others[0].family.name,
+            "parameters": dict(others[0].parameters),
             "scale": spec.scale,
             "shift_cells": list(shift),
-            "density": density,
+            "density": least,
             "neck_over_two_cells": asdict(neck),
         },
+    )
+
+
+def _weight_grid(case: GenerateCase, spec: TransitionSpec, domain: DesignDomain) -> DensityGrid:
+    """Weight of the second cell of a transition."""
+    return sample_density(
+        formula_field(parse_formula(spec.weight), domain.distance),
+        domain.distance,
+        domain.lower,
+        domain.upper,
+        spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
+        window=(0.0, 1.0),
+        what="weight of the transition",
+        memory_limit_bytes=case.run.memory,
     )
 
 

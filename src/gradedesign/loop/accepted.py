@@ -93,8 +93,10 @@ def accept_design(
     second = analyse_second_size(setup, done, analysed)
     announce.took("second mesh", time.perf_counter() - began)
     # Stated budgets alone decide what is judged and how: never the time that is left.
-    budget = setup.case.run.time
-    scope = choose_scope(setup.case.run.acceptance, analysed.result.space.element_count, budget)
+    budget = setup.problem.case.run.time
+    scope = choose_scope(
+        setup.problem.case.run.acceptance, analysed.result.space.element_count, budget
+    )
     if scope == "whole":
         acceptance = accept_whole(surface, analysed.judged, analysed.result, time_limit_s=budget)
         rows, factors = _whole_rows(setup, done, acceptance)
@@ -106,7 +108,7 @@ def accept_design(
             time_limit_s=budget,
             on_window=announce.window,
         )
-        factors = window_factors(setup.limits, acceptance.windows)
+        factors = window_factors(setup.problem.limits, acceptance.windows)
         rows = scaled_rows(
             done.rows,
             factors,
@@ -134,23 +136,25 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     LatticeError
         If the file's volume differs from the explicit mesh's by more than 5 %.
     """
-    design = analysed.design
+    design, problem = analysed.design, setup.problem
     step = SURFACE_PER_CUBE * analysed.mesh.cube
-    raw = trimmed_surface(design, setup.part.surface, step)
+    raw = trimmed_surface(design, problem.part.surface, step)
     report_step("loose pieces of the surface")
-    surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
+    surface, islands = remove_islands(
+        raw, keep=setup.problem.domain.bodies, least_pocket=(0.5 * step) ** 3
+    )
     report_step("writing and reading back the surface")
     path = out.path_of(STL_NAME)
     write_stl(path, surface)
     out.adopt(STL_NAME)
     triangles = read_stl(path)
-    back, _ = build_surface(triangles.corners, repair="safe", bodies=setup.case.part.bodies)
+    back, _ = build_surface(triangles.corners, repair="safe", bodies=problem.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
             f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
-            f"for {setup.cell.name}: raise [run] mesh_cubes_per_wall"
+            f"for {setup.cells.cell.name}: raise [run] mesh_cubes_per_wall"
         )
     return back, islands
 
@@ -162,7 +166,7 @@ def _whole_rows(
     whole = acceptance.whole
     if whole is None:
         raise LatticeError("acceptance of the whole lattice returned no analysis")
-    rows = limit_rows(setup.limits, whole, "re-meshed whole lattice")
+    rows = limit_rows(setup.problem.limits, whole, "re-meshed whole lattice")
     factors = learned_factors(done.rows, rows)
     return (*rows, *(row for row in done.rows if row.homogenised)), factors
 

@@ -11,7 +11,8 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.predicted_cost import CostPrediction
 from gradedesign.loop.rounds import Round
-from gradedesign.resolve.setup import Setup, part_volume
+from gradedesign.resolve.problem import part_volume
+from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingStep
 from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import Event, Listener, stepping
@@ -77,13 +78,13 @@ class Announcer:
 
     def part(self, setup: Setup) -> None:
         """Say what was read and found."""
-        mesh = setup.space.mesh
+        mesh = setup.problem.space.mesh
         self.say(
             "part",
-            f"{part_volume(setup):.6g} mm^3, {mesh.tets.shape[1]} tets, "
-            f"{setup.space.dof_count} dof; cell {setup.cell.name} of "
-            f"{setup.case.lattice.size_words}, law {setup.law.name}, density "
-            f"{setup.bounds[0]:.3g} to {setup.bounds[1]:.3g}",
+            f"{part_volume(setup.problem):.6g} mm^3, {mesh.tets.shape[1]} tets, "
+            f"{setup.problem.space.dof_count} dof; cell {setup.cells.cell.name} of "
+            f"{setup.problem.case.lattice.size_words}, law {setup.cells.law.name}, density "
+            f"{setup.cells.bounds[0]:.3g} to {setup.cells.bounds[1]:.3g}",
         )
         for warning in setup.warnings:
             self.say("warning", warning)

@@ -75,10 +75,11 @@ def why_ended(
             "change it; a higher upper density, another cell, smaller cells or a skin would help",
         )
     last = rounds[-1].iteration.seconds
-    if len(rounds) >= setup.case.run.max_rounds:
+    most = setup.problem.case.run.max_rounds
+    if len(rounds) >= most:
         return Ended(
             by="rounds",
-            words=f"[run] max_rounds of {setup.case.run.max_rounds} ended the run; another round "
+            words=f"[run] max_rounds of {most} ended the run; another round "
             f"takes about {_rounded(last)} s",
         )
     # The first round of all also compiles, so it is reserve enough for the second.

@@ -9,7 +9,9 @@ from gradedesign.case.locate import locating
 from gradedesign.layout.cell_layout import cell_layout
 from gradedesign.layout.graded_map import graded_map, wanted_size
 from gradedesign.loop.round import density_grid
-from gradedesign.resolve.setup import Setup, cell_axes
+from gradedesign.resolve.cell_choice import CellChoice, cell_axes
+from gradedesign.resolve.problem import Problem
+from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.homogenised_model import bond_matrix
 
 
@@ -30,17 +32,21 @@ def with_cells(setup: Setup, rho: FloatArray) -> Setup:
     LatticeError
         If the map folds.
     """
-    case = setup.case
-    if not case.lattice.graded_size:
+    cells = graded_cells(setup.problem, setup.cells, rho)
+    if cells is setup.cells:
         return setup
+    axes = cell_axes(cells.layout, setup.problem.space)
+    return replace(setup, cells=cells, model=replace(setup.model, rotation=bond_matrix(axes)))
+
+
+def graded_cells(problem: Problem, cells: CellChoice, rho: FloatArray) -> CellChoice:
+    """Cells whose size follows the densities of a design; as they are where it is not graded."""
+    case = problem.case
+    if not case.lattice.graded_size:
+        return cells
     with locating(case, "lattice.size"):
-        wanted = wanted_size(case, setup.cell, density_grid(setup, rho), setup.bounds)
-        cell_map = graded_map(case, setup.part, wanted, setup.frames)
-        layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
-    axes = cell_axes(layout, setup.space)
-    return replace(
-        setup,
-        # One scale for filters and reports, whatever the design.
-        layout=replace(layout, typical=setup.layout.typical),
-        model=replace(setup.model, rotation=bond_matrix(axes)),
-    )
+        wanted = wanted_size(case, cells.cell, density_grid(problem, rho), cells.bounds)
+        cell_map = graded_map(case, problem.part, wanted, cells.frames)
+        layout = cell_layout(cell_map, cells.layout.places, case.lattice.edges, wanted=wanted)
+    # One scale for filters and reports, whatever the design.
+    return replace(cells, layout=replace(layout, typical=cells.layout.typical))

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import Case
 from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
@@ -24,8 +25,11 @@ from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.limits.state import Predicted
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.stored_sizing import stored_sizing
-from gradedesign.mesh.tet_mesh import centroids
+from gradedesign.material.material import Material
+from gradedesign.mesh.tet_mesh import centroids, signed_volumes
 from gradedesign.resolve.analysable import grid_cube
+from gradedesign.resolve.cell_choice import CellChoice
+from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.sizing.filter import cone_filter, uniform_filter
@@ -78,19 +82,19 @@ class Prediction:
     mean_density: float
 
 
-def corrected_model(setup: Setup, correction: Correction) -> HomogenisedModel:
+def corrected_model(model: HomogenisedModel, correction: Correction) -> HomogenisedModel:
     """The homogenised model with the stiffness that explicit analyses taught."""
     return replace(
-        setup.model,
+        model,
         stiffness_factor=correction.stiffness,
         stiffness_exponent=correction.exponent,
         reference_density=correction.reference,
     )
 
 
-def corrected_limits(setup: Setup, correction: Correction) -> tuple[Limit, ...]:
+def corrected_limits(limits: Sequence[Limit], correction: Correction) -> tuple[Limit, ...]:
     """Limits whose predicted values carry their factors."""
-    return tuple(replace(limit, factor=correction.factor(limit.key)) for limit in setup.limits)
+    return tuple(replace(limit, factor=correction.factor(limit.key)) for limit in limits)
 
 
 def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, ...]:
@@ -103,10 +107,10 @@ def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, 
 def design_filter(setup: Setup) -> csr_matrix:
     """Filter from design variables to element densities; every round of a run shares it."""
     report_step("filter of densities")
-    mesh = setup.space.mesh
-    if setup.case.lattice.grading == "uniform":
+    mesh = setup.problem.space.mesh
+    if setup.problem.case.lattice.grading == "uniform":
         return uniform_filter(mesh.tets.shape[1])
-    radius = setup.case.lattice.filter_radius * setup.layout.typical
+    radius = setup.problem.case.lattice.filter_radius * setup.cells.layout.typical
     weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
     return cone_filter(centroids(mesh), weights, radius)
 
@@ -145,16 +149,17 @@ def size_round(
     ``factors`` are accepted over explicit values, where acceptance found more than the explicit
     analysis did: the limits are that much tighter here.
     """
-    problem = SizingProblem(
-        model=corrected_model(setup, correction),
-        limits=tightened_limits(corrected_limits(setup, correction), factors),
-        bounds=setup.bounds,
+    sizing = SizingProblem(
+        model=corrected_model(setup.model, correction),
+        limits=tightened_limits(corrected_limits(setup.problem.limits, correction), factors),
+        bounds=setup.cells.bounds,
         filter=matrix,
         target=plan.target,
     )
     return stored_sizing(
-        setup,
-        problem,
+        setup.problem.case,
+        setup.cells.cell,
+        sizing,
         start=plan.start,
         max_iterations=plan.most_iterations,
         keep=plan.keep,
@@ -162,45 +167,45 @@ def size_round(
     )
 
 
-def density_grid(setup: Setup, rho: FloatArray) -> DensityGrid:
+def density_grid(problem: Problem, rho: FloatArray) -> DensityGrid:
     """The density field from which the lattice is built."""
     report_step("density field")
-    cell = setup.case.lattice.cell_size
-    spacing = min(cell / NODES_PER_CELL, setup.case.part.mesh_size)
-    return density_grid_from_elements(setup.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
+    cell = problem.case.lattice.cell_size
+    spacing = min(cell / NODES_PER_CELL, problem.case.part.mesh_size)
+    return density_grid_from_elements(problem.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
 
 
-def build_design(setup: Setup, grid: DensityGrid) -> LatticeDesign:
+def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
     return LatticeDesign(
-        domain=setup.domain,
-        shape=blamed_shape(setup.cell.family),
-        level_of=setup.cell.level_of,
-        cell_map=setup.layout.cell_map,
-        cell_size=setup.layout.typical,
+        domain=problem.domain,
+        shape=blamed_shape(cells.cell.family),
+        level_of=cells.cell.level_of,
+        cell_map=cells.layout.cell_map,
+        cell_size=cells.layout.typical,
         density=grid,
-        parameters=setup.cell.parameters,
+        parameters=cells.cell.parameters,
     )
 
 
-def judged_solid(setup: Setup, design: LatticeDesign) -> JudgedSolid:
+def judged_solid(problem: Problem, design: LatticeDesign) -> JudgedSolid:
     """What every analysis of the printed solid needs besides its mesh."""
-    regions = {name: setup.part.regions[name] for name in setup.facets}
+    regions = {name: problem.part.regions[name] for name in problem.facets}
     return JudgedSolid(
-        case=setup.case,
+        case=problem.case,
         design=design,
-        material=setup.material,
+        material=problem.material,
         regions=regions,
-        clamped=setup.clamped,
-        exclusion_radius=setup.exclusion_radius,
-        stress_limit=allowed_stress(setup.case, setup.material),
-        percentile=setup.case.limits.percentile,
-        bodies=setup.domain.bodies,
-        solver=setup.model.solver,
+        clamped=problem.clamped,
+        exclusion_radius=problem.exclusion_radius,
+        stress_limit=allowed_stress(problem.case, problem.material),
+        percentile=problem.case.limits.percentile,
+        bodies=problem.domain.bodies,
+        solver=problem.solver,
     )
 
 
-def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
+def explicit_cube(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
     """Grid of the explicit mesh from the thinnest wall, skin or kept layer of the design, mm.
 
     Raises
@@ -208,33 +213,34 @@ def explicit_cube(setup: Setup, grid: DensityGrid) -> float:
     LatticeError
         If the thinnest wall is thinner than [print] min_wall.
     """
-    case = setup.case
+    case = problem.case
     report_step("thinnest wall")
-    thinnest = thinnest_wall(setup, grid)
+    thinnest = thinnest_wall(problem, cells, grid)
     if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
         raise LatticeError(
             f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
             f"{case.print.min_wall:g} mm; raise the lower density"
         )
-    return explicit_cube_for(setup, thinnest)
+    return explicit_cube_for(case, cells.cubes_per_wall, thinnest)
 
 
-def explicit_cube_for(setup: Setup, thinnest: float) -> float:
+def explicit_cube_for(case: Case, cubes_per_wall: float, thinnest: float) -> float:
     """Grid that the case asks for, or that follows the thinnest wall, skin or kept layer, mm."""
-    case = setup.case
     if case.run.explicit_mesh_size is not None:
         return case.run.explicit_mesh_size
-    return float(grid_cube(case, thinnest, setup.cubes_per_wall))
+    return float(grid_cube(case, thinnest, cubes_per_wall))
 
 
-def predict(setup: Setup, correction: Correction, rho: FloatArray) -> Prediction:
+def predict(
+    model: HomogenisedModel, limits: Sequence[Limit], correction: Correction, rho: FloatArray
+) -> Prediction:
     """Solve the corrected homogenised part for the densities that sizing chose.
 
     What the density grid smooths on the way to the lattice is part of what explicit analyses
     teach, so that the value sizing aims at is the value the lattice shows.
     """
-    model = corrected_model(setup, correction)
-    limits = corrected_limits(setup, correction)
+    model = corrected_model(model, correction)
+    limits = corrected_limits(limits, correction)
     report_step("predicting the design")
     system = homogenised_system(model, rho)
     state = solved_state(model, rho, limits, system)
@@ -269,11 +275,11 @@ def lattice_share(
     return float(shared.sum() / worst.value), float(shared @ rho / shared.sum())
 
 
-def explicit_masses(setup: Setup, mesh: ExplicitMesh, result: ExplicitResult) -> dict[str, float]:
+def explicit_masses(
+    material: Material, mesh: ExplicitMesh, result: ExplicitResult
+) -> dict[str, float]:
     """Mass of every phase of the explicit mesh, g."""
-    from gradedesign.mesh.tet_mesh import signed_volumes
-
-    volumes = signed_volumes(mesh.mesh) * setup.material.density * 1e6
+    volumes = signed_volumes(mesh.mesh) * material.density * 1e6
     return {
         name: float(volumes[result.phase == number].sum())
         for number, name in enumerate(("lattice", "skin", "kept"))

@@ -42,20 +42,20 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     -------
     RunWork
     """
-    case = setup.case
+    case = setup.problem.case
     density = guessed_density(setup, solid)
     share = setup.model.solid_share
     volume = float(setup.model.volumes @ (share + (1 - share) * density))
     cube, cubes = predicted_grid(setup, density, volume)
     tets = TETS_PER_SOLID_CUBE * volume / cube**3
     scope = choose_scope(case.run.acceptance, tets, case.run.time)
-    points = setup.part.surface.vertices
-    edges = np.minimum((1 + 2 * MARGIN) * setup.layout.typical, np.ptp(points, axis=0))
+    points = setup.problem.part.surface.vertices
+    edges = np.minimum((1 + 2 * MARGIN) * setup.cells.layout.typical, np.ptp(points, axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / volume)
     return RunWork(
-        part_dofs=setup.space.dof_count,
+        part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in setup.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in setup.problem.limits),
         explicit_dofs=int(tets * DOFS_PER_TET),
         explicit_cubes=cubes,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
@@ -70,11 +70,13 @@ def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, 
     Graded designs reach the lower bound somewhere, and the grid follows their thinnest wall, or
     what of it the memory holds. ``volume`` is that of the solid, mm^3.
     """
-    case = setup.case
-    thinnest = density if case.lattice.grading == "uniform" else setup.bounds[0]
-    wall = case.lattice.wall or float(wall_mm(setup.cell, thinnest, setup.layout.least))
-    design = build_design(setup, density_grid(setup, np.full(setup.model.volumes.shape, density)))
-    asked = explicit_cube_for(setup, wall)
+    case = setup.problem.case
+    thinnest = density if case.lattice.grading == "uniform" else setup.cells.bounds[0]
+    wall = case.lattice.wall or float(wall_mm(setup.cells.cell, thinnest, setup.cells.layout.least))
+    problem, cells = setup.problem, setup.cells
+    grid = density_grid(problem, np.full(setup.model.volumes.shape, density))
+    design = build_design(problem, cells, grid)
+    asked = explicit_cube_for(case, cells.cubes_per_wall, wall)
     fitting = fitting_cube(volume, case.run.memory)
     if asked < fitting <= COARSEST * asked:
         asked = fitting
@@ -84,14 +86,14 @@ def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     """Mean density at which the law loses what the solid part has to spare."""
-    low, high = setup.bounds
+    low, high = setup.cells.bounds
     if not solid:
         return low + (high - low) * USUAL_SHARE
     rho = np.linspace(low, high, SAMPLES)
-    stiffness = np.moveaxis(setup.law.stiffness(rho), -1, 0)
+    stiffness = np.moveaxis(setup.cells.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
-    strength = np.asarray(setup.law.strength(rho), dtype=np.float64)
-    stiff = {limit.key.kind for limit in setup.limits if limit.by_gradient}
+    strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
+    stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
     soft = max((row.use for row in solid if row.key.kind in stiff), default=0.0)
     weak = max((row.use for row in solid if row.key.kind not in stiff), default=0.0)
     return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))

@@ -47,7 +47,7 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
     str or None
         One sentence: the limit, and what would help.
     """
-    limits = {limit.key: limit for limit in setup.limits}
+    limits = {limit.key: limit for limit in setup.problem.limits}
     judged = [
         row
         for row in with_factors(done.rows, factors)
@@ -73,8 +73,8 @@ class _Solved:
 
 
 def _solved(setup: Setup, done: Round) -> _Solved:
-    model = corrected_model(setup, done.correction)
-    limits = corrected_limits(setup, done.correction)
+    model = corrected_model(setup.model, done.correction)
+    limits = corrected_limits(setup.problem.limits, done.correction)
     system = homogenised_system(model, done.rho)
     return _Solved(
         limits={limit.key: limit for limit in limits},
@@ -87,7 +87,7 @@ def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> flo
     """Share of a value that densities at their bounds could take away; None: unknown."""
     limit, rho = solved.limits[key], solved.state.rho
     if limit.by_gradient:
-        return density_gain(relative_slope(solved, limit), rho, setup.bounds)
+        return density_gain(relative_slope(solved, limit), rho, setup.cells.bounds)
     (tight,) = tightened_limits([limit], factors)
     return 0.0 if needy_at_bound(tight.least_density(solved.state), rho, setup) else None
 
@@ -120,15 +120,15 @@ def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
     """Whether tetrahedra ask for more density than they have, and all are at the upper bound."""
     lattice = setup.model.solid_share < 1
     needy = lattice & (wanted > rho * (1 + AT_BOUND))
-    return bool(needy.any() and (rho[needy] >= setup.bounds[1] * (1 - AT_BOUND)).all())
+    return bool(needy.any() and (rho[needy] >= setup.cells.bounds[1] * (1 - AT_BOUND)).all())
 
 
 def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
     """The limit that is out of reach, and what would help."""
-    upper = setup.bounds[1]
-    window = min(setup.cell.window[1], setup.law.window[1])
+    upper = setup.cells.bounds[1]
+    window = min(setup.cells.cell.window[1], setup.cells.law.window[1])
     helps = ["another cell", "smaller cells"]
-    if setup.case.lattice.skin is None:
+    if setup.problem.case.lattice.skin is None:
         helps.insert(1, "a skin")
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")

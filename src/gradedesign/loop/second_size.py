@@ -52,7 +52,7 @@ def analyse_second_size(setup: Setup, done: Round, analysed: Analysed) -> Second
             size = factor * analysed.result.mesh_size
             refused.append(f"a second mesh of {size:.3g} mm was refused: {error}")
             continue
-        rows = limit_rows(setup.limits, second.result, "second")
+        rows = limit_rows(setup.problem.limits, second.result, "second")
         return SecondSize(mesh_size=second.result.mesh_size, rows=rows, refused=tuple(refused))
     return SecondSize(mesh_size=None, rows=(), refused=tuple(refused))
 

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
+from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import CaseError
-from gradedesign.limits.key import keyed_from_json
+from gradedesign.limits.key import LimitKey, keyed_from_json
+from gradedesign.limits.row import row_from_json
 from gradedesign.limits.verdict import Factors
-from gradedesign.loop.rounds import Round, round_from_stage, round_to_stage
+from gradedesign.loop.rounds import Round
+from gradedesign.output.result import iteration_from_json
 from gradedesign.resolve.setup import Setup
+from gradedesign.verify.correction import Correction, Gap
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
@@ -44,12 +49,12 @@ def round_key(setup: Setup, number: int) -> str:
         "round",
         ROUND_VERSION,
         number,
-        setup.case.case_hash,
-        setup.cell.name,
-        setup.law.name,
-        setup.law.source,
-        setup.space.mesh.points,
-        setup.space.mesh.tets,
+        setup.problem.case.case_hash,
+        setup.cells.cell.name,
+        setup.cells.law.name,
+        setup.cells.law.source,
+        setup.problem.space.mesh.points,
+        setup.problem.space.mesh.tets,
     )
 
 
@@ -91,3 +96,35 @@ def load_rounds(out: RunFolder, setup: Setup) -> tuple[Round, ...]:
         if stored is None:
             return tuple(rounds)
         rounds.append(round_from_stage(*stored))
+
+
+def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
+    """Arrays and plain data of a round for the run folder."""
+    meta = {
+        "iteration": asdict(done.iteration),
+        "rows": [asdict(row) for row in done.rows],
+        "correction": asdict(done.correction),
+        "at_lower_bound": done.at_lower_bound,
+        "gap": asdict(done.gap),
+    }
+    return {"variables": done.variables, "rho": done.rho}, meta
+
+
+def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) -> Round:
+    """The round that `round_to_stage` stored."""
+    correction, gap = dict(meta["correction"]), dict(meta["gap"])
+    correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
+    correction["factors"] = keyed_from_json(correction["factors"])
+    governing = gap["governing"]
+    return Round(
+        iteration=iteration_from_json(meta["iteration"]),
+        rows=tuple(row_from_json(row) for row in meta["rows"]),
+        correction=Correction(**correction),
+        variables=arrays["variables"],
+        rho=arrays["rho"],
+        at_lower_bound=bool(meta["at_lower_bound"]),
+        gap=Gap(
+            values=keyed_from_json(gap["values"]),
+            governing=None if governing is None else LimitKey(**governing),
+        ),
+    )

@@ -11,8 +11,9 @@ from dataclasses import asdict
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import Case
+from gradedesign.cell.cell import Cell
 from gradedesign.limits.limit import Limit
-from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 from gradedesign.workspace.program_key import program_key
@@ -23,7 +24,8 @@ _NUMBERS = ("mass_g", "mean_density", "change", "move")
 
 
 def stored_sizing(
-    setup: Setup,
+    case: Case,
+    cell: Cell,
     problem: SizingProblem,
     *,
     start: FloatArray | None,
@@ -38,13 +40,14 @@ def stored_sizing(
 
     Parameters
     ----------
-    setup : Setup
+    case : Case
+    cell : Cell
     problem : SizingProblem
         With the corrections and targets of its round.
     start, max_iterations, keep, on_step
         As for `size`.
     """
-    key = sizing_key(setup, problem, start, max_iterations, keep)
+    key = sizing_key(case, cell, problem, start, max_iterations, keep)
     found = load_arrays(KIND, key)
     if found is not None:
         result = _unpacked(problem, found)
@@ -58,14 +61,15 @@ def stored_sizing(
 
 
 def sizing_key(
-    setup: Setup,
+    case: Case,
+    cell: Cell,
     problem: SizingProblem,
     start: FloatArray | None,
     max_iterations: int,
     keep: float,
 ) -> str:
     """Content key of everything that a sizing depends on."""
-    case, model, law = setup.case, problem.model, setup.law
+    model, law = problem.model, problem.model.law
     limits = [(one.key, one.allowed, one.factor, source_of(one)) for one in problem.limits]
     densities = np.linspace(*law.window, 33)
     words = case.model_dump_json(
@@ -77,8 +81,8 @@ def sizing_key(
         words,
         program_key(),
         case.part.mesh_size,
-        setup.cell.name,
-        repr(sorted(setup.cell.parameters.items())),
+        cell.name,
+        repr(sorted(cell.parameters.items())),
         repr((law.name, law.source, law.coefficients)),
         law.stiffness(densities),
         law.strength(densities),

@@ -76,8 +76,10 @@ def density_for_stress(law: ScalingLaw, von_mises: float, permitted: float) -> f
     The beam of section 4.3:
 
     >>> from gradedesign.material.power_law import power_law
-    >>> law = power_law("g", ("test-wall",), 0.402, 1.176, 0.426, 1.537, (0.125, 0.624),
-    ...                 kind="fe", source="table 4.1", test="4x4x4 cells")
+    >>> from gradedesign.material.scaling_law import LawOrigin
+    >>> origin = LawOrigin(kind="fe", source="table 4.1", test="4x4x4 cells")
+    >>> law = power_law("g", ("test-wall",), youngs=(0.402, 1.176), strength=(0.426, 1.537),
+    ...                 window=(0.125, 0.624), origin=origin)
     >>> round(density_for_stress(law, 3.6705, 50.0), 3)
     0.319
     """

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Literal
+from dataclasses import asdict
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from gradedesign.arrays import FloatArray
-from gradedesign.material.scaling_law import ScalingLaw, within_window
+from gradedesign.material.scaling_law import LawOrigin, ScalingLaw, within_window
 
 _Curve = Callable[[FloatArray], FloatArray]
 
@@ -23,10 +23,7 @@ def cubic_law(
     shear: tuple[float, float],
     strength: tuple[Sequence[float], Sequence[float]],
     window: tuple[float, float],
-    kind: Literal["fe", "experiment", "computed"],
-    source: str,
-    test: str,
-    poissons_ratio: float = 0.3,
+    origin: LawOrigin,
 ) -> ScalingLaw:
     """Cubic law from power fits of three moduli and a table of strengths.
 
@@ -40,8 +37,9 @@ def cubic_law(
     strength : two sequences of float
         Densities and, for each, the macroscopic stress at first yield over the base material's
         strength. Interpolated monotonically in logarithms.
-    window, kind, source, test, poissons_ratio
-        See `ScalingLaw`.
+    window : (float, float)
+        Densities of the source's data.
+    origin : LawOrigin
 
     Raises
     ------
@@ -73,11 +71,8 @@ def cubic_law(
         derivatives,
         strength,
         window=window,
-        kind=kind,
-        source=source,
-        test=test,
+        origin=origin,
         coefficients=(*(("E", ce), ("nE", ne), ("K", cb), ("nK", nb), ("C44", cs), ("nC44", ns)),),
-        poissons_ratio=poissons_ratio,
     )
 
 
@@ -90,10 +85,7 @@ def cubic_table_law(
     C12: Sequence[float],
     C44: Sequence[float],
     strength: Sequence[float],
-    kind: Literal["fe", "experiment", "computed"],
-    source: str,
-    test: str,
-    poissons_ratio: float = 0.3,
+    origin: LawOrigin,
 ) -> ScalingLaw:
     """Cubic law from a table, interpolated monotonically in logarithms.
 
@@ -107,8 +99,7 @@ def cubic_table_law(
         Over the base material's Young's modulus.
     strength : sequence of float
         Macroscopic stress at first yield over the base material's strength.
-    kind, source, test, poissons_ratio
-        See `ScalingLaw`.
+    origin : LawOrigin
 
     Raises
     ------
@@ -123,11 +114,8 @@ def cubic_table_law(
         lambda rho: np.stack([slope(rho) for _, slope in columns]),
         (density, strength),
         window=(float(density[0]), float(density[-1])),
-        kind=kind,
-        source=source,
-        test=test,
+        origin=origin,
         coefficients=(),
-        poissons_ratio=poissons_ratio,
     )
 
 
@@ -150,11 +138,8 @@ def _law(
     strength: tuple[Sequence[float], Sequence[float]],
     *,
     window: tuple[float, float],
-    kind: Literal["fe", "experiment", "computed"],
-    source: str,
-    test: str,
+    origin: LawOrigin,
     coefficients: tuple[tuple[str, float], ...],
-    poissons_ratio: float,
 ) -> ScalingLaw:
     """Check the curves and put them behind the window."""
     strong, _ = _log_curve(name, *strength)
@@ -175,11 +160,8 @@ def _law(
         ),
         strength=lambda rho: strong(within_window(name, window, rho)),
         window=window,
-        kind=kind,
-        source=source,
-        test=test,
         coefficients=coefficients,
-        poissons_ratio=poissons_ratio,
+        **asdict(origin),
     )
 
 

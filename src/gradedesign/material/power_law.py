@@ -2,58 +2,56 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import asdict
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import DensityError
-from gradedesign.material.scaling_law import ScalingLaw, isotropic_stiffness, within_window
+from gradedesign.material.scaling_law import (
+    LawOrigin,
+    ScalingLaw,
+    isotropic_stiffness,
+    within_window,
+)
 
 
 def power_law(
     name: str,
     families: tuple[str, ...],
-    c1: float,
-    n1: float,
-    c3: float | None,
-    n3: float | None,
-    window: tuple[float, float],
     *,
-    kind: Literal["fe", "experiment", "computed"],
-    source: str,
-    test: str,
-    c2: float | None = None,
-    n2: float | None = None,
-    poissons_ratio: float = 0.3,
+    youngs: tuple[float, float],
+    window: tuple[float, float],
+    origin: LawOrigin,
+    strength: tuple[float, float] | None = None,
+    shear: tuple[float, float] | None = None,
 ) -> ScalingLaw:
     """Law with ``E = c1 rho^n1``, ``G = c2 rho^n2`` and ``strength = c3 rho^n3``.
 
     Everything is relative to the base material: E **and G to its Young's modulus**, strength to
-    its strength. Without ``c2`` and ``n2`` the stiffness is isotropic. The lattice gets the base
+    its strength. Without ``shear`` the stiffness is isotropic. The lattice gets the base
     material's Poisson ratio, which published power laws leave open.
 
     Parameters
     ----------
     name : str
     families : tuple of str
-    c1, n1 : float
-        Young's modulus along a cell axis.
-    c3, n3 : float or None
-        Macroscopic stress at first yield; None where the source gives stiffness only, and then
-        asking for the strength raises.
+    youngs : (float, float)
+        c1 and n1, of Young's modulus along a cell axis.
     window : (float, float)
         Densities of the source's data.
-    kind, source, test
-        See `ScalingLaw`.
-    c2, n2 : float, optional
-        Shear modulus over the base material's *Young's* modulus; makes the stiffness cubic.
-    poissons_ratio : float
+    origin : LawOrigin
+    strength : (float, float), optional
+        c3 and n3, of the macroscopic stress at first yield; where the source gives stiffness only,
+        asking for the strength raises.
+    shear : (float, float), optional
+        c2 and n2, of the shear modulus over the base material's *Young's* modulus; makes the
+        stiffness cubic.
 
     Raises
     ------
     ValueError
-        If a coefficient is not positive, one of a pair is missing, or the window is empty.
+        If a coefficient is not positive or the window is empty.
 
     References
     ----------
@@ -61,54 +59,59 @@ def power_law(
     material's shear modulus, its tables divide by Young's modulus: homogenised values agree with
     the tables.
     """
-    coefficients = tuple(
-        (key, float(value))
-        for key, value in (("c1", c1), ("n1", n1), ("c2", c2), ("n2", n2), ("c3", c3), ("n3", n3))
-        if value is not None
-    )
+    coefficients = _coefficients(youngs, shear, strength)
     if any(value <= 0 for _, value in coefficients) or not 0 < window[0] < window[1] <= 1:
         raise ValueError(
             f"power law '{name}' has coefficients {dict(coefficients)} and window {window}; "
             f"expected positive coefficients and 0 < window[0] < window[1] <= 1"
         )
-    if (c2 is None) != (n2 is None) or (c3 is None) != (n3 is None):
-        raise ValueError(f"power law '{name}' lacks one of a pair c2, n2 or c3, n3; give both")
-
-    def strength_terms() -> tuple[float, float]:
-        if c3 is None or n3 is None:
-            raise DensityError(
-                f"law '{name}' has no strength: {source} gives stiffness only; "
-                f"name a law with strength in [lattice] law"
-            )
-        return c3, n3
+    nu = origin.poissons_ratio
 
     def stiffness(rho: FloatArray) -> FloatArray:
         r = within_window(name, window, rho)
-        shear = None if c2 is None or n2 is None else c2 * r**n2
-        return _stiffness(c1 * r**n1, shear, poissons_ratio)
+        return _stiffness(_power(r, youngs), None if shear is None else _power(r, shear), nu)
 
     def stiffness_derivative(rho: FloatArray) -> FloatArray:
         r = within_window(name, window, rho)
-        shear = None if c2 is None or n2 is None else c2 * n2 * r ** (n2 - 1)
-        return _stiffness(c1 * n1 * r ** (n1 - 1), shear, poissons_ratio)
+        return _stiffness(_slope(r, youngs), None if shear is None else _slope(r, shear), nu)
 
-    def strength(rho: FloatArray) -> FloatArray:
-        c, n = strength_terms()
-        return np.asarray(c * within_window(name, window, rho) ** n)
+    def strong(rho: FloatArray) -> FloatArray:
+        if strength is None:
+            raise DensityError(
+                f"law '{name}' has no strength: {origin.source} gives stiffness only; "
+                f"name a law with strength in [lattice] law"
+            )
+        return np.asarray(_power(within_window(name, window, rho), strength))
 
     return ScalingLaw(
         name=name,
         families=families,
         stiffness=stiffness,
         stiffness_derivative=stiffness_derivative,
-        strength=strength,
+        strength=strong,
         window=window,
-        kind=kind,
-        source=source,
-        test=test,
         coefficients=coefficients,
-        poissons_ratio=poissons_ratio,
+        **asdict(origin),
     )
+
+
+def _coefficients(*pairs: tuple[float, float] | None) -> tuple[tuple[str, float], ...]:
+    """Factors and exponents of E, G and strength by their names in the literature."""
+    return tuple(
+        (f"{letter}{number}", float(value))
+        for number, pair in enumerate(pairs, start=1)
+        for letter, value in zip("cn", pair or (), strict=False)
+    )
+
+
+def _power(r: FloatArray, pair: tuple[float, float]) -> FloatArray:
+    c, n = pair
+    return c * r**n
+
+
+def _slope(r: FloatArray, pair: tuple[float, float]) -> FloatArray:
+    c, n = pair
+    return c * n * r ** (n - 1)
 
 
 def _stiffness(youngs: FloatArray, shear: FloatArray | None, nu: float) -> FloatArray:

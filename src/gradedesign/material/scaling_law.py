@@ -67,6 +67,28 @@ class ScalingLaw:
     buckling: BucklingLaw | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawOrigin:
+    """Where the numbers of a law come from.
+
+    Attributes
+    ----------
+    kind : {"fe", "experiment", "computed"}
+        How they were obtained; the kinds are never mixed.
+    source : str
+        Author, year, table or equation.
+    test : str
+        Load, boundary conditions and specimen behind them.
+    poissons_ratio : float
+        The base material's Poisson ratio they hold for.
+    """
+
+    kind: Literal["fe", "experiment", "computed"]
+    source: str
+    test: str
+    poissons_ratio: float = 0.3
+
+
 def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> FloatArray:
     """Isotropic stiffness ``(6, 6, ...)`` from E ``(...)`` and nu, Voigt with engineering shear."""
     e = np.asarray(youngs_modulus, dtype=np.float64)

@@ -1,4 +1,7 @@
-"""The pictures of a run: what is asked, the density, the lattice, its stress and shape."""
+"""The pictures of a run: what is asked, the density, the lattice, its stress and shape.
+
+Above 300 lines: the pictures share one scene, one scale and one way to fail.
+"""
 
 from __future__ import annotations
 

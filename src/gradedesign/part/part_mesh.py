@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
 from gradedesign.errors import CaseError, MeshError
 from gradedesign.mesh.closest import ClosestPoints, build_triangle_tree, closest_features
+from gradedesign.mesh.meshed_surface import MeshedSurface, tetrahedralize
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
-from gradedesign.mesh.tetwild import MeshedSurface, tetrahedralize
 
 #: A mesh may lie this far from the surface: the smaller of a share of the part's diagonal and a
 #: share of the mesh size.

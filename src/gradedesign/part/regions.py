@@ -16,19 +16,14 @@ from gradedesign.part._face_filters import (
     BOX_SHARE,
     FacedPart,
     Match,
-    direction,
     faced_part,
     matches,
-    number,
-    place,
     point_distance,
 )
 from gradedesign.part._file_filter import marked_triangles
+from gradedesign.part._region_messages import check_assertions, listing, nothing_found
 from gradedesign.part.file_faces import FileFaces
-from gradedesign.part.smooth_faces import SmoothFace, SmoothFaces
-
-#: How many faces a message lists.
-_LISTED = 5
+from gradedesign.part.smooth_faces import SmoothFaces
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -142,7 +137,7 @@ def _resolve(
     fits = np.asarray(np.all([match.fits for match in found] or [_everything(part)], axis=0))
     miss = np.sum([match.miss for match in found], axis=0) if found else np.zeros(len(fits))
     if not fits.any():
-        raise CaseError(_nothing_found(part, name, found, miss))
+        raise CaseError(nothing_found(part, name, found, miss))
     if spec.nearest is not None:
         fits = _nearest(part, fits, np.array(spec.nearest))
     clips = tuple(box for other in spec.all for box in named[other].clips)
@@ -152,7 +147,7 @@ def _resolve(
         clips += (spec.box,)
     triangles &= fits[part.faces.label]
     if not triangles.any():
-        raise CaseError(_nothing_found(part, name, found, miss))
+        raise CaseError(nothing_found(part, name, found, miss))
     done[name] = _Selection(faces=fits, triangles=triangles, clips=clips)
     return done[name]
 
@@ -226,7 +221,7 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
     if not used:
         raise CaseError(
             f"region.{name}: the box cuts nothing out of the {selection.faces.sum()} faces that "
-            f"fit otherwise:{_listing(part, np.flatnonzero(selection.faces).tolist())}"
+            f"fit otherwise:{listing(part, np.flatnonzero(selection.faces).tolist())}"
         )
     areas = _areas(corners)
     area = float(areas.sum())
@@ -236,7 +231,7 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
             f"region.{name}: selects the whole surface, all {len(part.corners)} faces "
             f"({area:.4g} mm^2); a region must leave some of it free"
         )
-    _check_assertions(part, name, spec, used, area)
+    check_assertions(part, name, spec, used, area)
     return Region(
         name=name,
         triangles=triangles,
@@ -272,48 +267,3 @@ def _without_edges(
 def _areas(corners: FloatArray) -> FloatArray:
     a, b, c = np.moveaxis(corners, 1, 0)
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-
-
-def _check_assertions(
-    part: FacedPart, name: str, spec: RegionSpec, used: list[int], area: float
-) -> None:
-    """Compare with ``count`` and ``area``."""
-    if spec.count is not None and len(used) != spec.count:
-        raise CaseError(
-            f"region.{name}: count = {spec.count}, but {len(used)} faces fit:{_listing(part, used)}"
-        )
-    if spec.area is not None and abs(area - spec.area) > spec.area_tolerance * spec.area:
-        raise CaseError(
-            f"region.{name}: area = {spec.area:.4g} mm^2 within {100 * spec.area_tolerance:g} %, "
-            f"but the faces that fit have {area:.4g} mm^2:{_listing(part, used)}"
-        )
-
-
-def _nothing_found(part: FacedPart, name: str, found: list[Match], miss: FloatArray) -> str:
-    """Say which key excludes the faces, where the part lies, and which faces come closest."""
-    keys = "; ".join(f"{match.key}: {match.fits.sum()} faces" for match in found)
-    bounds = ", ".join(
-        f"{axis} {number(low)} to {number(high)}"
-        for axis, low, high in zip("xyz", part.lower, part.upper, strict=True)
-    )
-    nearest = np.argsort(miss, kind="stable")[:_LISTED].tolist()
-    return (
-        f"region.{name}: no smooth face fits every key ({keys}). The part spans {bounds} mm and "
-        f"has {len(part.corners)} faces; nearest candidates:{_listing(part, nearest)}"
-    )
-
-
-def _listing(part: FacedPart, numbers: list[int]) -> str:
-    """List faces, one a line."""
-    lines = [f"\n  {_described(part.faces.faces[k])}" for k in numbers[:_LISTED]]
-    more = len(numbers) - _LISTED
-    return "".join(lines) + (f"\n  and {more} more" if more > 0 else "")
-
-
-def _described(face: SmoothFace) -> str:
-    """Describe a face in one line."""
-    words = f"{face.kind}, area {face.area:.4g} mm^2, centroid {place(face.centroid)}"
-    if face.diameter is not None and face.axis is not None:
-        shape = "hole" if face.concave else "outer"
-        return f"{words}, {shape}, diameter {face.diameter:.4g} mm, axis {direction(face.axis)}"
-    return words if face.normal is None else f"{words}, normal {direction(face.normal)}"

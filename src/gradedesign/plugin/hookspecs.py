@@ -74,12 +74,15 @@ def gradedesign_scaling_laws() -> Iterable[ScalingLaw]:
 
     Examples
     --------
-    >>> from gradedesign import hookimpl, power_law
+    >>> from gradedesign import LawOrigin, hookimpl, power_law
     >>> @hookimpl
     ... def gradedesign_scaling_laws():
     ...     yield power_law(
-    ...         "me-2026-simple-cubic", ("simple-cubic",), 0.7, 1.3, 0.5, 1.2, (0.1, 0.5),
-    ...         kind="fe", source="my thesis, table 2", test="periodic cell, quadratic tets",
+    ...         "me-2026-simple-cubic", ("simple-cubic",),
+    ...         youngs=(0.7, 1.3), strength=(0.5, 1.2), window=(0.1, 0.5),
+    ...         origin=LawOrigin(
+    ...             kind="fe", source="my thesis, table 2", test="periodic cell, quadratic tets"
+    ...         ),
     ...     )
     >>> [law.window for law in gradedesign_scaling_laws()]
     [(0.1, 0.5)]

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from importlib import metadata
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType, ModuleType
 from typing import Any, Literal, NamedTuple
 
@@ -25,6 +23,13 @@ from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
 from gradedesign.plugin import builtin, hookspecs
 from gradedesign.plugin.format_checks import check_formats
+from gradedesign.plugin.installed import (
+    distribution_source,
+    failure_of,
+    load_installed,
+    register,
+    register_modules,
+)
 from gradedesign.plugin.limit_checks import check_limit_keys
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
@@ -32,9 +37,6 @@ from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 __all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
 log = logging.getLogger(__name__)
-
-#: Set to 1 to load no installed plugin, only the built-ins.
-DISABLE_VARIABLE = "GRADEDESIGN_DISABLE_PLUGINS"
 
 _DASHED = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 #: A key of the case file.
@@ -105,12 +107,12 @@ def build_registry(
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
     sources: dict[str, PluginSource] = {}
-    own = _distribution_source(None, "builtin", hookspecs.GROUP)
-    _register(manager, sources, builtin, own)
+    own = distribution_source(None, "builtin", hookspecs.GROUP)
+    register(manager, sources, builtin, own)
     failures = (
-        _load_installed(manager, sources)
+        load_installed(manager, sources)
         if plugins == "installed"
-        else _register_modules(manager, sources, plugins)
+        else register_modules(manager, sources, plugins)
     )
     try:
         manager.check_pending()
@@ -186,89 +188,6 @@ def absent(registry: Registry, message: str) -> CaseError | PluginError:
     return CaseError(message)
 
 
-def _distribution_source(
-    distribution: metadata.Distribution | None, entry_point: str, fallback: str
-) -> PluginSource:
-    """Describe where a plugin comes from; ``fallback`` names a distribution to look up."""
-    if distribution is not None:
-        return PluginSource(
-            entry_point=entry_point, distribution=distribution.name, version=distribution.version
-        )
-    try:
-        version = metadata.version(fallback)
-    except metadata.PackageNotFoundError:
-        version = ""
-    return PluginSource(entry_point=entry_point, distribution=fallback, version=version)
-
-
-def _register(
-    manager: pluggy.PluginManager,
-    sources: dict[str, PluginSource],
-    plugin: object,
-    source: PluginSource,
-) -> None:
-    """Register one plugin under a unique name; a wrong hook signature is an error."""
-    name = f"{source.entry_point} ({source.distribution})"
-    if name in sources or manager.is_registered(plugin):
-        raise PluginError(
-            f"plugin '{source.entry_point}' of {source} is registered twice; "
-            f"keep one entry point per module"
-        )
-    try:
-        manager.register(plugin, name=name)
-    except pluggy.PluginValidationError as error:
-        raise PluginError(
-            f"plugin '{source.entry_point}' of {source} does not match a hook: {error}"
-        ) from error
-    sources[name] = source
-
-
-def _register_modules(
-    manager: pluggy.PluginManager, sources: dict[str, PluginSource], plugins: Iterable[ModuleType]
-) -> tuple[PluginFailure, ...]:
-    """Register modules that the caller imported."""
-    for module in plugins:
-        source = PluginSource(
-            entry_point=module.__name__, distribution=f"module {module.__name__}", version=""
-        )
-        _register(manager, sources, module, source)
-    return ()
-
-
-def _load_installed(
-    manager: pluggy.PluginManager, sources: dict[str, PluginSource]
-) -> tuple[PluginFailure, ...]:
-    """Load the entry points one by one; a failure disables only itself."""
-    if os.environ.get(DISABLE_VARIABLE, "") not in ("", "0"):
-        log.info("%s is set: no installed plugin is loaded", DISABLE_VARIABLE)
-        return ()
-    failures: list[PluginFailure] = []
-    points = metadata.entry_points(group=hookspecs.GROUP)
-    for point in sorted(points, key=lambda p: (p.name, p.value)):
-        if point.value == builtin.__name__:
-            continue
-        source = _distribution_source(point.dist, point.name, point.value)
-        try:
-            plugin = point.load()
-        except (KeyboardInterrupt, Interrupted):
-            raise
-        except BaseException as error:  # noqa: BLE001 - foreign code may raise anything
-            failures.append(_failure(source, error))
-            continue
-        _register(manager, sources, plugin, source)
-    return tuple(failures)
-
-
-def _failure(source: PluginSource, error: BaseException) -> PluginFailure:
-    """Record why a plugin is disabled."""
-    log.debug("plugin of %s failed", source, exc_info=error)
-    return PluginFailure(
-        entry_point=source.entry_point,
-        distribution=str(source),
-        error=f"{type(error).__name__}: {error}",
-    )
-
-
 _Found = dict[str, dict[str, tuple[Any, PluginSource]]]
 
 
@@ -288,7 +207,7 @@ def _collect(
         except (KeyboardInterrupt, Interrupted):
             raise
         except BaseException as error:  # noqa: BLE001 - foreign code may raise anything
-            failures.append(_failure(source, error))
+            failures.append(failure_of(source, error))
             continue
         for kind, record in records:
             _add(found, kind, record, source)

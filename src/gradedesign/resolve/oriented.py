@@ -27,8 +27,10 @@ from gradedesign.mesh.point_location import build_locator, locate
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.output.vtu_fields import read_vtu_tensor
 from gradedesign.part.part import Part
+from gradedesign.resolve.cell_choice import cell_axes
+from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.resolve import density_bounds
-from gradedesign.resolve.setup import Setup, cell_axes
+from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
 from gradedesign.sizing.homogenised_model import bond_matrix
 
@@ -139,51 +141,57 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     LatticeError
         If the map folds.
     """
-    case = setup.case
+    problem, cells = setup.problem, setup.cells
+    case = problem.case
     if case.lattice.orientation is None:
         return setup
-    tensor_of = stated_directions(case, setup.domain.distance) or _solid_stress(setup, solutions)
-    frames = oriented_frames(case, setup.part, tensor_of)
-    setup = replace(setup, frames=frames)
+    tensor_of = stated_directions(case, problem.domain.distance)
+    tensor_of = tensor_of or _solid_stress(problem, solutions)
+    frames = oriented_frames(case, problem.part, tensor_of)
     if case.lattice.graded_size:
         # The map itself follows from the densities that sizing finds.
-        return setup
+        return replace(setup, cells=replace(cells, frames=frames))
     wanted = constant_size(case)
     with locating(case, "lattice.orientation"):
-        cell_map = graded_map(case, setup.part, wanted, frames)
-        layout = cell_layout(cell_map, setup.layout.places, case.lattice.edges, wanted=wanted)
-    told = alignment(case, cell_map, tensor_of, layout.places)
-    bounds, _ = density_bounds(case, setup.cell, setup.law, layout.least)
+        cell_map = graded_map(case, problem.part, wanted, frames)
+        layout = cell_layout(cell_map, cells.layout.places, case.lattice.edges, wanted=wanted)
+    report = {
+        **layout.report,
+        "orientation": alignment(case, cell_map, tensor_of, layout.places),
+    }
+    bounds, _ = density_bounds(case, cells.cell, cells.law, layout.least)
     return replace(
         setup,
-        bounds=bounds,
-        layout=replace(
-            layout, typical=setup.layout.typical, report={**layout.report, "orientation": told}
+        cells=replace(
+            cells,
+            frames=frames,
+            bounds=bounds,
+            layout=replace(layout, typical=cells.layout.typical, report=report),
         ),
-        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, setup.space))),
-        warnings=(*setup.warnings, *layout_warnings(layout, setup.law.name)),
+        model=replace(setup.model, rotation=bond_matrix(cell_axes(layout, problem.space))),
+        warnings=(*setup.warnings, *layout_warnings(layout, cells.law.name)),
     )
 
 
-def _solid_stress(setup: Setup, solutions: tuple[Solution, ...]) -> Field:
+def _solid_stress(problem: Problem, solutions: tuple[Solution, ...]) -> Field:
     """Stress of the fully solid part in the load case that cells follow, by nearest element."""
-    told = setup.case.lattice.orientation
+    told = problem.case.lattice.orientation
     name = None if told is None else told.load_case
     found = [
         (case, solution)
-        for case, solution in zip(setup.model.cases, solutions, strict=True)
+        for case, solution in zip(problem.loads, solutions, strict=True)
         if case.name == name
     ]
     if not found:
         raise CaseError(f"the load case '{name}' that cells are to follow was not solved")
     case, solution = found[0]
     stress = element_stress(
-        setup.space,
-        solid_stiffness(setup),
+        problem.space,
+        solid_stiffness(problem),
         solution.displacement,
-        thermal_strain=setup.material.thermal_expansion * case.temperature_change,
+        thermal_strain=problem.material.thermal_expansion * case.temperature_change,
     ).mean(axis=-1)
-    tree = cKDTree(centroids(setup.space.mesh).T)
+    tree = cKDTree(centroids(problem.space.mesh).T)
 
     def nearest(points: FloatArray) -> FloatArray:
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)

@@ -10,8 +10,8 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import ResourceError
 from gradedesign.fe.solve import BASE_BYTES, BYTES_PER_UNKNOWN, predict_memory_bytes
 from gradedesign.mesh.long_edges import least_count
+from gradedesign.mesh.meshed_surface import LONGEST_EDGE
 from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.mesh.tetwild import LONGEST_EDGE
 from gradedesign.part.part import Part
 
 #: Unknowns of quadratic elements per tetrahedron of a bulky part, at least.

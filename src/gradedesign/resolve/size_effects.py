@@ -93,19 +93,20 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
     on_event : callable, optional
         Receives the warnings, and the walls that are not in the user's cache.
     """
-    model, domain, cell_map = setup.model, setup.domain, setup.layout.cell_map
-    reason = why_periodic(setup.case, setup.law.kind, setup.cell, setup.bounds[0])
-    warnings = periodic_warnings(setup.case, setup.part, setup.layout, reason)
+    problem, cells, model = setup.problem, setup.cells, setup.model
+    domain, cell_map = problem.domain, cells.layout.cell_map
+    reason = why_periodic(problem.case, cells.law.kind, cells.cell, cells.bounds[0])
+    warnings = periodic_warnings(problem.case, problem.part, cells.layout, reason)
     if not reason:
         report_step("walls of few cells")
         mesh = model.space.mesh
         walls, warnings = wall_factors(
             cell_map,
-            setup.part,
+            problem.part,
             domain,
             mesh,
             model.solid_share < 1,
-            wall_material(setup.cell, setup.bounds, model.material.poissons_ratio),
+            wall_material(cells.cell, cells.bounds, model.material.poissons_ratio),
             lambda wall: on_event(
                 Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")
             ),
@@ -114,7 +115,7 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
             model = replace(model, walls=walls)
             try:
                 if domain.passive:
-                    fill = passive_fill(cell_map, mesh, setup.cell, setup.bounds, domain)
+                    fill = passive_fill(cell_map, mesh, cells.cell, cells.bounds, domain)
                     model = replace(model, fill=fill)
             except ResourceError as error:
                 warnings = (*warnings, str(error))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes
 from gradedesign.fe.solution import Solution
@@ -15,27 +16,29 @@ from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.verdict import limit_rows
+from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.explicit import work_of
 
 
-def solve_solid(setup: Setup) -> tuple[Solution, ...]:
+def solve_solid(problem: Problem) -> tuple[Solution, ...]:
     """Displacements of the fully solid part in every load case."""
-    material, space = setup.material, setup.space
-    stiffness = solid_stiffness(setup)
+    material, space = problem.material, problem.space
+    stiffness = solid_stiffness(problem)
     density = np.full(space.element_count, material.density)
     vectors = [
         load_vector(space, case, stiffness, density, material.thermal_expansion)
-        for case in setup.model.cases
+        for case in problem.loads
     ]
-    return solve_elastic(space, stiffness, vectors, solver=setup.model.solver)
+    return solve_elastic(space, stiffness, vectors, solver=problem.solver)
 
 
-def solid_stiffness(setup: Setup) -> IsotropicStiffness:
+def solid_stiffness(problem: Problem) -> IsotropicStiffness:
     """The base material in every tetrahedron."""
     return IsotropicStiffness(
-        E=np.full(setup.space.element_count, setup.material.youngs_modulus),
-        nu=setup.material.poissons_ratio,
+        E=np.full(problem.space.element_count, problem.material.youngs_modulus),
+        nu=problem.material.poissons_ratio,
     )
 
 
@@ -73,26 +76,28 @@ class SolidAnalysis:
         return float(np.linalg.norm(self.displacement[load_case], axis=0).max())
 
 
-def solid_analysis(setup: Setup, solutions: tuple[Solution, ...]) -> SolidAnalysis:
+def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAnalysis:
     """Measures of the fully solid part; its stress only where a limit reads any."""
     measures: dict[str, tuple[SolidStress, ...]] = {}
-    if setup.considered.any() and any(limit.needs_stress for limit in setup.limits):
-        weights = np.repeat((setup.model.volumes * setup.considered / 4.0)[:, None], 4, axis=1)
-        stiffness = solid_stiffness(setup)
-        for case, solution in zip(setup.model.cases, solutions, strict=True):
+    if problem.considered.any() and any(limit.needs_stress for limit in problem.limits):
+        weights = np.repeat(
+            (signed_volumes(problem.space.mesh) * problem.considered / 4.0)[:, None], 4, axis=1
+        )
+        stiffness = solid_stiffness(problem)
+        for case, solution in zip(problem.loads, solutions, strict=True):
             stress = element_von_mises(
-                setup.space,
+                problem.space,
                 stiffness,
                 solution.displacement,
-                thermal_strain=setup.material.thermal_expansion * case.temperature_change,
+                thermal_strain=problem.material.thermal_expansion * case.temperature_change,
             )
-            value = weighted_percentile(stress, weights, setup.case.limits.percentile)
+            value = weighted_percentile(stress, weights, problem.case.limits.percentile)
             measures[case.name] = (SolidStress(value=value),)
-    density = np.full(setup.space.element_count, setup.material.density)
-    forces = [mechanical_force(setup.space, case, density) for case in setup.model.cases]
+    density = np.full(problem.space.element_count, problem.material.density)
+    forces = [mechanical_force(problem.space, case, density) for case in problem.loads]
     return SolidAnalysis(
         displacement={s.name: s.displacement for s in solutions},
-        nodes={name: region_nodes(setup.space, found) for name, found in setup.facets.items()},
+        nodes={name: region_nodes(problem.space, found) for name, found in problem.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
     )
@@ -106,20 +111,24 @@ def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     CaseError
         If a limit is relative to a value that is nothing in the solid part.
     """
-    analysis = solid_analysis(setup, solutions)
-    limits = tuple(_resolved(setup, limit, analysis) for limit in setup.limits)
-    setup = replace(setup, limits=limits)
-    return replace(setup, solid=limit_rows(limits, analysis, "solid part"))
+    problem = setup.problem
+    analysis = solid_analysis(problem, solutions)
+    limits = tuple(_resolved(problem.case, limit, analysis) for limit in problem.limits)
+    return replace(
+        setup,
+        problem=replace(problem, limits=limits),
+        solid=limit_rows(limits, analysis, "solid part"),
+    )
 
 
-def _resolved(setup: Setup, limit: Limit, analysis: SolidAnalysis) -> Limit:
+def _resolved(case: Case, limit: Limit, analysis: SolidAnalysis) -> Limit:
     """A limit in its unit: so many times what the solid part has in this load case."""
     if limit.times_solid is None:
         return limit
     value = limit.rows(analysis, "solid part")[0].value
     if value <= limit.rest(analysis):
         raise CaseError(
-            f"{setup.case.where(limit.case_key)}: found {limit.stated}, but {limit.name} of the "
+            f"{case.where(limit.case_key)}: found {limit.stated}, but {limit.name} of the "
             f"solid part is {value:.3g} {limit.unit} in load case '{limit.key.load_case}'; "
             f"expected more: state a value in {limit.unit}, or name the load_case it is meant for"
         )

@@ -6,24 +6,25 @@ from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.cell_choice import CellChoice
+from gradedesign.resolve.problem import Problem
 
 
-def thinnest_wall(setup: Setup, grid: DensityGrid) -> float:
+def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
     """Thinnest wall or strut of a density field, mm.
 
     Equal cells: that of the least density. Otherwise the thinnest over the tetrahedra that hold
     lattice, each with its own density and the shortest extent of its own cells.
     """
-    layout = setup.layout
+    layout = cells.layout
     if layout.cell_map.name == "uniform":
         least = float(grid.values.min())
-        return float(wall_mm(setup.cell, least, layout.least))
-    lattice = setup.model.solid_share < 1
+        return float(wall_mm(cells.cell, least, layout.least))
+    lattice = problem.solid_share < 1
     if not lattice.any():
-        return float(wall_mm(setup.cell, setup.bounds[0], layout.typical))
-    places = centroids(setup.space.mesh)[:, lattice]
+        return float(wall_mm(cells.cell, cells.bounds[0], layout.typical))
+    places = centroids(problem.space.mesh)[:, lattice]
     density = evaluate(grid, places)
     sizes = local_cells(layout.cell_map, places).least
-    walls = wall_mm(setup.cell, density, sizes)
+    walls = wall_mm(cells.cell, density, sizes)
     return float(walls.min())

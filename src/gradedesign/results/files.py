@@ -33,7 +33,9 @@ from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult, as_json
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
+from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import STL_NAME, printed_lattice, write_lattice_files
+from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
 from gradedesign.results.iteration_log import iteration_log
@@ -79,21 +81,22 @@ def write_outputs(
     shown: Shown | None = None,
 ) -> RunResult:
     """Write what exists at this point and return the result with its files named."""
+    problem = setup.problem
     files: dict[str, str] = {}
     warnings: list[str] = list(result.warnings)
     with announce.stage("output"):
-        warnings += _loads_picture(out, setup, files)
+        warnings += _loads_picture(out, problem, files)
         if solid:
-            _solid_vtu(out, setup, solid, files)
+            _solid_vtu(out, problem, solid, files)
         density = shown.rho if shown is not None else rho
         if density is not None:
-            warnings += _density_files(out, setup, density, files)
+            warnings += _density_files(out, problem, density, files)
         if shown is not None:
-            _exported_files(out, setup, shown.surface, shown.analysed.design, files)
-            warnings += _lattice_files(out, setup, shown, files)
-        elif rho is not None and setup.case.run.stop_after == "lattice":
-            warnings += _unjudged_lattice(out, setup, rho, files)
-    formats = setup.case.output.formats
+            _exported_files(out, problem, shown.surface, shown.analysed.design, files)
+            warnings += _lattice_files(out, problem, shown, files)
+        elif rho is not None and problem.case.run.stop_after == "lattice":
+            warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
+    formats = problem.case.output.formats
     if "report" in formats:
         files["report"] = "report.html"
     files["log"] = "iterations.csv"
@@ -112,37 +115,37 @@ def write_outputs(
             for name, path in files.items()
             if path.endswith(".png")
         }
-        case_text = setup.case.path.read_text(encoding="utf-8")
+        case_text = problem.case.path.read_text(encoding="utf-8")
         out.write_text("report.html", render_report(result, pictures, case_text))
     write_result(out, result)
     return result
 
 
-def _loads_picture(out: RunFolder, setup: Setup, files: dict[str, str]) -> tuple[str, ...]:
+def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:
     files["loads"] = "loads.png"
     warnings = picture_loads(
         out.path_of("loads.png"),
-        setup.part.surface,
-        region_marks(setup.case, setup.part.regions),
-        action_marks(setup.case, setup.part),
-        note=warming_note(setup.case),
+        problem.part.surface,
+        region_marks(problem.case, problem.part.regions),
+        action_marks(problem.case, problem.part),
+        note=warming_note(problem.case),
     )
     _adopt_drawn(out, files, "loads")
     return warnings
 
 
 def _solid_vtu(
-    out: RunFolder, setup: Setup, solid: Sequence[Solution], files: dict[str, str]
+    out: RunFolder, problem: Problem, solid: Sequence[Solution], files: dict[str, str]
 ) -> None:
-    if "vtu" not in setup.case.output.formats:
+    if "vtu" not in problem.case.output.formats:
         return
-    stiffness = solid_stiffness(setup)
+    stiffness = solid_stiffness(problem)
     data: dict[str, Any] = {}
     for solution in solid:
         data[f"displacement {solution.name} [mm]"] = solution.displacement
     cells = {
         f"von_mises {s.name} [MPa]": von_mises(
-            element_stress(setup.space, stiffness, s.displacement)
+            element_stress(problem.space, stiffness, s.displacement)
         ).mean(axis=1)
         for s in solid
     }
@@ -150,7 +153,7 @@ def _solid_vtu(
     files["solid_vtu"] = "solid.vtu"
     write_vtu(
         out.path_of("solid.vtu"),
-        (setup.space.nodes, setup.space.elements.astype(np.int64)),
+        (problem.space.nodes, problem.space.elements.astype(np.int64)),
         point_data=data,
         cell_data=cells,
     )
@@ -158,21 +161,21 @@ def _solid_vtu(
 
 
 def _density_files(
-    out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
+    out: RunFolder, problem: Problem, rho: FloatArray, files: dict[str, str]
 ) -> tuple[str, ...]:
-    shown = np.where(setup.model.solid_share >= 1.0, 1.0, rho)
+    shown = np.where(problem.solid_share >= 1.0, 1.0, rho)
     files["density"] = "density.png"
-    warnings = picture_density(out.path_of("density.png"), setup.space.mesh, shown)
+    warnings = picture_density(out.path_of("density.png"), problem.space.mesh, shown)
     _adopt_drawn(out, files, "density")
-    if "vtu" in setup.case.output.formats:
+    if "vtu" in problem.case.output.formats:
         report_step("writing density.vtu")
         files["density_vtu"] = "density.vtu"
         write_vtu(
             out.path_of("density.vtu"),
-            setup.space.mesh,
+            problem.space.mesh,
             cell_data={
                 "relative_density [-]": rho,
-                "solid_share [-]": setup.model.solid_share,
+                "solid_share [-]": problem.solid_share,
             },
         )
         out.adopt("density.vtu")
@@ -180,7 +183,7 @@ def _density_files(
 
 
 def _lattice_files(
-    out: RunFolder, setup: Setup, shown: Shown, files: dict[str, str]
+    out: RunFolder, problem: Problem, shown: Shown, files: dict[str, str]
 ) -> tuple[str, ...]:
     """Pictures and fields of the lattice."""
     result = shown.analysed.result
@@ -188,8 +191,8 @@ def _lattice_files(
     load_case = worst[0] if worst else result.solutions[0].name
     solution = next(s for s in result.solutions if s.name == load_case)
     stiffness = IsotropicStiffness(
-        E=np.full(result.space.element_count, setup.material.youngs_modulus),
-        nu=setup.material.poissons_ratio,
+        E=np.full(result.space.element_count, problem.material.youngs_modulus),
+        nu=problem.material.poissons_ratio,
     )
     report_step("stress for the pictures")
     at_vertices = von_mises(
@@ -204,7 +207,7 @@ def _lattice_files(
             out.path_of("stress.png"),
             surface,
             nodal[vertex],
-            limit=allowed_stress(setup.case, setup.material),
+            limit=allowed_stress(problem.case, problem.material),
             title=f"Stress of the lattice, load case {load_case}",
         ),
         *picture_deformed(
@@ -216,7 +219,7 @@ def _lattice_files(
     ]
     for name in ("lattice", "stress", "deformed"):
         _adopt_drawn(out, files, name)
-    if "vtu" in setup.case.output.formats:
+    if "vtu" in problem.case.output.formats:
         report_step("writing lattice.vtu")
         files["lattice_vtu"] = "lattice.vtu"
         write_vtu(
@@ -234,16 +237,22 @@ def _lattice_files(
 
 
 def _unjudged_lattice(
-    out: RunFolder, setup: Setup, rho: FloatArray, files: dict[str, str]
+    out: RunFolder,
+    problem: Problem,
+    cells: CellChoice,
+    rho: FloatArray,
+    files: dict[str, str],
 ) -> tuple[str, ...]:
     """Surface of a design that no analysis has judged."""
-    design = build_design(setup, density_grid(setup, rho))
-    step = setup.layout.least / 24
-    raw = trimmed_surface(design, setup.part.surface, step)
-    surface, islands = remove_islands(raw, keep=setup.domain.bodies, least_pocket=(0.5 * step) ** 3)
+    design = build_design(problem, cells, density_grid(problem, rho))
+    step = cells.layout.least / 24
+    raw = trimmed_surface(design, problem.part.surface, step)
+    surface, islands = remove_islands(
+        raw, keep=problem.domain.bodies, least_pocket=(0.5 * step) ** 3
+    )
     write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME)
-    _exported_files(out, setup, surface, design, files)
+    _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
     warnings = picture_lattice(out.path_of("lattice.png"), surface)
     _adopt_drawn(out, files, "lattice")
@@ -254,15 +263,15 @@ def _unjudged_lattice(
 
 def _exported_files(
     out: RunFolder,
-    setup: Setup,
+    problem: Problem,
     surface: SurfaceMesh,
     design: LatticeDesign,
     files: dict[str, str],
 ) -> None:
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
-    others = [file for file in setup.lattice_files if file.name != STL_NAME]
-    lattice = printed_lattice(setup.case, surface, design, setup.material)
+    others = [file for file in problem.lattice_files if file.name != STL_NAME]
+    lattice = printed_lattice(problem.case, surface, design, problem.material)
     files |= write_lattice_files(out, others, lattice)
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib import metadata
 from typing import Any
 
 from gradedesign.arrays import FloatArray
@@ -17,19 +15,15 @@ from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.round import predict
 from gradedesign.loop.rounds import Round
 from gradedesign.loop.second_size import unresolved_warnings
-from gradedesign.mesh.tetwild import failed_attempts
+from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
-from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
-from gradedesign.resolve.setup import Setup, part_volume
-from gradedesign.resolve.size_effects import why_periodic
+from gradedesign.resolve.setup import Setup
+from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.correction import Correction
-
-#: Libraries whose versions the report names.
-LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
 
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
@@ -46,7 +40,7 @@ def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ..
             f"smaller load or a wider limit would help, a lattice cannot"
         ),
         limits=rows,
-        **_common(setup, registry),
+        **common_entries(setup, registry),
     )
 
 
@@ -61,7 +55,7 @@ def partial_result(
     """Stopped where the case said."""
     numbers: dict[str, Any] = {}
     measures: dict[str, Any] = {}
-    common = _common(setup, registry)
+    common = common_entries(setup, registry)
     if sized is not None and not sized.feasible:
         common["warnings"] += (
             f"the sized lattice breaks a limit: the most used one to {sized.history[-1].use:.1%}, "
@@ -75,7 +69,7 @@ def partial_result(
             "mass_g": mass,
             "lattice_mass_g": lattice_mass(model, sized.rho) * 1e6,
             "lattice_density": float(weights @ sized.rho / weights.sum()),
-            "relative_density": mass / _solid_mass(setup),
+            "relative_density": mass / solid_mass(setup.problem),
         }
         measures = {
             "sizing": {
@@ -85,15 +79,15 @@ def partial_result(
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             }
         }
-        found = predict(setup, Correction(), sized.rho).values
-        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.limits)
+        found = predict(model, setup.problem.limits, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.problem.limits)
     return RunResult(
         status="partial",
         lightest=False,
         ended_by="stop_after",
         reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
         limits=rows,
-        measures={**measures, "cell_map": dict(setup.layout.report)},
+        measures={**measures, "cell_map": dict(setup.cells.layout.report)},
         **numbers,
         **common,
     )
@@ -107,7 +101,7 @@ def verdict_result(
     ended: Ended,
 ) -> RunResult:
     """Met or not, with the best design that was found."""
-    common = _common(setup, registry)
+    common = common_entries(setup, registry)
     warnings = list(common.pop("warnings"))
     iterations = tuple(r.iteration for r in rounds)
     if accepted is None:
@@ -143,13 +137,13 @@ def verdict_result(
         limits=rows,
         mass_g=it.mass_g,
         lattice_mass_g=it.lattice_mass_g,
-        relative_density=it.mass_g / _solid_mass(setup),
-        lattice_density=it.lattice_mass_g / _latticed_mass(setup),
+        relative_density=it.mass_g / solid_mass(setup.problem),
+        lattice_density=it.lattice_mass_g / latticed_mass(setup.model),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
-            "cell_map": dict((accepted.analysed if accepted else setup).layout.report),
+            "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
         },
         warnings=tuple(warnings),
         **common,
@@ -159,7 +153,7 @@ def verdict_result(
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
     """What limits say about the densities of a design."""
     volumes = setup.model.lattice_volumes
-    return [said for limit in setup.limits for said in limit.notes(volumes, rho)]
+    return [said for limit in setup.problem.limits for said in limit.notes(volumes, rho)]
 
 
 def best_round(rounds: Sequence[Round]) -> Round:
@@ -254,72 +248,3 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
         f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
         f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
     )
-
-
-def _latticed_mass(setup: Setup) -> float:
-    """Mass of the lattice's region if it were solid, g."""
-    weights = setup.model.lattice_volumes
-    return float(weights.sum()) * setup.material.density * 1e6
-
-
-def _solid_mass(setup: Setup) -> float:
-    return part_volume(setup) * setup.material.density * 1e6
-
-
-def _common(setup: Setup, registry: Registry) -> dict[str, Any]:
-    law = setup.law
-    return {
-        "solid_mass_g": _solid_mass(setup),
-        "solid": setup.solid,
-        "warnings": (*setup.warnings, *registry.notes),
-        "plugins": tuple(str(p) for p in registry.plugins),
-        "versions": library_versions(),
-        "case_hash": setup.case.case_hash,
-        "case_name": setup.case.name,
-        "budget": {"time_s": setup.case.run.time, "max_rounds": setup.case.run.max_rounds},
-        "law": {
-            "name": law.name,
-            "source": law.source,
-            "test": law.test,
-            "kind": law.kind,
-            "local_stress": stress_basis(law),
-            "buckling": buckling_basis(law),
-            **{name: value for limit in setup.limits for name, value in limit.basis().items()},
-            "size_effects": size_effects_data(setup),
-            "window": list(law.window),
-            "coefficients": {name: value for name, value in law.coefficients},
-            "cell": setup.cell.name,
-            "cell_source": setup.cell.family.source,
-            "cell_window": list(setup.cell.window),
-            "density_bounds": list(setup.bounds),
-            "material": setup.material.name,
-            "material_source": setup.material.source,
-        },
-    }
-
-
-def size_effects_data(setup: Setup) -> dict[str, Any]:
-    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
-    walls = setup.model.walls
-    if walls is None:
-        low = setup.bounds[0]
-        reason = why_periodic(setup.case, setup.law.kind, setup.cell, low)
-        return {"mode": "periodic", **({"reason": reason} if reason else {})}
-    weight = setup.model.volumes * (setup.model.solid_share < 1)
-    return {
-        "mode": "walls",
-        "kinds": len(walls.classes),
-        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
-        "densities": [float(walls.density[0]), float(walls.density[-1])],
-    }
-
-
-def library_versions() -> dict[str, str]:
-    """Versions of Python, gradedesign and what it computes with."""
-    versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
-    for name in LIBRARIES:
-        try:
-            versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            versions[name] = "not installed"
-    return versions

@@ -12,7 +12,8 @@ from scipy.sparse import csr_matrix
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.state import Response
-from gradedesign.sizing.homogenised import homogenised_system, lattice_mass, solid_slope
+from gradedesign.sizing.felt_variables import FeltVariables, felt_variables
+from gradedesign.sizing.homogenised import homogenised_system, lattice_mass
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
 from gradedesign.sizing.optimality import optimality_step
@@ -92,18 +93,11 @@ def size(
     lo, hi = problem.bounds
     model = problem.model
     weights = model.lattice_volumes
-    # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
-    per_asked = solid_slope(model, np.full(weights.shape, np.sqrt(lo * hi)))
-    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
-    active = cost > 0
-    felt = problem.filter if active.all() else problem.filter[:, active]
-    sums = np.asarray(problem.filter.sum(axis=0)).ravel()
-    # Variables that no lattice feels stay at the lower bound.
-    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start.copy()
-    x = np.where(active, np.clip(x, lo, hi), lo)
+    felt = felt_variables(problem)
+    active = felt.active
+    x = _first_variables(problem, felt, start)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
-    by_gradient = [k for k, limit in enumerate(problem.limits) if limit.by_gradient]
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     calm = np.ones(x.shape)
@@ -113,30 +107,12 @@ def size(
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
             uses, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
-        floor = np.full(rho.shape, lo)
-        for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
-            if not limit.by_gradient:
-                allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
-                wanted = limit.least_density(state, allowances[k])
-                floor = np.maximum(floor, np.clip(wanted, lo, hi))
-        reach = move * calm
-        step_lower = np.maximum(x * (1 - reach), _variable_floor(problem.filter, sums, floor, lo))
-        step_lower = np.clip(np.maximum(step_lower, kept), lo, hi)
-        step_upper = np.maximum(np.clip(x * (1 + reach), lo, hi), step_lower)
-        new = x
-        if by_gradient:
-            new = x.copy()
-            new[active] = optimality_step(
-                x[active],
-                cost[active],
-                pointwise.use / problem.target,
-                (pointwise.gradients / problem.target) @ felt,
-                step_lower[active],
-                step_upper[active],
-                exponent=_mean_exponent(model, rho, weights),
-            )[0]
-        else:
-            new = np.where(active, step_lower, lo)
+        floor = _density_floor(problem, uses, state, allowances)
+        floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
+        lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
+        upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
+        exponent = _mean_exponent(model, rho, weights)
+        new = _new_variables(problem, felt, x, pointwise, (lower, upper), exponent)
         change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
         step = SizingStep(
             iteration=iteration,
@@ -149,10 +125,8 @@ def size(
         history.append(step)
         if on_step is not None:
             on_step(step)
-        settled = change < tolerance or _mass_settled(history, tolerance)
-        still = change < STILL * tolerance
         holds = step.use <= _near_enough(problem, tolerance)
-        if iteration > 2 and (still or (settled and holds)):
+        if iteration > 2 and _stands_still(history, tolerance, holds=holds):
             return sizing_result(problem, x, history, converged=True)
         if holds and iteration + 1 >= max_iterations:
             break
@@ -163,6 +137,65 @@ def size(
         previous.append(x)
         x = new
     return sizing_result(problem, x, history, converged=False)
+
+
+def _first_variables(
+    problem: SizingProblem, felt: FeltVariables, start: FloatArray | None
+) -> FloatArray:
+    """Variables to begin from; those that no lattice feels stay at the lower bound."""
+    lo, hi = problem.bounds
+    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start
+    return np.where(felt.active, np.clip(x, lo, hi), lo)
+
+
+def _new_variables(
+    problem: SizingProblem,
+    felt: FeltVariables,
+    x: FloatArray,
+    pointwise: _Pointwise,
+    bounds: tuple[FloatArray, FloatArray],
+    exponent: float,
+) -> FloatArray:
+    """Lightest variables within the bounds of a step that hold the limits by gradient."""
+    lower, upper = bounds
+    active = felt.active
+    if not any(limit.by_gradient for limit in problem.limits):
+        return np.where(active, lower, problem.bounds[0])
+    new = x.copy()
+    new[active] = optimality_step(
+        x[active],
+        felt.cost[active],
+        pointwise.use / problem.target,
+        (pointwise.gradients / problem.target) @ felt.filter,
+        lower[active],
+        upper[active],
+        exponent=exponent,
+    )[0]
+    return new
+
+
+def _density_floor(
+    problem: SizingProblem,
+    uses: tuple[float, ...],
+    state: SolvedState,
+    allowances: list[float],
+) -> FloatArray:
+    """Least density ``(M,)`` that the limits without gradient ask for; steers ``allowances``."""
+    lo, hi = problem.bounds
+    floor = np.full(state.rho.shape, lo)
+    for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
+        if not limit.by_gradient:
+            allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
+            wanted = limit.least_density(state, allowances[k])
+            floor = np.maximum(floor, np.clip(wanted, lo, hi))
+    return floor
+
+
+def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
+    """Nothing moves at all, or densities, mass and uses settle where the limits hold."""
+    change = history[-1].change
+    settled = change < tolerance or _mass_settled(history, tolerance)
+    return change < STILL * tolerance or (settled and holds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -14,10 +14,10 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
 from gradedesign.lattice.domain import LATTICE
 from gradedesign.lattice.islands import largest_pieces
+from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.tet_mesh import centroids, signed_volumes
-from gradedesign.mesh.tetwild import tetrahedralize
 from gradedesign.verify.explicit import (
     ExplicitResult,
     JudgedSolid,

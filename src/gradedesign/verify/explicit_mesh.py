@@ -1,7 +1,7 @@
 """Body-fitted tetrahedra of a lattice design, on a grid that follows its thinnest wall.
 
 A grid that loses volume or pieces, or makes flat tetrahedra, is refined as far as the memory
-budget goes.
+budget goes. Above 300 lines: the size of the grid and the gates of its mesh depend on each other.
 """
 
 from __future__ import annotations

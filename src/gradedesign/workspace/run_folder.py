@@ -1,4 +1,7 @@
-"""The folder of one run: every file accounted for, every stage resumable, one run at a time."""
+"""The folder of one run: every file accounted for, every stage resumable, one run at a time.
+
+Above 300 lines: whoever changes what a folder holds must see lock, manifest and stages together.
+"""
 
 from __future__ import annotations
 

@@ -18,9 +18,9 @@ from gradedesign_cells_frep import (
     slotted_plates,
     sphere_pores,
 )
-from gradedesign_cells_frep.pore_family import pore_family
+from gradedesign_cells_frep.pore_family import Pores, pore_family
 
-__all__ = ["gradedesign_cell_families", "gradedesign_scaling_laws", "pore_family"]
+__all__ = ["Pores", "gradedesign_cell_families", "gradedesign_scaling_laws", "pore_family"]
 
 
 @hookimpl

@@ -12,7 +12,7 @@ import numpy as np
 
 from gradedesign.fields import FloatArray
 from gradedesign_cells_frep.parameters import within
-from gradedesign_cells_frep.pore_family import pore_family
+from gradedesign_cells_frep.pore_family import Pores, pore_family
 from gradedesign_cells_frep.rods import median
 
 
@@ -34,11 +34,9 @@ def cube(p: FloatArray, *, neck: float = 0.4) -> FloatArray:
 FAMILIES = tuple(
     pore_family(
         f"cube-pores{'-noise' if noise else ''}",
-        cube,
+        Pores(gauge=cube, mirrored=True, full=0.5),
         parameters={"neck": 0.4},
         symmetry="cubic",
-        mirrored=True,
-        full=0.5,
         noise=noise,
         source="cubes with channels",
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.fields import FloatArray
-from gradedesign_cells_frep.pore_family import pore_family
+from gradedesign_cells_frep.pore_family import Pores, pore_family
 
 
 def cylinders(p: FloatArray) -> FloatArray:
@@ -23,9 +23,8 @@ def cylinders(p: FloatArray) -> FloatArray:
 FAMILIES = tuple(
     pore_family(
         f"cylinder-pores{'-noise' if noise else ''}",
-        cylinders,
+        Pores(gauge=cylinders, mirrored=True),
         symmetry="cubic",
-        mirrored=True,
         noise=noise,
         source="cylinders along the axes",
     )

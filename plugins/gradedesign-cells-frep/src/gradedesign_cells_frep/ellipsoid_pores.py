@@ -10,7 +10,7 @@ import numpy as np
 
 from gradedesign.fields import FloatArray
 from gradedesign_cells_frep.parameters import within
-from gradedesign_cells_frep.pore_family import pore_family
+from gradedesign_cells_frep.pore_family import Pores, pore_family
 
 #: Half axes of the pore of size 1.
 AXES = {"axis_x": 1.0, "axis_y": 0.95, "axis_z": 0.9}
@@ -37,10 +37,9 @@ def ellipsoid(
 FAMILIES = tuple(
     pore_family(
         f"ellipsoid-pores{'-noise' if noise else ''}",
-        ellipsoid,
+        Pores(gauge=ellipsoid, mirrored=True),
         parameters=AXES,
         symmetry="orthotropic",
-        mirrored=True,
         noise=noise,
         source="ellipsoids",
     )

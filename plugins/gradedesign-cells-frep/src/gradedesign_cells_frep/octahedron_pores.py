@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.fields import FloatArray
-from gradedesign_cells_frep.pore_family import pore_family
+from gradedesign_cells_frep.pore_family import Pores, pore_family
 
 
 def octahedron(p: FloatArray) -> FloatArray:
@@ -21,9 +21,8 @@ def octahedron(p: FloatArray) -> FloatArray:
 FAMILIES = tuple(
     pore_family(
         f"octahedron-pores{'-noise' if noise else ''}",
-        octahedron,
+        Pores(gauge=octahedron, mirrored=True),
         symmetry="cubic",
-        mirrored=True,
         noise=noise,
         source="octahedra",
     )

@@ -15,6 +15,7 @@ paper's phase, and to F.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
@@ -39,16 +40,41 @@ NOISE = {"noise_place": 0.03, "noise_size": 0.02, "seed": 7.0}
 QUIET = {"noise_place": 0.0, "noise_size": 0.0, "seed": 7.0}
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pores:
+    """The pores of a cell of edge 1.
+
+    Attributes
+    ----------
+    gauge : callable
+        ``gauge(p, **parameters)``: places ``(3, ...)`` from the pore's centre to ``(...)``,
+        positive and proportional to the distance from the centre along every ray.
+    centres : (k, 3) array_like, cell units
+        Centres of the pores.
+    channels : (m, 2, 3) array_like, cell units, optional
+        Ends of the axes of channels; adds the parameter ``channel``, their radius by the size of
+        the pores, 0.05 to 1.
+    mirrored : bool
+        True if the gauge rises with each of ``abs(x), abs(y), abs(z)``: then only the nearest copy
+        of each pore is looked at, else eight.
+    full : float
+        Size at which walls between the pores have no thickness. Above 0 the levels count from
+        there, ``t = full / q - r``, and have to be half of the walls' thickness in cell units.
+    """
+
+    gauge: Callable[..., FloatArray]
+    centres: ArrayLike = ((0.0, 0.0, 0.0),)
+    channels: ArrayLike | None = None
+    mirrored: bool = False
+    full: float = 0.0
+
+
 def pore_family(
     name: str,
-    gauge: Callable[..., FloatArray],
+    pores: Pores,
     *,
-    centres: ArrayLike = ((0.0, 0.0, 0.0),),
-    channels: ArrayLike | None = None,
     parameters: dict[str, float] | None = None,
     symmetry: Literal["cubic", "tetragonal", "orthotropic", "none"] = "none",
-    mirrored: bool = False,
-    full: float = 0.0,
     noise: bool = False,
     source: str = "",
 ) -> CellFamily:
@@ -57,24 +83,11 @@ def pore_family(
     Parameters
     ----------
     name : str
-    gauge : callable
-        ``gauge(p, **parameters)``: places ``(3, ...)`` from the pore's centre to ``(...)``,
-        positive and proportional to the distance from the centre along every ray.
-    centres : (k, 3) array_like, cell units
-        Centres of the pores in a cell.
-    channels : (m, 2, 3) array_like, cell units, optional
-        Ends of the axes of channels; adds the parameter ``channel``, their radius by the size of
-        the pores, 0.05 to 1.
+    pores : Pores
     parameters : dict of str to float
         Defaults of the gauge's keyword arguments.
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
         Of the pores and their places together; with noise there is none.
-    mirrored : bool
-        True if the gauge rises with each of ``abs(x), abs(y), abs(z)``: then only the nearest copy
-        of each pore is looked at, else eight.
-    full : float
-        Size at which walls between the pores have no thickness. Above 0 the levels count from
-        there, ``t = full / q - r``, and have to be half of the walls' thickness in cell units.
     noise : bool
         Add `NOISE`: the parameters ``noise_place`` and ``noise_size``, root mean square shift of
         the pores and change of their size in cell units, and ``seed``.
@@ -94,11 +107,12 @@ def pore_family(
 
     Examples
     --------
-    >>> family = pore_family("round", lambda p: np.linalg.norm(p, axis=0), mirrored=True)
+    >>> pores = Pores(gauge=lambda p: np.linalg.norm(p, axis=0), mirrored=True)
+    >>> family = pore_family("round", pores)
     >>> float(family.shape(np.array([1.0, 0.25, 0.0])))
     -0.25
     """
-    places = np.array(centres, dtype=np.float64)
+    places = np.array(pores.centres, dtype=np.float64)
     if places.ndim != 2 or places.shape[1:] != (3,) or not np.isfinite(places).all():
         raise PluginError(
             f"cell '{name}': centres of pores have shape {places.shape}, expected (k, 3), finite"
@@ -110,15 +124,16 @@ def pore_family(
             f"cell '{name}': the gauge's parameter {', '.join(sorted(taken))} has a name of the "
             f"replication's own; rename it"
         )
-    axes = None if channels is None else periodic_distance_to_segments(channels)
+    axes = None if pores.channels is None else periodic_distance_to_segments(pores.channels)
+    walls = pores.full > 0 and not noise
     return CellFamily(
         name=name,
-        shape=_shape(gauge, places, axes, mirrored, full, NOISE if noise else QUIET),
+        shape=_shape(pores, places, axes, NOISE if noise else QUIET),
         source=f"{SOURCE}: {source or 'a shape'}" + (", with solid noise" if noise else ""),
         parameters={**PLACES, **own, **(CHANNEL if axes else {}), **(NOISE if noise else {})},
         symmetry="none" if noise else symmetry,
-        distance=full > 0 and not noise,
-        sides=2 if full > 0 and not noise else 1,
+        distance=walls,
+        sides=2 if walls else 1,
     )
 
 
@@ -154,14 +169,12 @@ def replicated(gauge: Field, centres: FloatArray, *, mirrored: bool) -> Field:
 
 
 def _shape(
-    gauge: Callable[..., FloatArray],
+    pores: Pores,
     centres: FloatArray,
     axes: Field | None,
-    mirrored: bool,
-    full: float,
     noise: dict[str, float],
 ) -> Callable[..., FloatArray]:
-    """Shape function of pores; ``noise`` its defaults, other arguments as in `pore_family`."""
+    """Shape function of pores at ``centres``, with channels along ``axes``."""
 
     def shape(
         u: FloatArray,
@@ -185,10 +198,12 @@ def _shape(
             *moves, swell = solid_noise(u, seed)
             points = u + noise_place * np.stack(moves)
         points = count * points - shift
-        value = replicated(lambda p: gauge(p, **settings), centres, mirrored=mirrored)(points)
+        value = replicated(lambda p: pores.gauge(p, **settings), centres, mirrored=pores.mirrored)(
+            points
+        )
         if axes is not None:
             value = np.minimum(value, axes(points) / wide)
-        value = (full - value) / count
+        value = (pores.full - value) / count
         return value if swell is None else value - noise_size * swell
 
     return shape

@@ -53,29 +53,29 @@ def rods(u: FloatArray, *, frequency: float = 1.0, phase: float = 0.0) -> FloatA
     return median(waves.slab_waves(u, frequency=[frequency] * 3, phase=[phase] * 3))
 
 
-def rods_orthotropic(
-    u: FloatArray,
-    *,
-    frequency_x: float = 1.0,
-    frequency_y: float = 2.0,
-    frequency_z: float = 1.0,
-    phase_x: float = 0.0,
-    phase_y: float = 0.0,
-    phase_z: float = 0.0,
-    threshold_x: float = 0.0,
-    threshold_y: float = 0.0,
-    threshold_z: float = 0.0,
-) -> FloatArray:
-    """Shape function with parameters for each axis; see `rods` and the module.
+#: Parameters of rods that differ from axis to axis.
+ORTHOTROPIC = {
+    **dict.fromkeys(("frequency_x", "frequency_z"), 1.0),
+    "frequency_y": 2.0,
+    **{f"{kind}_{axis}": 0.0 for kind in ("phase", "threshold") for axis in "xyz"},
+}
+
+
+def rods_orthotropic(u: FloatArray, **parameters: float) -> FloatArray:
+    """Shape function with the parameters `ORTHOTROPIC`; see `rods` and the module.
 
     The slabs across axis i have the threshold ``threshold_i - t``.
     """
+    if unknown := sorted(parameters.keys() - ORTHOTROPIC.keys()):
+        raise TypeError(f"rods-orthotropic has no parameter {', '.join(unknown)}")
+    values = {**ORTHOTROPIC, **parameters}
     return median(
         waves.slab_waves(
             u,
-            frequency=(frequency_x, frequency_y, frequency_z),
-            phase=(phase_x, phase_y, phase_z),
-            threshold=(threshold_x, threshold_y, threshold_z),
+            **{
+                kind: [values[f"{kind}_{axis}"] for axis in "xyz"]
+                for kind in ("frequency", "phase", "threshold")
+            },
         )
     )
 
@@ -87,11 +87,7 @@ FAMILIES = (
         name="rods-orthotropic",
         shape=rods_orthotropic,
         source=SOURCE,
-        parameters={
-            **dict.fromkeys(("frequency_x", "frequency_z"), 1.0),
-            "frequency_y": 2.0,
-            **{f"{kind}_{axis}": 0.0 for kind in ("phase", "threshold") for axis in "xyz"},
-        },
+        parameters=ORTHOTROPIC,
         symmetry="orthotropic",
     ),
 )

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.fields import FloatArray, bond_graph, graph_segments
-from gradedesign_cells_frep.pore_family import pore_family
+from gradedesign_cells_frep.pore_family import Pores, pore_family
 
 BCC = ((0.0, 0.0, 0.0), (0.5, 0.5, 0.5))
 FCC = ((0.0, 0.0, 0.0), (0.0, 0.5, 0.5), (0.5, 0.0, 0.5), (0.5, 0.5, 0.0))
@@ -28,9 +28,8 @@ FAMILIES = (
     *(
         pore_family(
             f"sphere-pores{end}",
-            sphere,
+            Pores(gauge=sphere, mirrored=True),
             symmetry="cubic",
-            mirrored=True,
             noise=bool(end),
             source="spheres",
         )
@@ -39,11 +38,13 @@ FAMILIES = (
     *(
         pore_family(
             f"sphere-pores-{lattice}",
-            sphere,
-            centres=centres,
-            channels=graph_segments(*bond_graph(centres, distance)),
+            Pores(
+                gauge=sphere,
+                centres=centres,
+                channels=graph_segments(*bond_graph(centres, distance)),
+                mirrored=True,
+            ),
             symmetry="cubic",
-            mirrored=True,
             source="spheres with channels",
         )
         for lattice, centres, distance in (("bcc", BCC, 0.75**0.5), ("fcc", FCC, 0.5**0.5))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gradedesign import ScalingLaw, cubic_table_law
+from gradedesign import LawOrigin, ScalingLaw, cubic_table_law
 
 SOURCE = "gradedesign maintainers, periodic voxel homogenisation, 2026-11"
 
@@ -95,7 +95,5 @@ def homogenised_laws() -> Iterator[ScalingLaw]:
             C12=c12,
             C44=c44,
             strength=strength,
-            kind="computed",
-            source=SOURCE,
-            test=TEST,
+            origin=LawOrigin(kind="computed", source=SOURCE, test=TEST),
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
-from gradedesign import ScalingLaw, cubic_law, power_law
+from gradedesign import LawOrigin, ScalingLaw, cubic_law, power_law
 from gradedesign_cells_tpms.homogenised import homogenised_laws
 
 THESIS = "E. A. Ramirez Salazar, thesis, Univ. Grenoble Alpes 2022 (NNT 2022GRALI077)"
@@ -74,16 +74,11 @@ def _thesis_laws() -> Iterator[ScalingLaw]:
         yield power_law(
             f"ramirez-2022-{row.name}",
             _sheets(row.surface),
-            row.c1,
-            row.n1,
-            row.c3,
-            row.n3,
-            row.window,
-            c2=row.c2,
-            n2=row.n2,
-            kind="fe",
-            source=f"{THESIS}, tables 4.1 and 4.2",
-            test=row.test,
+            youngs=(row.c1, row.n1),
+            strength=(row.c3, row.n3),
+            shear=(row.c2, row.n2),
+            window=row.window,
+            origin=LawOrigin(kind="fe", source=f"{THESIS}, tables 4.1 and 4.2", test=row.test),
         )
 
 
@@ -131,6 +126,11 @@ _LITERATURE = (
 )  # fmt: skip
 
 
+def _pair(factor: float | None, exponent: float | None) -> tuple[float, float] | None:
+    """Coefficients of a power; None where the source states none."""
+    return None if factor is None or exponent is None else (factor, exponent)
+
+
 def _literature_laws() -> Iterator[ScalingLaw]:
     """Table 1.5; some give no strength."""
     for row in _LITERATURE:
@@ -138,16 +138,17 @@ def _literature_laws() -> Iterator[ScalingLaw]:
         yield power_law(
             row.name,
             _sheets(row.surface),
-            row.c1,
-            row.n1,
-            row.c3,
-            row.n3,
-            row.window,
-            c2=row.c2,
-            n2=row.n2,
-            kind=row.kind,
-            source=f"{row.citation}, as quoted in {THESIS}, table 1.5",
-            test="finite elements, one cell" if simulated else "compression of printed specimens",
+            youngs=(row.c1, row.n1),
+            strength=_pair(row.c3, row.n3),
+            shear=_pair(row.c2, row.n2),
+            window=row.window,
+            origin=LawOrigin(
+                kind=row.kind,
+                source=f"{row.citation}, as quoted in {THESIS}, table 1.5",
+                test="finite elements, one cell"
+                if simulated
+                else "compression of printed specimens",
+            ),
         )
 
 
@@ -172,9 +173,7 @@ def _network_laws() -> Iterator[ScalingLaw]:
             tuple(1 / k for k in (54.0, 36.0, 26.0, 19.0, 15.0, 12.0, 10.0, 8.3)),
         ),
         window=(0.15, 0.50),
-        kind="computed",
-        source="voxlat, gyroid network",
-        test=_NETWORK_TEST,
+        origin=LawOrigin(kind="computed", source="voxlat, gyroid network", test=_NETWORK_TEST),
     )
     yield cubic_law(
         "voxlat-diamond-network",
@@ -187,7 +186,5 @@ def _network_laws() -> Iterator[ScalingLaw]:
             tuple(1 / k for k in (38.0, 23.0, 16.0, 12.0, 9.7, 8.2, 7.1, 6.2)),
         ),
         window=(0.15, 0.50),
-        kind="computed",
-        source="voxlat, diamond network",
-        test=_NETWORK_TEST,
+        origin=LawOrigin(kind="computed", source="voxlat, diamond network", test=_NETWORK_TEST),
     )

@@ -10,9 +10,10 @@ from gradedesign import CellFamily, CellMaker, ScalingLaw, hookimpl, shipped_law
 from gradedesign_cells_voxel import helix_library, stored_cells
 from gradedesign_cells_voxel.increments import cell_from_increments, cell_from_nested_increments
 from gradedesign_cells_voxel.mesh_cell import cell_from_mesh
-from gradedesign_cells_voxel.voxel_cell import cell_from_voxels
+from gradedesign_cells_voxel.voxel_cell import VoxelReading, cell_from_voxels
 
 __all__ = [
+    "VoxelReading",
     "cell_from_increments",
     "cell_from_mesh",
     "cell_from_nested_increments",
@@ -69,8 +70,9 @@ def _from_mesh(name: str, file: Path, **options: Any) -> CellFamily:
 
 
 def _from_voxels(name: str, file: Path, **options: Any) -> CellFamily:
-    """`cell_from_voxels` with the name first."""
-    return cell_from_voxels(file, name=name, **options)
+    """`cell_from_voxels` of the flat options of a case."""
+    reading = {key: options.pop(key) for key in VoxelReading.__slots__ if key in options}
+    return cell_from_voxels(file, name=name, reading=VoxelReading(**reading), **options)
 
 
 @hookimpl

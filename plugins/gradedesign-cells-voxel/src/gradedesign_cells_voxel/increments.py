@@ -24,7 +24,7 @@ from gradedesign.fields import (
     periodic_spline,
 )
 from gradedesign_cells_voxel.sampling import COUNT, spread
-from gradedesign_cells_voxel.voxel_cell import Symmetry, VoxelSurface, voxel_surface
+from gradedesign_cells_voxel.voxel_cell import Symmetry, VoxelReading, VoxelSurface, voxel_surface
 from gradedesign_cells_voxel.voxels import VoxelSource
 
 SOURCE = "library of increments (Aremu et al., Additive Manufacturing 13 (2017) 1-13, section 3.6)"
@@ -141,7 +141,7 @@ def cell_from_nested_increments(
 
     @cache
     def field() -> Field:
-        surfaces = [voxel_surface(voxels, smooth=smooth) for voxels in increments]
+        surfaces = [voxel_surface(voxels, VoxelReading(smooth=smooth)) for voxels in increments]
         return nested(surfaces, resolution, tolerance)
 
     return CellFamily(

@@ -50,16 +50,40 @@ class VoxelSurface:
     steps: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VoxelReading:
+    """How the surface follows from voxels.
+
+    Attributes
+    ----------
+    level : float, optional
+        Values above are solid; half-way between the least and the largest unless given.
+    smooth : float, optional
+        Width (standard deviation) in voxels of a filter against steps, which keeps the volume;
+        1 for voxels of two values and none for grey ones unless given. Features of less than about
+        two widths are lost.
+    endpoint : bool
+        True if the last plane along each axis repeats the first, as in samples from 0 to 2 pi
+        inclusive. Values then lie on the planes, else in the middle of voxels.
+    interpolation : {"cubic", "linear"}
+        Of the values between voxels.
+    tolerance : float
+        Share of opposite faces that may differ, see `require_periodic`.
+    """
+
+    level: float | None = None
+    smooth: float | None = None
+    endpoint: bool = False
+    interpolation: Interpolation = "cubic"
+    tolerance: float = 0.02
+
+
 def cell_from_voxels(
     voxels: VoxelSource,
     *,
     name: str,
-    level: float | None = None,
-    smooth: float | None = None,
-    endpoint: bool = False,
-    interpolation: Interpolation = "cubic",
+    reading: VoxelReading = VoxelReading(),
     resolution: int | None = None,
-    tolerance: float = 0.02,
     symmetry: Symmetry = "none",
     source: str = "",
 ) -> CellFamily:
@@ -74,21 +98,9 @@ def cell_from_voxels(
     voxels : path or array_like
         See `read_voxels`. A cell of unequal edges is stretched to the unit cube, distances too.
     name : str
-    level : float, optional
-        Values above are solid; half-way between the least and the largest unless given.
-    smooth : float, optional
-        Width (standard deviation) in voxels of a filter against steps, which keeps the volume;
-        1 for voxels of two values and none for grey ones unless given. Features of less than about
-        two widths are lost.
-    endpoint : bool
-        True if the last plane along each axis repeats the first, as in samples from 0 to 2 pi
-        inclusive. Values then lie on the planes, else in the middle of voxels.
-    interpolation : {"cubic", "linear"}
-        Of the values between voxels.
+    reading : VoxelReading
     resolution : int, optional
         Steps of the table of distances; twice the voxels, 32 to 64, unless given.
-    tolerance : float
-        Share of opposite faces that may differ, see `require_periodic`.
     symmetry : {"cubic", "tetragonal", "orthotropic", "none"}
         Of the stiffness, if known; the conformance kit checks it.
     source : str
@@ -109,14 +121,7 @@ def cell_from_voxels(
 
     @cache
     def distance() -> Field:
-        surface = voxel_surface(
-            voxels,
-            level=level,
-            smooth=smooth,
-            endpoint=endpoint,
-            interpolation=interpolation,
-            tolerance=tolerance,
-        )
+        surface = voxel_surface(voxels, reading)
         steps = min(max(2 * surface.steps, 32), 64) if resolution is None else resolution
         field = periodic_distance_to_level_set(surface.function, resolution=steps)
         require_volume(field, surface.density, steps)
@@ -132,12 +137,7 @@ def cell_from_voxels(
 
 def voxel_surface(
     voxels: VoxelSource,
-    *,
-    level: float | None = None,
-    smooth: float | None = None,
-    endpoint: bool = False,
-    interpolation: Interpolation = "cubic",
-    tolerance: float = 0.02,
+    reading: VoxelReading = VoxelReading(),
 ) -> VoxelSurface:
     """Read voxels, check that they repeat, and interpolate them; see `cell_from_voxels`.
 
@@ -147,18 +147,18 @@ def voxel_surface(
         If the voxels cannot be read, do not repeat, or hold no surface at the level.
     """
     values = read_voxels(voxels)
-    if endpoint:
+    if reading.endpoint:
         values = drop_repeated_ends(values)
     low, high = float(values.min()), float(values.max())
-    limit = 0.5 * (low + high) if level is None else level
+    limit = 0.5 * (low + high) if reading.level is None else reading.level
     solid = values > limit
     if not solid.any() or solid.all():
         raise PluginError(
             f"no voxel boundary at level {limit:g}: the values lie between {low:g} and {high:g}"
         )
-    require_periodic(solid, tolerance)
+    require_periodic(solid, reading.tolerance)
     two = np.unique(values).size == 2
-    width = smooth if smooth is not None else SMOOTH if two else 0.0
+    width = reading.smooth if reading.smooth is not None else SMOOTH if two else 0.0
     if not 0 <= width <= 0.2 * min(values.shape):
         raise PluginError(
             f"smooth is {width:g} voxels, expected 0 to {0.2 * min(values.shape):g}, a fifth of "
@@ -166,7 +166,8 @@ def voxel_surface(
         )
     if width:
         values = gaussian_filter(values, width, mode="wrap")
-    between = periodic_spline(values, start=0.0 if endpoint else 0.5, interpolation=interpolation)
+    start = 0.0 if reading.endpoint else 0.5
+    between = periodic_spline(values, start=start, interpolation=reading.interpolation)
     sample = between(spread(COUNT))
     if two:
         # A filter shrinks what is convex; the level that keeps the volume makes up for it.

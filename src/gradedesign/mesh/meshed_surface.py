@@ -11,18 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.mesh.long_edges import bisect_long_edges, least_count
+from gradedesign.mesh.mesh_question import STOP_ENERGY, MeshQuestion, mesh_question
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.mesh.quality import TetReport, require_sound, without_loose_points
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
 from gradedesign.workspace.cache import content_key, entry_path, load_arrays, store_arrays
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import report_step
-from gradedesign.workspace.worker import Option, run_worker
+from gradedesign.workspace.worker import run_worker
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +48,7 @@ class MeshedSurface:
     report : TetReport
         Volume, angles and the number of pieces.
     volume_error : float
-        Relative difference from the expected volume, signed.
+        Relative difference from the volume that the surface encloses, signed.
     attempts : tuple of str
         One line for each attempt; the last one succeeded. Of a mesh from the cache, those of the
         run that made it.
@@ -64,19 +63,6 @@ class MeshedSurface:
     attempts: tuple[str, ...]
     seconds: float
     from_cache: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Question:
-    """A surface, moved to the origin, and what is asked of its mesh."""
-
-    vertices: FloatArray
-    faces: NDArray[np.int32]
-    centre: FloatArray
-    options: Mapping[str, Option]
-    volume: float
-    volume_tolerance: float
-    what: str
 
 
 def failed_attempts(attempts: Sequence[str]) -> tuple[str, ...]:
@@ -98,8 +84,6 @@ def tetrahedralize(
     time_limit_s: float,
     memory_limit_bytes: int,
     volume_tolerance: float = 0.01,
-    expected_volume: float | None = None,
-    stop_energy: float = 10.0,
     cache: bool = True,
     mesher: Mesher = PYTETWILD,
 ) -> MeshedSurface:
@@ -125,11 +109,7 @@ def tetrahedralize(
     memory_limit_bytes : int
         Of the mesher's process.
     volume_tolerance : float
-        Largest relative difference from the expected volume.
-    expected_volume : float, optional
-        mm^3; where shells overlap it differs from what the surface encloses, the default.
-    stop_energy : float
-        Quality at which the mesher stops improving (AMIPS energy).
+        Largest relative difference from the volume that the surface encloses.
     cache : bool
         Use and fill the user's cache.
     mesher : Mesher
@@ -147,17 +127,13 @@ def tetrahedralize(
         If the mesher needs more memory.
     """
     clock = Deadline(time_limit_s)
-    if expected_volume is None:
-        expected_volume = enclosed_volume(surface)
-    question = _question(
-        surface, edge_length, epsilon, stop_energy, expected_volume, volume_tolerance
-    )
+    question = mesh_question(surface, edge_length, epsilon, volume_tolerance)
     key = content_key(
         surface.vertices,
         surface.faces,
         edge_length,
         epsilon,
-        stop_energy,
+        STOP_ENERGY,
         mesher.version,
         mesher.worker,
         LONGEST_EDGE,
@@ -182,53 +158,8 @@ def tetrahedralize(
     )
 
 
-def _question(
-    surface: SurfaceMesh,
-    edge_length: float,
-    epsilon: float,
-    stop_energy: float,
-    volume: float,
-    volume_tolerance: float,
-) -> _Question:
-    """Check what would crash the mesher or make its answer meaningless; move to the origin."""
-    for name, value in (("edge length", edge_length), ("epsilon", epsilon)):
-        if not (value > 0.0 and np.isfinite(value)):
-            raise MeshError(f"the {name} of a mesh must be positive, not {value} mm")
-    if len(surface.faces) == 0:
-        raise MeshError("the surface has no triangles, so there is nothing to mesh")
-    open_edges = unbalanced_edge_count(surface)
-    if open_edges:
-        raise MeshError(
-            f"the surface is not closed: {open_edges} edges lack a neighbour of opposite "
-            "direction, so it encloses no volume; repair it first"
-        )
-    if not volume > 0.0:
-        raise MeshError(
-            f"the surface encloses {volume:.6g} mm^3, expected a positive volume; its triangles "
-            "must be counter-clockwise seen from outside"
-        )
-    corners = surface.vertices[np.unique(surface.faces)]
-    lower, upper = corners.min(axis=0), corners.max(axis=0)
-    diagonal = float(np.linalg.norm(upper - lower))
-    centre = 0.5 * (lower + upper)
-    return _Question(
-        vertices=surface.vertices - centre,
-        faces=surface.faces.astype(np.int32),
-        centre=centre,
-        options={
-            "edge_length": edge_length,
-            "relative_epsilon": epsilon / diagonal,
-            "stop_energy": stop_energy,
-        },
-        volume=volume,
-        volume_tolerance=volume_tolerance,
-        what=f"a surface of {len(surface.faces)} triangles, {diagonal:.4g} mm across, with edges "
-        f"of {edge_length:.4g} mm and epsilon {epsilon:.4g} mm",
-    )
-
-
 def _attempt(
-    question: _Question,
+    question: MeshQuestion,
     key: str,
     clock: Deadline,
     memory_limit_bytes: int,
@@ -262,7 +193,7 @@ def _attempt(
     raise _given_up(question, key, attempts)
 
 
-def _given_up(question: _Question, key: str, attempts: list[str]) -> MeshError:
+def _given_up(question: MeshQuestion, key: str, attempts: list[str]) -> MeshError:
     """Keep the question for whoever wants to reproduce it, and say what happened."""
     store_arrays(
         _FAILED_KIND,
@@ -280,7 +211,7 @@ def _given_up(question: _Question, key: str, attempts: list[str]) -> MeshError:
 
 
 def _checked(
-    question: _Question, arrays: Mapping[str, NDArray[Any]], memory_limit_bytes: int
+    question: MeshQuestion, arrays: Mapping[str, NDArray[Any]], memory_limit_bytes: int
 ) -> tuple[TetMesh, TetReport]:
     """Turn what the mesher returned into a sound mesh where the surface was, as fine as asked."""
     if not {"points", "tets"} <= arrays.keys():
@@ -306,7 +237,7 @@ def _checked(
     return mesh, _sound(question, mesh)
 
 
-def _sound(question: _Question, mesh: TetMesh) -> TetReport:
+def _sound(question: MeshQuestion, mesh: TetMesh) -> TetReport:
     """Check volume and orientation."""
     return require_sound(
         mesh,
@@ -316,7 +247,9 @@ def _sound(question: _Question, mesh: TetMesh) -> TetReport:
     )
 
 
-def _from_cache(question: _Question, key: str) -> tuple[TetMesh, TetReport, tuple[str, ...]] | None:
+def _from_cache(
+    question: MeshQuestion, key: str
+) -> tuple[TetMesh, TetReport, tuple[str, ...]] | None:
     """Return the answer given before, if it still passes the checks."""
     stored = load_arrays(_KIND, key)
     if stored is None:

@@ -1,0 +1,143 @@
+"""What an explicit analysis teaches the homogenised model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from gradedesign.arrays import FloatArray
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, predicted_row
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import limit_rows
+from gradedesign.loop.round import Prediction, predict
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+from gradedesign.verify.correction import (
+    Correction,
+    Gap,
+    damped,
+    damping_for,
+    gap_between,
+    stiffness_exponent,
+    stiffness_update,
+)
+from gradedesign.verify.explicit import ExplicitResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prior:
+    """What earlier rounds taught: the correction that sizing used, and their gaps in order."""
+
+    correction: Correction
+    gaps: tuple[Gap, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lesson:
+    """An explicit analysis beside its prediction.
+
+    Attributes
+    ----------
+    rows : tuple of LimitRow
+        Every limit by the explicit analysis, or by its prediction where that measures nothing.
+    explicit : dict of LimitKey to float
+        Of the limits that it measures.
+    gap : Gap
+    correction : Correction
+        For the next round.
+    """
+
+    rows: tuple[LimitRow, ...]
+    explicit: dict[LimitKey, float]
+    gap: Gap
+    correction: Correction
+
+
+def learn(
+    model: HomogenisedModel,
+    limits: Sequence[Limit],
+    prior: Prior,
+    predicted: Prediction,
+    result: ExplicitResult,
+    rho: FloatArray,
+) -> Lesson:
+    """Compare an explicit analysis with its prediction and correct the model by the difference."""
+    rows = judged_rows(limits, result, predicted)
+    explicit = {row.key: row.value for row in rows if not row.homogenised}
+    gap = gap_between(
+        {key: found.value for key, found in predicted.values.items()},
+        explicit,
+        governing=_most_used(limits, explicit),
+    )
+    prior = replace(prior, gaps=(*prior.gaps, gap))
+    return Lesson(
+        rows=rows,
+        explicit=explicit,
+        gap=gap,
+        correction=_corrected(model, limits, prior, predicted, explicit, rho),
+    )
+
+
+def judged_rows(
+    limits: Sequence[Limit], result: ExplicitResult, predicted: Prediction
+) -> tuple[LimitRow, ...]:
+    """Every limit by the explicit analysis, or by its prediction where that measures nothing."""
+    return (
+        *limit_rows(limits, result, "explicit analysis"),
+        *(
+            predicted_row(limit, predicted.values[limit.key])
+            for limit in limits
+            if not limit.explicit
+        ),
+    )
+
+
+def _most_used(limits: Sequence[Limit], explicit: Mapping[LimitKey, float]) -> LimitKey | None:
+    """The limit by gradient that is used most; None without any."""
+    uses = {
+        limit.key: explicit[limit.key] / limit.allowed
+        for limit in limits
+        if limit.by_gradient and limit.key in explicit
+    }
+    return max(uses, key=lambda key: uses[key], default=None)
+
+
+def _corrected(
+    model: HomogenisedModel,
+    limits: Sequence[Limit],
+    prior: Prior,
+    predicted: Prediction,
+    explicit: Mapping[LimitKey, float],
+    rho: FloatArray,
+) -> Correction:
+    """Factors that make the homogenised model agree with this explicit analysis."""
+    correction, gap = prior.correction, prior.gaps[-1]
+    damping = damping_for(prior.gaps)
+    factors = {limit.key: correction.factor(limit.key) for limit in limits if limit.explicit}
+    bounds = [one.key for one in limits if one.explicit and not one.by_gradient]
+    for key in bounds:
+        factors[key] = damped(factors[key], factors[key] * (1.0 + gap.of(key)), damping)
+    worst = gap.governing
+    if worst is None:
+        return replace(correction, factors=tuple(factors.items()))
+    before = {key: found.value for key, found in predicted.values.items()}
+    ratio = stiffness_update(explicit[worst], before[worst], predicted.lattice_share)
+    mean = predicted.mean_density
+    factor = correction.stiffness * (mean / correction.reference) ** correction.exponent
+    samples = (*correction.samples, (mean, damped(factor, factor * ratio, damping)))
+    trial = Correction(
+        stiffness=samples[-1][1],
+        exponent=stiffness_exponent(samples),
+        reference=mean,
+        samples=samples,
+        factors=correction.factors,
+    )
+    again = {key: found.value for key, found in predict(model, limits, trial, rho).values.items()}
+    for key, old in factors.items():
+        if key in bounds and again[key] and before[key]:
+            # The stiffness changes the homogenised stress too: keep the product right.
+            factors[key] = old * before[key] / again[key]
+        elif key not in bounds and key in explicit:
+            # What the stiffness leaves goes to each limit's own factor.
+            factors[key] = damped(old, old * explicit[key] / again[key], damping)
+    return replace(trial, factors=tuple(factors.items()))

@@ -1,0 +1,50 @@
+"""The cells that fill a part: their law, their densities, and where they lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.local_cells import local_cells
+from gradedesign.fe.element_points import element_points
+from gradedesign.fe.space import TetSpace
+from gradedesign.layout.cell_layout import CellLayout
+from gradedesign.material.scaling_law import ScalingLaw
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CellChoice:
+    """Cells of a design; where their size is graded, every design lays out its own.
+
+    Attributes
+    ----------
+    cell : Cell
+    law : ScalingLaw
+    bounds : (float, float)
+        Intersection of the user's, the family's, the law's and the printer's density windows.
+    cubes_per_wall : float
+        Grid cubes of the explicit mesh across the thinnest wall.
+    layout : CellLayout
+    frames : callable, optional
+        Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
+    """
+
+    cell: Cell
+    law: ScalingLaw
+    bounds: tuple[float, float]
+    cubes_per_wall: float
+    layout: CellLayout
+    frames: Field | None = None
+
+
+def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:
+    """Rotations of cell axes, ``(3, 3)`` where all cells lie alike, else ``(3, 3, 4, M)``.
+
+    The latter at the Gauss points of the tetrahedra.
+    """
+    if layout.cell_map.name == "uniform":
+        return local_cells(layout.cell_map, space.mesh.points[:, :1]).axes[:, :, 0]
+    points = element_points(space).transpose(0, 2, 1)
+    axes = local_cells(layout.cell_map, points.reshape(3, -1)).axes
+    return axes.reshape(3, 3, *points.shape[1:])

@@ -1,0 +1,73 @@
+"""The part on its tetrahedra: mesh, facets of regions, supports and forces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from gradedesign.arrays import IntArray
+from gradedesign.case.schema import Case
+from gradedesign.errors import CaseError, SolverError
+from gradedesign.fe.load_case import PartLoadCase, case_loads
+from gradedesign.fe.rigid_modes import require_held
+from gradedesign.fe.space import TetSpace
+from gradedesign.limits.limit import StatedLimit
+from gradedesign.mesh.mesher import Mesher
+from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.part.part import Part
+from gradedesign.part.part_mesh import (
+    box_part_mesh,
+    check_region_area,
+    mesh_part,
+    region_facets,
+)
+
+
+def held_loads(
+    case: Case, space: TetSpace, part: Part, facets: Mapping[str, IntArray]
+) -> tuple[PartLoadCase, ...]:
+    """Supports and forces of every load case, each held against every rigid motion.
+
+    Raises
+    ------
+    CaseError
+        Naming the motions that the supports of a load case leave free.
+    """
+    loads = case_loads(space, case.load_case, part.regions, facets)
+    for number, load_case in enumerate(loads):
+        try:
+            require_held(space, load_case.supports.fixed, load_case.name)
+        except SolverError as error:
+            raise CaseError(f"{case.where(f'load_case[{number}].fix')}: {error}") from error
+    return loads
+
+
+def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
+    """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
+    if case.part.bricks is not None:
+        return box_part_mesh(case.part.bricks, case.part.mesh_size)
+    return mesh_part(
+        part.surface,
+        case.part.mesh_size,
+        time_limit_s=case.run.time,
+        memory_limit_bytes=case.run.memory,
+        mesher=mesher,
+    ).mesh
+
+
+def used_regions(case: Case, limits: Sequence[StatedLimit]) -> tuple[str, ...]:
+    """Regions that loads, supports or limits speak about."""
+    names = {f.region for spec in case.load_case for f in spec.fix}
+    names |= {s.region for spec in case.load_case for s in spec.load}
+    names |= {limit.region for limit in limits if limit.region}
+    return tuple(sorted(names))
+
+
+def part_facets(case: Case, part: Part, mesh: TetMesh, names: Sequence[str]) -> dict[str, IntArray]:
+    """Facets of regions on the part's tetrahedra, with their areas checked."""
+    facets = {}
+    for name in names:
+        region = part.regions[name]
+        found = region_facets(mesh, region.corners, tolerance=0.1 * case.part.mesh_size)
+        check_region_area(found, region.area, name=name)
+        facets[name] = found.facets
+    return facets

@@ -1,0 +1,66 @@
+"""What is sized: the part with its loads and limits, which no round changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.case.schema import Case
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.load_case import PartLoadCase
+from gradedesign.fe.space import TetSpace
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.limits.limit import Limit
+from gradedesign.material.material import Material
+from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.part.part import Part
+from gradedesign.resolve.lattice_files import LatticeFile
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Problem:
+    """A case with its part meshed and its loads applied; the same in every iteration.
+
+    Attributes
+    ----------
+    case : Case
+    material : Material
+    part : Part
+    domain : DesignDomain
+    space : TetSpace
+        Quadratic tetrahedra of the part.
+    solid_share : (M,) array
+        Share of each tetrahedron that stays fully dense, 0 to 1.
+    facets : dict of region to (k, 3) int array
+    loads : tuple of PartLoadCase
+    solver : LinearSolver
+    limits : tuple of Limit
+        Those relative to the solid part are resolved by `solid.with_solid`.
+    considered : (M,) bool array
+        Tetrahedra outside the exclusion radius.
+    clamped : tuple of callable
+        Distances to the regions that are supported, mm.
+    exclusion_radius : float, mm
+    lattice_files : tuple of LatticeFile
+        What is written of the printed lattice.
+    """
+
+    case: Case
+    material: Material
+    part: Part
+    domain: DesignDomain
+    space: TetSpace
+    solid_share: FloatArray
+    facets: dict[str, IntArray]
+    loads: tuple[PartLoadCase, ...]
+    solver: LinearSolver
+    limits: tuple[Limit, ...]
+    considered: BoolArray
+    clamped: tuple[Field, ...]
+    exclusion_radius: float
+    lattice_files: tuple[LatticeFile, ...] = ()
+
+
+def part_volume(problem: Problem) -> float:
+    """Volume of the part's tetrahedra, mm^3."""
+    return float(signed_volumes(problem.space.mesh).sum())

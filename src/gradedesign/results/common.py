@@ -1,0 +1,91 @@
+"""Entries that every result of a run has: law, cells, masses of the solid part, versions."""
+
+from __future__ import annotations
+
+import platform
+from importlib import metadata
+from typing import Any
+
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.problem import Problem, part_volume
+from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
+from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.size_effects import why_periodic
+from gradedesign.sizing.homogenised_model import HomogenisedModel
+
+#: Libraries whose versions the report names.
+LIBRARIES = ("numpy", "scipy", "scikit-fem", "pyamg", "numba", "pytetwild", "vtk", "meshio")
+
+
+def latticed_mass(model: HomogenisedModel) -> float:
+    """Mass of the lattice's region if it were solid, g."""
+    return float(model.lattice_volumes.sum()) * model.material.density * 1e6
+
+
+def solid_mass(problem: Problem) -> float:
+    """Mass of the fully solid part, g."""
+    return part_volume(problem) * problem.material.density * 1e6
+
+
+def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
+    """Entries of a `RunResult` that follow from the case alone."""
+    problem, cells = setup.problem, setup.cells
+    law = cells.law
+    return {
+        "solid_mass_g": solid_mass(problem),
+        "solid": setup.solid,
+        "warnings": (*setup.warnings, *registry.notes),
+        "plugins": tuple(str(p) for p in registry.plugins),
+        "versions": library_versions(),
+        "case_hash": problem.case.case_hash,
+        "case_name": problem.case.name,
+        "budget": {
+            "time_s": problem.case.run.time,
+            "max_rounds": problem.case.run.max_rounds,
+        },
+        "law": {
+            "name": law.name,
+            "source": law.source,
+            "test": law.test,
+            "kind": law.kind,
+            "local_stress": stress_basis(law),
+            "buckling": buckling_basis(law),
+            **{name: value for limit in problem.limits for name, value in limit.basis().items()},
+            "size_effects": size_effects_data(setup),
+            "window": list(law.window),
+            "coefficients": {name: value for name, value in law.coefficients},
+            "cell": cells.cell.name,
+            "cell_source": cells.cell.family.source,
+            "cell_window": list(cells.cell.window),
+            "density_bounds": list(cells.bounds),
+            "material": problem.material.name,
+            "material_source": problem.material.source,
+        },
+    }
+
+
+def size_effects_data(setup: Setup) -> dict[str, Any]:
+    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
+    walls = setup.model.walls
+    if walls is None:
+        low = setup.cells.bounds[0]
+        reason = why_periodic(setup.problem.case, setup.cells.law.kind, setup.cells.cell, low)
+        return {"mode": "periodic", **({"reason": reason} if reason else {})}
+    weight = setup.model.volumes * (setup.model.solid_share < 1)
+    return {
+        "mode": "walls",
+        "kinds": len(walls.classes),
+        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
+        "densities": [float(walls.density[0]), float(walls.density[-1])],
+    }
+
+
+def library_versions() -> dict[str, str]:
+    """Versions of Python, gradedesign and what it computes with."""
+    versions = {"python": platform.python_version(), "gradedesign": metadata.version("gradedesign")}
+    for name in LIBRARIES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            versions[name] = "not installed"
+    return versions

@@ -1,0 +1,49 @@
+"""The design variables that move any lattice, and their cost in volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.sizing.homogenised import solid_slope
+from gradedesign.sizing.problem import SizingProblem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FeltVariables:
+    """The design variables that lattice feels.
+
+    Attributes
+    ----------
+    active : (n,) bool array
+    cost : (n,) array, mm^3
+        Solid volume per unit of each variable.
+    filter : (M, m) sparse matrix
+        Columns of the active ones.
+    sums : (n,) array
+        Column sums of the whole filter.
+    """
+
+    active: BoolArray
+    cost: FloatArray
+    filter: csr_matrix
+    sums: FloatArray
+
+
+def felt_variables(problem: SizingProblem) -> FeltVariables:
+    """Which variables lattice feels, and what they cost."""
+    weights = problem.model.lattice_volumes
+    # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
+    middle = np.full(weights.shape, np.sqrt(problem.bounds[0] * problem.bounds[1]))
+    per_asked = solid_slope(problem.model, middle)
+    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
+    active = cost > 0
+    return FeltVariables(
+        active=active,
+        cost=cost,
+        filter=problem.filter if active.all() else problem.filter[:, active],
+        sums=np.asarray(problem.filter.sum(axis=0)).ravel(),
+    )
