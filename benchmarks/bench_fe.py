@@ -9,6 +9,7 @@ Seconds are wall time; processor seconds in brackets tell how busy the machine w
 
 from __future__ import annotations
 
+import resource
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -28,7 +29,6 @@ from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.supports import Supports
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
-from gradedesign.workspace.limits import peak_memory_bytes
 
 
 def box_mesh(n: int) -> TetMesh:
@@ -81,9 +81,10 @@ def timed(what: str) -> Iterator[None]:
     """Print wall and processor seconds of a block, and the peak memory so far."""
     wall, cpu = time.perf_counter(), time.process_time()
     yield
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(
         f"  {what:34s} {time.perf_counter() - wall:7.2f} s ({time.process_time() - cpu:6.2f} s "
-        f"of processors), peak {peak_memory_bytes() / 2**30:.2f} GiB",
+        f"of processors), peak {peak:.2f} GiB",
         flush=True,
     )
 

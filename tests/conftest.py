@@ -1,10 +1,15 @@
 """Fixtures that several folders of tests use."""
 
+import sys
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
 from gradedesign.cli import main
+
+# Tests of every folder hold the code against the same oracles: `from oracles.x import y`.
+sys.path.insert(0, str(Path(__file__).parent))
 
 
 class Ended(NamedTuple):

@@ -50,14 +50,29 @@ if TYPE_CHECKING:
     from gradedesign.pipeline import run
     from gradedesign.plugin.hookspecs import hookimpl
     from gradedesign.plugin.read_case import load_case
+    from gradedesign.verify.analysis import (
+        AnalysisEstimate,
+        Discretisation,
+        ExplicitAnalysis,
+        PlannedSolid,
+        Resolution,
+        SolvedSolid,
+        StressSample,
+        SurfaceFields,
+        VolumeFields,
+    )
+    from gradedesign.verify.printed_solid import PrintedSolid
 
 __all__ = [
     "Allowed",
     "Analysis",
+    "AnalysisEstimate",
     "CaseError",
     "CellFamily",
     "CellMaker",
     "DensityError",
+    "Discretisation",
+    "ExplicitAnalysis",
     "Exporter",
     "FileFaces",
     "GradeDesignError",
@@ -78,18 +93,25 @@ __all__ = [
     "PartError",
     "PartReader",
     "PlacedCase",
+    "PlannedSolid",
     "PluginError",
     "Predicted",
     "PrintedLattice",
+    "PrintedSolid",
     "PropertyTable",
     "RawTriangles",
+    "Resolution",
     "ResourceError",
     "Response",
     "ScalingLaw",
     "SolidMultiple",
+    "SolvedSolid",
     "SolverError",
     "StatedLimit",
+    "StressSample",
+    "SurfaceFields",
     "SurfaceMesh",
+    "VolumeFields",
     "as_multiple",
     "cubic_law",
     "cubic_table_law",
@@ -137,6 +159,9 @@ _HOMES = {
     "part.reader": "PartReader",
     "pipeline": "run",
     "plugin.hookspecs": "hookimpl",
+    "verify.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "
+    "SolvedSolid StressSample SurfaceFields VolumeFields",
+    "verify.printed_solid": "PrintedSolid",
 }
 _MODULES = {name: module for module, names in _HOMES.items() for name in names.split()}
 

@@ -13,7 +13,6 @@ from functools import cache
 from pathlib import Path
 
 from gradedesign.case.schema import Case
-from gradedesign.errors import GradeDesignError
 from gradedesign.limits.verdict import Factors, all_hold
 from gradedesign.loop.accepted import Accepted, accept_design, export_surface
 from gradedesign.loop.announce import Announcer
@@ -38,7 +37,8 @@ from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.setup import Setup, prepare
 from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.resolve.solid import solve_solid, with_solid
-from gradedesign.results.files import Shown, write_outputs, write_result
+from gradedesign.results.failed import recording_failure
+from gradedesign.results.files import Shown, write_outputs
 from gradedesign.results.finished import finished_result
 from gradedesign.results.summary import (
     best_round,
@@ -99,24 +99,8 @@ def run(
         if done is not None:
             announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
             return done
-        try:
-            result = climb(case, registry, out, announce)
-        except GradeDesignError as error:
-            write_result(
-                out,
-                RunResult(
-                    status="failed",
-                    ended_by="error",
-                    lightest=False,
-                    reason=str(error),
-                    case_hash=case.case_hash,
-                    case_name=case.name,
-                    folder=out.path,
-                    timing_s=announce.timing(),
-                ),
-            )
-            raise
-        return result
+        with recording_failure(out, case, announce.timing):
+            return climb(case, registry, out, announce)
 
 
 def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:

@@ -12,6 +12,7 @@ import sys
 import time
 
 import pytest
+from small_parts import SHORT_BAR
 
 from gradedesign.workspace.run_folder import open_run_folder
 
@@ -20,24 +21,9 @@ KILLS = int(os.environ.get("GRADEDESIGN_KILLS", "3"))
 LATEST_S = float(os.environ.get("GRADEDESIGN_KILL_WITHIN", "60"))
 
 #: `mini`, smaller, with a limit that its lightest lattice holds: one round and its acceptance.
-CASE = """
-[case]
-name = "killed"
-[part]
-box = ["16 mm", "8 mm", "8 mm"]
-mesh_size = "4 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[keep]]
-region = "root"
-margin = "1.5 mm"
-[[keep]]
-region = "tip"
-margin = "1.5 mm"
+CASE = (
+    SHORT_BAR
+    + """
 [[load_case]]
 name = "push & pull"
 fix = [{region = "root"}]
@@ -56,6 +42,7 @@ acceptance = "whole"
 [output]
 formats = ["stl", "vtu", "report"]
 """
+)
 
 
 def result_of(run):

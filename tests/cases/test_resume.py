@@ -7,30 +7,16 @@ import sys
 import time
 
 import pytest
+from small_parts import SHORT_BAR
 
 from gradedesign.results import files
 from gradedesign.workspace.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first round cannot
 #: know without size effects: two rounds, no acceptance.
-CASE = """
-[case]
-name = "killed"
-[part]
-box = ["16 mm", "8 mm", "8 mm"]
-mesh_size = "4 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[keep]]
-region = "root"
-margin = "1.5 mm"
-[[keep]]
-region = "tip"
-margin = "1.5 mm"
+CASE = (
+    SHORT_BAR
+    + """
 [[load_case]]
 name = "shear"
 fix = [{region = "root"}]
@@ -48,6 +34,7 @@ mesh_cubes_per_wall = 1.0
 [output]
 formats = ["report"]
 """
+)
 
 
 def command(folder, *options):

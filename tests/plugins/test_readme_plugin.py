@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from small_parts import SHORT_BAR
 
 from gradedesign import PluginError
 from gradedesign.plugin.choose_law import choose_law
@@ -23,24 +24,9 @@ README = Path(__file__).parents[2] / "plugins" / "README.md"
 
 #: A thick-walled box of two cells whose only limit is loose: one round, then acceptance. The
 #: [lattice] table is the README's, with a cell size that suits the box.
-CASE = """
-[case]
-name = "readme"
-[part]
-box = ["16 mm", "8 mm", "8 mm"]
-mesh_size = "4 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[keep]]
-region = "root"
-margin = "1.5 mm"
-[[keep]]
-region = "tip"
-margin = "1.5 mm"
+CASE = (
+    SHORT_BAR
+    + """
 [[load_case]]
 name = "shear"
 fix = [{region = "root"}]
@@ -55,6 +41,7 @@ acceptance = "whole"
 [output]
 formats = ["stl", "ply", "voxels"]
 """
+)
 
 
 def blocks(language):

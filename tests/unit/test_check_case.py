@@ -4,11 +4,10 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
+from small_parts import WALLS
 
 from gradedesign.case.read_case import load_case
-from gradedesign.cell.family import CellFamily
 from gradedesign.cli import check as check_module
 from gradedesign.cli import main
 from gradedesign.cli.check_data import check_data
@@ -20,12 +19,6 @@ from gradedesign.resolve import part_tets as mesh_module
 from gradedesign.resolve import resolve_law as law_module
 from gradedesign.resolve.setup import prepare
 
-WALLS = CellFamily(
-    name="walls",
-    shape=lambda u: np.abs(u - np.round(u)).min(axis=0),
-    distance=True,
-    open_void=False,
-)
 CASE = """\
 [case]
 name = "plate"

@@ -9,6 +9,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
+from oracles.peak_memory import peak_memory_bytes
 from PIL import Image
 
 from gradedesign.errors import CaseError, ResourceError
@@ -20,7 +21,6 @@ from gradedesign.lattice.voxel_density import read_voxel_array
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.output.vtu import write_vtu
 from gradedesign.output.vtu_fields import read_vtu_field
-from gradedesign.workspace.limits import peak_memory_bytes
 
 GB = 10**9
 VOXELS = np.linspace(0.1, 0.5, 24).reshape(4, 3, 2)

@@ -12,6 +12,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from oracles.peak_memory import peak_memory_bytes
 from PIL import Image
 
 from gradedesign.case.formula import parse_formula
@@ -35,7 +36,6 @@ from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.resolve import lookup, resolve_material
-from gradedesign.workspace.limits import peak_memory_bytes
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND = 50

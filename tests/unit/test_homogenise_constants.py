@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.turned_stiffness import rotated_stiffness, shear_and_poisson
 from scipy.spatial.transform import Rotation
 
 from gradedesign.errors import SolverError
@@ -11,8 +12,6 @@ from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
 from gradedesign.homogenise.constants import (
     engineering_constants,
     isotropic_averages,
-    rotated_stiffness,
-    shear_and_poisson,
     solid_stiffness,
     youngs_along,
     zener_ratio,

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.turned_stiffness import rotated_stiffness, shear_and_poisson
 
 from gradedesign.homogenise.bounds import check_bounds
-from gradedesign.homogenise.constants import (
-    rotated_stiffness,
-    shear_and_poisson,
-    solid_stiffness,
-    youngs_along,
-)
+from gradedesign.homogenise.constants import solid_stiffness, youngs_along
 from gradedesign.homogenise.directional import (
     compliance_tensor,
     sphere_directions,

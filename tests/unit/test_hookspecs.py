@@ -8,6 +8,7 @@ import pytest
 from gradedesign import (
     CellFamily,
     CellMaker,
+    ExplicitAnalysis,
     Exporter,
     LimitKind,
     LinearSolver,
@@ -28,6 +29,7 @@ HOOKS = {
     "gradedesign_readers": PartReader,
     "gradedesign_exporters": Exporter,
     "gradedesign_limits": LimitKind,
+    "gradedesign_analyses": ExplicitAnalysis,
     "gradedesign_solvers": LinearSolver,
 }
 

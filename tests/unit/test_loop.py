@@ -258,8 +258,10 @@ class Judge:
     def __init__(self, monkeypatch, tets=1000, asked="auto"):
         self.limits_s = []
         self.analysed = SimpleNamespace(
-            judged=None,
-            result=SimpleNamespace(space=SimpleNamespace(element_count=tets), mesh_size=1.0),
+            solid=None,
+            result=SimpleNamespace(
+                solved=SimpleNamespace(division=SimpleNamespace(surface_tets=tets)), mesh_size=1.0
+            ),
         )
         self.setup = SimpleNamespace(
             problem=SimpleNamespace(

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from oracles.density_achieved import density_achieved
+from oracles.naive_size_map import naive_size_map
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.cell_map import CellMap, constant_jacobian, uniform_map
 from gradedesign.cell.cylindrical_map import cylindrical_map
-from gradedesign.cell.density_achieved import density_achieved
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.map_report import map_report, require_unfolded, spread, volume_points
-from gradedesign.cell.naive_size_map import naive_size_map
 from gradedesign.errors import LatticeError
 
 LOWER, UPPER = np.zeros(3), np.array([40.0, 30.0, 20.0])

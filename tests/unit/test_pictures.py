@@ -9,6 +9,7 @@ from matplotlib.image import imread
 
 from gradedesign.case.read_case import load_case
 from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.boundary_surface import boundary_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.output import _opengl, pictures
@@ -16,7 +17,6 @@ from gradedesign.output.action_mark import SHORTEST, ActionMark
 from gradedesign.output.label_places import label_box
 from gradedesign.output.pictures import (
     RegionMark,
-    boundary_surface,
     picture_deformed,
     picture_density,
     picture_lattice,

@@ -14,7 +14,9 @@ from gradedesign.loop.predicted_cost import (
     predict_cost,
 )
 from gradedesign.verify.acceptance import EDGE_PER_CUBE, choose_scope
+from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
+from gradedesign.verify.tets import CUBE_S, estimate, solve_seconds
 
 #: Of `cases/mini`: its own numbers of the second round, whole lattice re-meshed.
 MINI = RunWork(
@@ -22,9 +24,10 @@ MINI = RunWork(
     load_cases=1,
     adjoint_solves=1,
     explicit_dofs=282_333,
-    explicit_cubes=14_400,
+    explicit_memory=7,
+    explicit_mesh_s=CUBE_S * 14_400,
+    explicit_solve_s=solve_seconds(282_333, 1),
     mesher_tets=mesher_tets(58_401),
-    remeshed="whole",
     rounds=6,
 )
 
@@ -46,11 +49,11 @@ def test_work_counts_where_it_is_done():
     assert predict_cost(replace(MINI, part_dofs=2 * 4131)).sizing_s == pytest.approx(
         2 * base.sizing_s
     )
-    assert predict_cost(replace(MINI, explicit_cubes=2 * 14_400)).explicit_mesh_s == pytest.approx(
-        2 * base.explicit_mesh_s
-    )
+    assert base.explicit_mesh_s == MINI.explicit_mesh_s
+    assert base.memory_bytes == MINI.explicit_memory
     more = predict_cost(replace(MINI, load_cases=3))
-    assert base.explicit_solve_s < more.explicit_solve_s < 3 * base.explicit_solve_s
+    # The mesh of the acceptance is solved in every load case too; the mesher's time stays.
+    assert base.acceptance_s < more.acceptance_s < 3 * base.acceptance_s
     assert more.sizing_s == pytest.approx(2 * base.sizing_s)  # 4 solves instead of 2
     # Ten iterations size; prediction and correction take the time of two more.
     assert base.round_s == pytest.approx(
@@ -88,13 +91,16 @@ def test_a_stage_that_is_missing_teaches_nothing():
     assert learned_speed(MINI, 10, {"sizing": 0.0}) == MEASURED
 
 
-def test_memory_is_what_the_gate_of_the_explicit_mesh_asks():
-    # 100 cubes of solid: 14 x 5.1 unknowns each are expected, 14 x 5.4 are allowed for.
-    expected = replace(MINI, explicit_dofs=int(100 * 14.0 * 5.1))
-    allowed = int(100 * TETS_PER_CUBE * DOFS_PER_TET)
-    assert predict_cost(expected).memory_bytes == pytest.approx(
-        predict_memory_bytes(allowed, 2), rel=1e-4
-    )
+def test_tetrahedra_are_estimated_before_they_are_made():
+    # A box of 8 x 4 x 4 mm on cubes of 1 mm, two to spare at every face, 100 mm^3 of it solid.
+    found = estimate(PlannedSolid(box=(8.0, 4.0, 4.0), volume=100.0, load_cases=3), 1.0)
+    assert found.mesh_s == pytest.approx(CUBE_S * 12 * 8 * 8)
+    # 14 tetrahedra a cube of solid and 5.1 unknowns each are expected, 5.4 are allowed for.
+    assert found.surface_tets == pytest.approx(1400.0)
+    assert found.unknowns == pytest.approx(7140, abs=1)
+    assert found.memory_bytes == predict_memory_bytes(int(100 * TETS_PER_CUBE * DOFS_PER_TET), 2)
+    # Two further load cases add 45 % each.
+    assert found.solve_s == pytest.approx(1.9 * solve_seconds(found.unknowns, 1))
 
 
 def test_scope_follows_stated_budgets():

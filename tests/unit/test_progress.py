@@ -229,7 +229,7 @@ def test_every_long_command_shows_progress():
 @pytest.mark.parametrize(
     ("module", "names"),
     [
-        ("mesh._quality_kernels", "cosine_range label_pieces"),
+        ("mesh._quality_kernels", "label_pieces largest_cosine"),
         ("mesh._closest_kernels", "build_tree find_closest"),
         ("mesh._point_location_kernels", "bin_tets find_tets weigh"),
         ("mesh._stuffing_kernels", "mark_cuts list_cuts warp_nodes number_vertices place_vertices"),

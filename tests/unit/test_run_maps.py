@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_parts import WALLS
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
@@ -15,7 +16,7 @@ from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.fe.element_points import element_points
 from gradedesign.lattice.lattice import density_at
 from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.round import build_design, density_grid, explicit_cube
+from gradedesign.loop.round import build_design, density_grid, explicit_spacing
 from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import centroids
@@ -27,12 +28,6 @@ from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
-WALLS = CellFamily(
-    name="walls",
-    shape=lambda u: np.abs(u - np.round(u)).min(axis=0),
-    distance=True,
-    open_void=False,
-)
 CASE = """\
 [case]
 name = "arch"
@@ -131,7 +126,7 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     # Dense below and light above, where cells are wider: the thinnest wall is in between.
     rho = np.where(z < 36, 0.5, 0.25)
     grid = density_grid(setup.problem, rho)
-    cube = explicit_cube(setup.problem, setup.cells, grid)
+    cube = explicit_spacing(setup.problem, setup.cells, grid)
     widest = 2 * np.pi * np.hypot(x, z) / 38
     own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
     narrowest = wall_mm(calibrate(WALLS), 0.25, least)
@@ -255,7 +250,7 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     assert report["size_error"]["error"]["p95"] < 0.15
     grid = density_grid(made.problem, rho)
     # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
-    wall = explicit_cube(made.problem, made.cells, grid) * setup.cells.cubes_per_wall
+    wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.cubes_per_wall
     assert 1.7 < wall <= 2.0
     places = centroids(setup.problem.space.mesh)
     for q in range(4):

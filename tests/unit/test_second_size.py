@@ -57,11 +57,11 @@ def grids(monkeypatch):
     failing = {}
     tried = []
 
-    def analyse(setup, rho, *, cube):
-        tried.append(cube)
-        if cube in failing:
-            raise failing[cube]
-        return SimpleNamespace(result=SimpleNamespace(mesh_size=cube))
+    def analyse(setup, rho, *, spacing):
+        tried.append(spacing)
+        if spacing in failing:
+            raise failing[spacing]
+        return SimpleNamespace(result=SimpleNamespace(mesh_size=spacing))
 
     monkeypatch.setattr(second_size, "analyse_design", analyse)
     monkeypatch.setattr(

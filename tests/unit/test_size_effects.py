@@ -81,3 +81,14 @@ def test_a_skin_leaves_them_out_with_a_sentence(tmp_path):
     assert "a skin ties the cells" in told[0]
     assert ("warning", told[0]) in events
     assert result.law["size_effects"]["mode"] == "periodic"
+
+
+def test_a_part_of_many_cells_is_a_periodic_lattice(tmp_path):
+    """36 mm of cells of 12 mm: three across, from which on the periodic lattice predicts better."""
+    result, _ = ran(tmp_path / "thick", CASE.replace('"26 mm", "14 mm"', '"36 mm", "36 mm"'))
+    found = result.law["size_effects"]
+    assert (found["mode"], found["reason"]) == (
+        "periodic",
+        "half of the lattice has 3 cells across or more",
+    )
+    assert not [w for w in result.warnings if "periodic lattice" in w]

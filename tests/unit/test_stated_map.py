@@ -3,6 +3,7 @@
 import meshio
 import numpy as np
 import pytest
+from small_parts import WALLS
 
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cell.calibration import calibrate
@@ -26,14 +27,6 @@ plane = "z = min"
 [lattice]
 cell = "walls"
 """
-
-
-WALLS = CellFamily(
-    name="walls",
-    shape=lambda u: np.abs(u - np.round(u)).min(axis=0),
-    distance=True,
-    open_void=False,
-)
 
 
 def mapped(folder, text, family=WALLS):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.turned_stiffness import rotated_stiffness
 
 from gradedesign.errors import DensityError
-from gradedesign.homogenise.constants import rotated_stiffness
 from gradedesign.material.property_table import PropertyTable
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.material.tabulated_law import tabulated_law

@@ -9,6 +9,7 @@ import pytest
 import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.periodic_buckling import periodic_buckling
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
@@ -17,7 +18,7 @@ from gradedesign.fe.eigen_solver import EigenProblem, ExtremeValue
 from gradedesign.fe.lanczos import lanczos
 from gradedesign.homogenise import critical_stress as critical_module
 from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, extended, folded
-from gradedesign.homogenise.buckling import macro_prestress, periodic_buckling, weakest_modes
+from gradedesign.homogenise.buckling import macro_prestress, weakest_modes
 from gradedesign.homogenise.critical_stress import critical_stress, refined_mode
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.strength import LocalStress

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.turned_stiffness import rotated_stiffness
 
 from gradedesign.homogenise.bounds import hashin_shtrikman_upper, require_bounds
-from gradedesign.homogenise.constants import (
-    isotropic_averages,
-    rotated_stiffness,
-    solid_stiffness,
-    zener_ratio,
-)
+from gradedesign.homogenise.constants import isotropic_averages, solid_stiffness, zener_ratio
 from gradedesign.homogenise.periodic import solve_periodic
 
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracles.density_achieved import density_achieved
+from oracles.naive_size_map import naive_size_map
 
 from gradedesign.cell import size_tolerance
 from gradedesign.cell.calibration import calibrate
-from gradedesign.cell.density_achieved import density_achieved
 from gradedesign.cell.map_report import map_report, require_unfolded, volume_points
-from gradedesign.cell.naive_size_map import naive_size_map
 from gradedesign.cell.phase_fields import graded_size_map
 from gradedesign.cell.size_law import (
     size_field_by_ratio,

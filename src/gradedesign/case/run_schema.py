@@ -21,7 +21,7 @@ from gradedesign.case.value_types import (
 #: Formats that are no exporter's: fields of the analyses, and the report.
 OWN_FORMATS = ("vtu", "report")
 _FORMATS = ("stl", *OWN_FORMATS)
-_SOLVER = "multigrid"
+_SOLVER, _ANALYSIS, _MESHER = "multigrid", "tets", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -40,15 +40,18 @@ class _Memory(Reader):
 class _Name(Reader):
     """A name of what is installed; what is installed says later whether it is there."""
 
-    __slots__ = ()
+    __slots__ = ("_example",)
+
+    def __init__(self, example: str) -> None:
+        self._example = example
 
     def read(self, value: object) -> str:
         if not (isinstance(value, str) and _NAME.fullmatch(value)):
-            raise Refused(f'found {shown(value)}; expected a name such as "{_SOLVER}"')
+            raise Refused(f'found {shown(value)}; expected a name such as "{self._example}"')
         return value
 
     def json_schema(self) -> JsonSchema:
-        return {"type": "string", "pattern": f"^{_NAME.pattern}$", "examples": [_SOLVER]}
+        return {"type": "string", "pattern": f"^{_NAME.pattern}$", "examples": [self._example]}
 
 
 class _Formats(Reader):
@@ -86,7 +89,13 @@ class RunSpec(Table):
     """Rounds of correction."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
-    solver: Annotated[str, _Name()] = _SOLVER
+    analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
+    """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface, or
+    one that a plugin supplies."""
+    mesher: Annotated[str, _Name(_MESHER)] = _MESHER
+    """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
+    plugin."""
+    solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""
     mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None

@@ -11,7 +11,6 @@ from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.cell.cell import Cell
-from gradedesign.cell.shape import spread_points
 from gradedesign.cell.transition import CellTransition, Scale, cell_transition
 from gradedesign.errors import LatticeError
 
@@ -19,8 +18,6 @@ from gradedesign.errors import LatticeError
 CRUMB = 1e-3
 #: Least area of solid across a transition, over its density, that is no bottleneck.
 LEAST_AREA = 0.15
-#: Points per cell at which densities are measured.
-_POINTS = 40_000
 _SHIFTS = (
     (0.0, 0.0, 0.0),
     (0.25, 0.25, 0.25),
@@ -47,8 +44,6 @@ class Neck:
         Smallest area of solid in a plane across the bar, over the density asked for.
     place : float, cells
         Where that plane lies, from the begin of the transition.
-    density_error : float
-        Largest error of the density of a slab of one cell, by evenly spread points.
     """
 
     pieces: int
@@ -58,7 +53,6 @@ class Neck:
     second_width: float
     area: float
     place: float
-    density_error: float
 
 
 def measure_neck(
@@ -120,7 +114,6 @@ def measure_neck(
         second_width=widths[1],
         area=float(area.min()),
         place=float(x[int(area.argmin())] - pure),
-        density_error=_density_error(transition, density, length, pure),
     )
 
 
@@ -163,18 +156,6 @@ def joining_shift(
             f"use a higher density, a longer transition or other families"
         )
     return best
-
-
-def _density_error(transition: CellTransition, density: float, length: float, pure: int) -> float:
-    """Largest error of a slab of one cell."""
-    points = spread_points(_POINTS)
-    worst = 0.0
-    for n in range(int(2 * pure + length)):
-        u = points + np.array([[n], [0], [0]])
-        s = np.clip((u[0] - pure) / length, 0.0, 1.0)
-        values = transition.shape(np.concatenate([u, (s**2 * (3 - 2 * s))[None]]))
-        worst = max(worst, abs(float(np.mean(values <= density)) - density))
-    return worst
 
 
 def _bar(

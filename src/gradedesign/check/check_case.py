@@ -90,7 +90,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])
     law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
-    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0])
+    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0], known.part, known.layout)
     said += [
         *periodic_warnings(case, known.part, known.layout, periodic),
         *_left_out(known),

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.loop.predicted_cost import (
-    DOFS_PER_TET,
-    TETS_PER_SOLID_CUBE,
     CostPrediction,
     RunWork,
     mesher_tets,
@@ -20,8 +17,13 @@ from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable, analysabl
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import ResolvedCase
 from gradedesign.verify.acceptance import choose_scope
-from gradedesign.verify.grid_resolution import LAYER_CUBES
+from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
 from gradedesign.verify.windows import MARGIN
+
+#: Of a run that gets no explicit lattice.
+NO_ANALYSIS = AnalysisEstimate(
+    unknowns=0, memory_bytes=0, mesh_s=0.0, solve_s=0.0, surface_tets=0.0
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,17 +37,12 @@ class PredictedGrid:
     set_by : str
         The thinnest thing that it must resolve, in words.
     wall : float, mm
-        Thinnest wall or strut, at ``wall_density``.
-    wall_density : float
-    cubes : int
-        In the box about the part.
+        Thinnest wall or strut.
     """
 
     cube: float
     set_by: str
     wall: float
-    wall_density: float
-    cubes: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +108,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         known.cell,
         known.bounds,
         known.layout.least,
+        known.analysis,
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -119,7 +117,10 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     grid = predicted_grid(known, density, able)
     solid = known.part.volume * (1.0 - share + share * density)
     explicit = case.run.stop_after == "verdict"
-    tets = TETS_PER_SOLID_CUBE * solid / grid.cube**3 if explicit else 0.0
+    x, y, z = np.ptp(_corners(known), axis=0).tolist()
+    planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
+    size = known.analysis.estimate(planned, grid.cube) if explicit else NO_ANALYSIS
+    tets = size.surface_tets
     scope = case.run.acceptance
     scope = choose_scope(scope, tets, case.run.time)
     edges = np.minimum((1 + 2 * MARGIN) * known.layout.typical, np.ptp(_corners(known), axis=0))
@@ -128,10 +129,11 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
         adjoint_solves=sum(one.by_gradient for one in known.limits),
-        explicit_dofs=int(tets * DOFS_PER_TET),
-        explicit_cubes=grid.cubes if explicit else 0,
+        explicit_dofs=size.unknowns,
+        explicit_memory=size.memory_bytes,
+        explicit_mesh_s=size.mesh_s,
+        explicit_solve_s=size.solve_s,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        remeshed=scope,
         rounds=case.run.max_rounds if explicit else 1,
     )
     return PredictedRun(
@@ -152,25 +154,23 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
     wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
+    layer = known.analysis.elements_per_layer
     cubes = {
         f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
         / able.cubes_per_wall
     }
     if case.lattice.skin is not None:
-        cubes[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / LAYER_CUBES
+        cubes[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / layer
     for keep in case.keep:
         if keep.margin > 0:
             cubes[f"the margin of the solid region '{keep.region}', {keep.margin:g} mm"] = (
-                keep.margin / LAYER_CUBES
+                keep.margin / layer
             )
     set_by = min(cubes, key=cubes.__getitem__)
     cube = cubes[set_by]
     if case.run.explicit_mesh_size is not None:
         set_by, cube = "[run] explicit_mesh_size", case.run.explicit_mesh_size
-    counts = [math.ceil(float(edge) / cube) + 4 for edge in np.ptp(_corners(known), axis=0)]
-    return PredictedGrid(
-        cube=cube, set_by=set_by, wall=wall, wall_density=thin, cubes=math.prod(counts)
-    )
+    return PredictedGrid(cube=cube, set_by=set_by, wall=wall)
 
 
 def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:

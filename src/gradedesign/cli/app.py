@@ -67,6 +67,12 @@ Strict = Annotated[
     bool, typer.Option("--strict-plugins", help="Stop if an installed plugin fails to load.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print plain data for another program.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace earlier results.")]
+Resolution = Annotated[
+    int | None,
+    typer.Option("--resolution", help="Voxels along the cell, even [what its wall needs]."),
+]
+Poisson = Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")]
 
 
 @app.callback()
@@ -88,9 +94,7 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted run.")
     ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     allow_outside: Outside = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
@@ -153,9 +157,7 @@ def generate(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Folder to write to [runs/<case name>].")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace earlier results.")
-    ] = False,
+    overwrite: Overwrite = False,
     allow_outside: Outside = False,
     strict_plugins: Strict = False,
     as_json: Json = False,
@@ -197,10 +199,7 @@ def validate(
 def homogenise(
     cell: Annotated[str, typer.Argument(help="A cell family; `gradedesign cells` lists them.")],
     density: Annotated[float, typer.Option("--density", help="Relative density, 0 to 1.")],
-    resolution: Annotated[
-        int | None,
-        typer.Option("--resolution", help="Voxels along the cell, even [what its wall needs]."),
-    ] = None,
+    resolution: Resolution = None,
     parameter: Annotated[
         list[str] | None,
         typer.Option("--parameter", help="name=number, overrides the cell's default; repeatable."),
@@ -216,7 +215,7 @@ def homogenise(
         int | None,
         typer.Option("--cells", min=1, help="Cells along the edge of a finite block [1]."),
     ] = None,
-    nu: Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")] = 0.3,
+    nu: Poisson = 0.3,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Folder for properties.json and plots."),
@@ -255,11 +254,8 @@ def tabulate(
         Path, typer.Option("-o", "--output", help="Folder for one table per cell, as JSON.")
     ],
     cells: Annotated[list[str] | None, typer.Argument(help="Cell families [all].")] = None,
-    resolution: Annotated[
-        int | None,
-        typer.Option("--resolution", help="Voxels along the cell, even [what its wall needs]."),
-    ] = None,
-    nu: Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")] = 0.3,
+    resolution: Resolution = None,
+    nu: Poisson = 0.3,
     workers: Annotated[
         int | None,
         typer.Option("--workers", min=1, help="Processes; several need dask [processors]."),

@@ -22,7 +22,7 @@ from gradedesign.fe.loads import (
     resultant_load,
     thermal_force,
 )
-from gradedesign.fe.solution import LoadVector
+from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import Stiffness
 from gradedesign.fe.supports import Displacement, Supports, supports_on
@@ -254,3 +254,11 @@ def _check_resultant(
             f"and moment {got_moment} N mm, expected {force} N and {moment} N mm within "
             f"0.1 %; {len(facets)} facets carry it; refine the mesh or widen the region"
         )
+
+
+def work_of(forces: Sequence[FloatArray], solutions: Sequence[Solution]) -> dict[str, float]:
+    """Work of nodal forces on the displacements of their load cases, N mm."""
+    return {
+        solution.name: float(np.sum(force * solution.displacement))
+        for force, solution in zip(forces, solutions, strict=True)
+    }

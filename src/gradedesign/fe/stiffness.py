@@ -15,7 +15,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import SolverError
 from gradedesign.fe.element_points import Where, barycentric
-from gradedesign.material.scaling_law import isotropic_stiffness
 
 #: Rows and columns of the upper triangle of a 6 by 6 matrix, in the order kernels read them.
 UPPER = np.triu_indices(6)
@@ -120,18 +119,6 @@ def element_count(stiffness: Stiffness) -> int:
     return stiffness.C.shape[-1]
 
 
-def stiffness_matrices(stiffness: Stiffness) -> FloatArray:
-    """Full matrices ``(6, 6, m)``, MPa; of one that varies in the elements, their means."""
-    if isinstance(stiffness, IsotropicStiffness):
-        return isotropic_stiffness(stiffness.E, stiffness.nu)
-    if isinstance(stiffness, GaussStiffness):
-        return np.asarray(stiffness.C.mean(axis=2))
-    if isinstance(stiffness, MomentStiffness):
-        # The coordinates sum to 1; pairs of different ones count twice.
-        return np.asarray(np.tensordot(stiffness.C, 2.0 - (_FIRST == _SECOND), axes=(2, 0)))
-    return stiffness.C
-
-
 def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
     """What turns values at the points of a rule into moments.
 
@@ -189,7 +176,7 @@ def known_at(
     if isinstance(stiffness, MomentStiffness):
         raise SolverError(
             "stress and thermal forces need the stiffness at points of the elements, but only its "
-            "moments are given; take AnisotropicStiffness(C=stiffness_matrices(...)), its means"
+            "moments are given; take an AnisotropicStiffness of its means"
         )
     if isinstance(stiffness, GaussStiffness) and at != "gauss":
         raise SolverError(

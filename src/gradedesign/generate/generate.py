@@ -11,7 +11,6 @@ import numpy as np
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
-from gradedesign.errors import GradeDesignError
 from gradedesign.generate.generate_files import write_generated
 from gradedesign.generate.stated_cells import (
     BuiltCells,
@@ -42,7 +41,7 @@ from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.common import library_versions
-from gradedesign.results.files import write_result
+from gradedesign.results.failed import recording_failure
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -125,20 +124,8 @@ def generate(
     target = default_folder(case) if folder is None else folder
     with open_stages(target, case, resume=False, overwrite=overwrite) as out:
         announce = Announcer(on_event)
-        try:
+        with recording_failure(out, case, announce.timing):
             return _generate(case, registry, out, announce, density)
-        except GradeDesignError as error:
-            failed = RunResult(
-                status="failed",
-                lightest=False,
-                reason=str(error),
-                case_hash=case.case_hash,
-                case_name=case.name,
-                folder=out.path,
-                timing_s=announce.timing(),
-            )
-            write_result(out, failed)
-            raise
 
 
 def _generate(

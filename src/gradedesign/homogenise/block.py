@@ -48,13 +48,11 @@ class BlockSolution:
     ----------
     stiffness : (6, 6) array
         Over the base material's Young's modulus, Voigt order with engineering shear.
-    condition : {"displacement", "traction", "mixed"}
     iterations : (6,) array
     residual : (6,) array
     """
 
     stiffness: FloatArray
-    condition: Condition
     iterations: IntArray
     residual: FloatArray
 
@@ -117,9 +115,7 @@ def solve_block(
         )
     stiffness = _stiffness(block, condition, displacement, loads)
     log.info("block %s, %s: %s iterations", block.shape, condition, iterations)
-    return BlockSolution(
-        stiffness=stiffness, condition=condition, iterations=iterations, residual=residual
-    )
+    return BlockSolution(stiffness=stiffness, iterations=iterations, residual=residual)
 
 
 def _load(block: Block, condition: Condition, case: int) -> FloatArray:

@@ -67,12 +67,6 @@ def shape_values(vertices: FloatArray, points: FloatArray) -> FloatArray:
     return np.tensordot(inverse, homogeneous, axes=1)
 
 
-def element_stiffness(vertices: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """Stiffness matrix of the element from that of its material."""
-    b, measure = strain_matrix(vertices)
-    return np.asarray(measure * b.T @ stiffness @ b)
-
-
 def unit_strain_tests(vertices: FloatArray) -> FloatArray:
     """Corner displacements ``(dof, tests)`` that each strain one component by 1.
 

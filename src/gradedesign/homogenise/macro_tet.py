@@ -36,15 +36,12 @@ class MacroTet:
         Over the base material's Young's modulus, Voigt order with engineering shear.
     solid : float
         Share of the cropped volume that is solid.
-    volume_error : float
-        Of the cropped image against the tetrahedron, where all is solid; corrected for.
     residual : float
         Largest of the six tests.
     """
 
     stiffness: FloatArray
     solid: float
-    volume_error: float
     residual: float
 
 
@@ -134,7 +131,6 @@ def macro_tet(
     return MacroTet(
         stiffness=recover_stiffness(corners, tests, forces) * volume / full,
         solid=float(block.operator.fill.sum() / full),
-        volume_error=full / volume - 1,
         residual=worst,
     )
 

@@ -17,9 +17,6 @@ from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 NEIGHBOURS = 24
 #: Memory for a node: its place and its density, and what batches of neighbours share.
 _BYTES_PER_NODE = 48
-#: Barycentric coordinates of the 4-point rule of degree 2 on a tetrahedron
-#: (Zienkiewicz and Taylor, The Finite Element Method, table of tetrahedral rules).
-_NEAR, _FAR = (5 + 3 * np.sqrt(5)) / 20, (5 - np.sqrt(5)) / 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,11 +69,11 @@ def density_grid_from_elements(
 ) -> DensityGrid:
     """Spread element densities over a grid that covers the mesh and a margin.
 
-    Each node takes a weighted mean of the 24 nearest elements, weight = element volume times
-    ``(1 - (d / R)^2)^2`` with d the distance to the centroid and R that of the 25th. The weight
-    vanishes smoothly at R, so walls get no steps; it is a mean, so no node leaves the range of
-    ``rho``; and a constant stays a constant. Peaks narrower than an element are lowered, which
-    :func:`grid_density_at_elements` reports. Nodes outside the part continue what is nearest.
+    Each node takes a weighted mean of the 24 nearest elements, weight = element volume times ``(1 -
+    (d / R)^2)^2`` with d the distance to the centroid and R that of the 25th. The weight vanishes
+    smoothly at R, so walls get no steps; it is a mean, so no node leaves the range of ``rho``; and
+    a constant stays a constant. Peaks narrower than an element are lowered. Nodes outside the part
+    continue what is nearest.
 
     Parameters
     ----------
@@ -127,18 +124,6 @@ def density_grid_from_elements(
     nodes = grid_points(lower, (0, 0, 0), (x, y, z), spacing).reshape(3, -1)
     values = _weighted_mean(mesh, rho, nodes)
     return DensityGrid(origin=lower, spacing=spacing, values=values.reshape(x, y, z))
-
-
-def grid_density_at_elements(grid: DensityGrid, mesh: TetMesh) -> FloatArray:
-    """Mean of a density grid inside every tetrahedron, ``(m,)``, by a 4-point rule.
-
-    This is the density the homogenised model should use, since the lattice is built from the grid.
-    """
-    corners = mesh.points[:, mesh.tets]
-    rule = np.full((4, 4), _FAR)
-    np.fill_diagonal(rule, _NEAR)
-    points = np.einsum("dcm,cq->dqm", corners, rule)
-    return evaluate(grid, points).mean(axis=0)
 
 
 def _weighted_mean(mesh: TetMesh, rho: FloatArray, nodes: FloatArray) -> FloatArray:

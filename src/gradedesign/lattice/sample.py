@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
@@ -122,19 +122,6 @@ def sample_bricks(
                 plane_y[:, k : k + c] = values[:, -1]
                 plane_z = values[:, :, -1].copy()
                 yield Brick(start=(i, j, k), values=values)
-
-
-def sample_grid(
-    field: Field, lower: ArrayLike, shape: Shape, h: float, *, brick: int = 64
-) -> NDArray[np.float32]:
-    """Sample a field on a whole grid, ``shape``, stored as float32."""
-    grid = np.zeros(shape, dtype=np.float32)
-    for piece in sample_bricks(field, lower, shape, h, brick=brick):
-        window = tuple(
-            slice(s, s + n) for s, n in zip(piece.start, piece.values.shape, strict=True)
-        )
-        grid[window] = piece.values
-    return grid
 
 
 def _check_grid(shape: Shape, h: float, brick: int) -> None:

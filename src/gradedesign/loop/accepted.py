@@ -39,7 +39,7 @@ from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Grid of the exported surface over the cube of the explicit mesh.
+#: Grid of the exported surface over the surface size of the explicit analysis.
 SURFACE_PER_CUBE = 0.5
 
 
@@ -93,17 +93,15 @@ def accept_design(
     second = analyse_second_size(setup, done, analysed)
     announce.took("second mesh", time.perf_counter() - began)
     # Stated budgets alone decide what is judged and how: never the time that is left.
-    budget = setup.problem.case.run.time
-    scope = choose_scope(
-        setup.problem.case.run.acceptance, analysed.result.space.element_count, budget
-    )
+    budget, requested = setup.problem.case.run.time, setup.problem.case.run.acceptance
+    scope = choose_scope(requested, analysed.result.solved.division.surface_tets, budget)
     if scope == "whole":
-        acceptance = accept_whole(surface, analysed.judged, analysed.result, time_limit_s=budget)
+        acceptance = accept_whole(surface, analysed.solid, analysed.result, time_limit_s=budget)
         rows, factors = _whole_rows(setup, done, acceptance)
     else:
         acceptance = accept_windows(
             surface,
-            analysed.judged,
+            analysed.solid,
             analysed.result,
             time_limit_s=budget,
             on_window=announce.window,
@@ -134,10 +132,11 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     Raises
     ------
     LatticeError
-        If the file's volume differs from the explicit mesh's by more than 5 %.
+        If the file's volume differs from the analysed solid's by more than 5 %.
     """
     design, problem = analysed.design, setup.problem
-    step = SURFACE_PER_CUBE * analysed.mesh.cube
+    size = analysed.result.solved.division.surface_size
+    step = SURFACE_PER_CUBE * size
     raw = trimmed_surface(design, problem.part.surface, step)
     report_step("loose pieces of the surface")
     surface, islands = remove_islands(
@@ -152,8 +151,8 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
-            f"the exported surface encloses {volume:.6g} mm^3 but the explicit mesh holds "
-            f"{meshed:.6g} mm^3; the explicit grid of {analysed.mesh.cube:.3g} mm is too coarse "
+            f"the exported surface encloses {volume:.6g} mm^3 but the explicit analysis holds "
+            f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
             f"for {setup.cells.cell.name}: raise [run] mesh_cubes_per_wall"
         )
     return back, islands

@@ -9,18 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.loop.round import FIRST_ITERATIONS, TUNING_ITERATIONS
-from gradedesign.verify import explicit_mesh
 from gradedesign.verify.acceptance import EDGE_PER_CUBE
+from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
-#: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
-#: three cubes thick: measured 13.2 to 13.8 and 4.8 to 5.0 on the cases mini and size-graded.
-TETS_PER_SOLID_CUBE, DOFS_PER_TET = 14.0, 5.1
-#: What the gate on memory allows for, over the expected unknowns.
-MEMORY_MARGIN = (
-    explicit_mesh.TETS_PER_CUBE * explicit_mesh.DOFS_PER_TET / (TETS_PER_SOLID_CUBE * DOFS_PER_TET)
-)
 #: Rounds that a run is predicted to play where it may: most reach a used limit in two to four.
 USUAL_ROUNDS = 3
 #: Work of the second mesh size over the first: a grid 1.25 times as coarse.
@@ -44,11 +36,12 @@ class RunWork:
         That limits by gradient cost sizing beside the solves of the load cases.
     explicit_dofs : int
         Unknowns of the explicit lattice.
-    explicit_cubes : int
-        Cubes of the grid around the lattice, in which its field is sampled.
+    explicit_memory : int
+        Bytes that its analysis asks of [run] memory before it begins.
+    explicit_mesh_s, explicit_solve_s : float, s
+        As the analysis estimates them.
     mesher_tets : int
         Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
-    remeshed : {"whole", "windows"}
     rounds : int
         That the run may play at most.
     """
@@ -57,9 +50,10 @@ class RunWork:
     load_cases: int
     adjoint_solves: int
     explicit_dofs: int
-    explicit_cubes: int
+    explicit_memory: int
+    explicit_mesh_s: float
+    explicit_solve_s: float
     mesher_tets: int
-    remeshed: str
     rounds: int
 
 
@@ -71,12 +65,8 @@ class Speed:
     ----------
     sizing : float, s
         For each unknown of the part and each of its solves in an iteration.
-    cube : float, s
-        For each cube of the explicit grid: sampling its field, stuffing, sharpening.
-    solve : float, s
-        For each unknown of the explicit lattice: assembly, multigrid and the first load case.
-    more_cases : float
-        What each further load case adds, as a share of ``solve``.
+    mesh, solve : float
+        Over what the explicit analysis estimates.
     tet : float, s
         For each tetrahedron of the mesher of the acceptance.
     start : float, s
@@ -84,21 +74,17 @@ class Speed:
     """
 
     sizing: float
-    cube: float
+    mesh: float
     solve: float
-    more_cases: float
     tet: float
     start: float
 
 
-#: Measured in first rounds on two idle cores: sizing 2.2 to 4.6e-5, cube 0.5 to 2.7e-4, solve 1.9
-#: to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M; large ones take less for each. The mesher
-#: 0.8 to 2.8e-3. Load cases are iterated in pairs, on one hierarchy.
+#: Measured in first rounds on two idle cores: sizing 2.2 to 4.6e-5, the mesher 0.8 to 2.8e-3.
 MEASURED = Speed(
     sizing=2.6e-5,
-    cube=1.1e-4,
-    solve=2.4e-5,
-    more_cases=0.45,
+    mesh=1.0,
+    solve=1.0,
     tet=1.2e-3,
     start=8.0,
 )
@@ -163,9 +149,9 @@ def predict_cost(
     CostPrediction
     """
     sizing = sizing_seconds(work, speed, FIRST_ITERATIONS[0])
-    mesh = speed.cube * work.explicit_cubes
-    solve = solve_seconds(work, speed, work.explicit_dofs)
-    again = solve_seconds(work, speed, int(work.mesher_tets * DOFS_PER_TET))
+    mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s
+    remeshed = int(work.mesher_tets * DOFS_PER_TET)
+    again = speed.solve * solve_seconds(remeshed, work.load_cases)
     accept = mesher_seconds(work.mesher_tets, speed) + again
     second = SECOND_SHARE * (mesh + solve)
     learning = sizing_seconds(work, speed, LEARNING_ITERATIONS)
@@ -174,7 +160,7 @@ def predict_cost(
     return CostPrediction(
         part_dofs=work.part_dofs,
         explicit_dofs=work.explicit_dofs,
-        memory_bytes=predict_memory_bytes(int(MEMORY_MARGIN * work.explicit_dofs), 2),
+        memory_bytes=work.explicit_memory,
         sizing_s=sizing,
         explicit_mesh_s=mesh,
         explicit_solve_s=solve,
@@ -196,11 +182,6 @@ def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
     """Seconds of a sizing, s."""
     solves = work.load_cases + work.adjoint_solves
     return speed.sizing * work.part_dofs * solves * iterations
-
-
-def solve_seconds(work: RunWork, speed: Speed, dofs: int) -> float:
-    """Seconds of an analysis of the printed solid in every load case, s."""
-    return speed.solve * dofs * (1.0 + speed.more_cases * (work.load_cases - 1))
 
 
 def mesher_seconds(tets: int, speed: Speed = MEASURED) -> float:
@@ -238,8 +219,8 @@ def learned_speed(
     """
     believed = {
         "sizing": sizing_seconds(work, speed, iterations),
-        "explicit mesh": speed.cube * work.explicit_cubes,
-        "explicit solve": solve_seconds(work, speed, work.explicit_dofs),
+        "explicit mesh": speed.mesh * work.explicit_mesh_s,
+        "explicit solve": speed.solve * work.explicit_solve_s,
     }
     ratio = {
         name: seconds[name] / value
@@ -249,7 +230,7 @@ def learned_speed(
     return replace(
         speed,
         sizing=speed.sizing * ratio.get("sizing", 1.0),
-        cube=speed.cube * ratio.get("explicit mesh", 1.0),
+        mesh=speed.mesh * ratio.get("explicit mesh", 1.0),
         solve=speed.solve * ratio.get("explicit solve", 1.0),
         tet=speed.tet * ratio.get("explicit solve", 1.0),
     )

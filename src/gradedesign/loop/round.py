@@ -9,7 +9,6 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray
-from gradedesign.case.schema import Case
 from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
@@ -25,8 +24,7 @@ from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.limits.state import Predicted
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.stored_sizing import stored_sizing
-from gradedesign.material.material import Material
-from gradedesign.mesh.tet_mesh import centroids, signed_volumes
+from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.resolve.analysable import grid_cube
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.problem import Problem
@@ -35,8 +33,6 @@ from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     homogenised_system,
-    lattice_mass,
-    total_mass,
 )
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
@@ -44,8 +40,7 @@ from gradedesign.sizing.responses import solve_adjoints
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.sizing.state import SolvedState, solved_state
 from gradedesign.verify.correction import Correction
-from gradedesign.verify.explicit import ExplicitResult, JudgedSolid
-from gradedesign.verify.explicit_mesh import ExplicitMesh
+from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
 
 #: Sizing aims a little below each limit, so that a small gap does not break it.
@@ -67,7 +62,6 @@ class Prediction:
     ----------
     values : dict of LimitKey to Predicted
         Of every limit.
-    lattice_mass, total_mass : float, g
     lattice_share : float
         Share of the governing value by gradient that comes from strain of the lattice phase.
     mean_density : float
@@ -76,8 +70,6 @@ class Prediction:
     """
 
     values: dict[LimitKey, Predicted]
-    lattice_mass: float
-    total_mass: float
     lattice_share: float
     mean_density: float
 
@@ -188,10 +180,10 @@ def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> Latt
     )
 
 
-def judged_solid(problem: Problem, design: LatticeDesign) -> JudgedSolid:
-    """What every analysis of the printed solid needs besides its mesh."""
+def printed_solid(problem: Problem, design: LatticeDesign) -> PrintedSolid:
+    """A design with the loads, supports and limits of its case."""
     regions = {name: problem.part.regions[name] for name in problem.facets}
-    return JudgedSolid(
+    return PrintedSolid(
         case=problem.case,
         design=design,
         material=problem.material,
@@ -200,13 +192,13 @@ def judged_solid(problem: Problem, design: LatticeDesign) -> JudgedSolid:
         exclusion_radius=problem.exclusion_radius,
         stress_limit=allowed_stress(problem.case, problem.material),
         percentile=problem.case.limits.percentile,
-        bodies=problem.domain.bodies,
         solver=problem.solver,
+        mesher=problem.mesher,
     )
 
 
-def explicit_cube(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
-    """Grid of the explicit mesh from the thinnest wall, skin or kept layer of the design, mm.
+def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
+    """Element size of the explicit analysis from the thinnest wall or layer of a design, mm.
 
     Raises
     ------
@@ -221,14 +213,15 @@ def explicit_cube(problem: Problem, cells: CellChoice, grid: DensityGrid) -> flo
             f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
             f"{case.print.min_wall:g} mm; raise the lower density"
         )
-    return explicit_cube_for(case, cells.cubes_per_wall, thinnest)
+    return explicit_spacing_for(problem, cells, thinnest)
 
 
-def explicit_cube_for(case: Case, cubes_per_wall: float, thinnest: float) -> float:
-    """Grid that the case asks for, or that follows the thinnest wall, skin or kept layer, mm."""
+def explicit_spacing_for(problem: Problem, cells: CellChoice, thinnest: float) -> float:
+    """Element size that the case states, or that follows the thinnest wall or layer, mm."""
+    case = problem.case
     if case.run.explicit_mesh_size is not None:
         return case.run.explicit_mesh_size
-    return float(grid_cube(case, thinnest, cubes_per_wall))
+    return float(grid_cube(case, thinnest, cells.cubes_per_wall, problem.analysis))
 
 
 def predict(
@@ -248,8 +241,6 @@ def predict(
     share, carrying = lattice_share(system, state, limits)
     return Prediction(
         values={limit.key: limit.predict(state) for limit in limits},
-        lattice_mass=lattice_mass(model, rho) * 1e6,
-        total_mass=total_mass(model, rho) * 1e6,
         lattice_share=share,
         mean_density=carrying,
     )
@@ -273,14 +264,3 @@ def lattice_share(
     if worst.value <= 0 or shared.sum() <= 0:
         return 0.0, mean
     return float(shared.sum() / worst.value), float(shared @ rho / shared.sum())
-
-
-def explicit_masses(
-    material: Material, mesh: ExplicitMesh, result: ExplicitResult
-) -> dict[str, float]:
-    """Mass of every phase of the explicit mesh, g."""
-    volumes = signed_volumes(mesh.mesh) * material.density * 1e6
-    return {
-        name: float(volumes[result.phase == number].sum())
-        for number, name in enumerate(("lattice", "skin", "kept"))
-    }

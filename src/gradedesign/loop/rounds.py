@@ -24,27 +24,22 @@ from gradedesign.loop.round import (
     SizingPlan,
     build_design,
     density_grid,
-    explicit_cube,
-    explicit_masses,
-    judged_solid,
+    explicit_spacing,
     predict,
+    printed_solid,
     size_round,
 )
 from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingResult, SizingStep
+from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.correction import (
     Correction,
     Gap,
     kept_share,
 )
-from gradedesign.verify.explicit import (
-    ExplicitResult,
-    JudgedSolid,
-    analyse_printed_solid,
-)
-from gradedesign.verify.explicit_mesh import ExplicitMesh, mesh_lattice
-from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
+from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
+from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Rounds after which a miss is taken for scatter, and the most room that is left for it.
@@ -91,58 +86,53 @@ class Analysed:
 
     grid: DensityGrid
     design: LatticeDesign
-    judged: JudgedSolid
-    mesh: ExplicitMesh
+    solid: PrintedSolid
     result: ExplicitResult
     layout: CellLayout
 
 
 def analyse_design(
-    setup: Setup, rho: FloatArray, *, cube: float | None = None, on_event: Listener = ignore
+    setup: Setup, rho: FloatArray, *, spacing: float | None = None, on_event: Listener = ignore
 ) -> Analysed:
-    """Build the lattice of element densities, mesh it and solve it.
+    """Build the lattice of element densities and analyse it.
 
-    ``cube``, mm, is taken as it is; without it the grid follows the thinnest wall and is refined
-    until it holds what the field holds.
+    ``spacing``, mm, is taken as it is; without it the resolution follows the thinnest wall and is
+    refined until it holds what the field holds.
     """
-    return analyse_cells(with_cells(setup, rho), rho, cube=cube, on_event=on_event)
+    return analyse_cells(with_cells(setup, rho), rho, spacing=spacing, on_event=on_event)
 
 
 def analyse_cells(
     setup: Setup,
     rho: FloatArray,
     *,
-    cube: float | None = None,
+    spacing: float | None = None,
     finer: float = 1.0,
     on_event: Listener = ignore,
 ) -> Analysed:
-    """Build the lattice of element densities in the cells of the setup, mesh it and solve it.
+    """Build the lattice of element densities in the cells of the setup and analyse it.
 
-    ``finer`` is the share of the grid of the thinnest wall that an earlier round had to go down to.
+    ``finer`` is the share of the spacing of the thinnest wall that an earlier round had to go down
+    to.
     """
     problem, cells = setup.problem, setup.cells
     grid = density_grid(problem, rho)
     design = build_design(problem, cells, grid)
-    judged = judged_solid(problem, design)
-    memory, bodies = problem.case.run.memory, problem.domain.bodies
-    if cube is not None:
-        mesh = mesh_lattice(design, cube, memory_limit_bytes=memory, bodies=bodies)
+    solid = printed_solid(problem, design)
+    if spacing is not None:
+        resolution = Resolution(spacing=spacing)
     else:
-        asked = explicit_cube(problem, cells, grid)
-        mesh = mesh_within_budget(
-            design,
-            finer * asked,
-            coarsest=asked * COARSEST,
-            memory_limit_bytes=memory,
-            bodies=bodies,
-            on_refusal=lambda message: on_event(Event(stage="explicit", message=message)),
+        follows = explicit_spacing(problem, cells, grid)
+        resolution = Resolution(
+            spacing=finer * follows, coarsest=follows * problem.analysis.coarsest
         )
     result = analyse_printed_solid(
-        mesh.mesh, judged, mesh_size=mesh.cube, surface_tolerance=0.5 * mesh.cube
+        problem.analysis,
+        solid,
+        resolution,
+        lambda message: on_event(Event(stage="explicit", message=message)),
     )
-    return Analysed(
-        grid=grid, design=design, judged=judged, mesh=mesh, result=result, layout=cells.layout
-    )
+    return Analysed(grid=grid, design=design, solid=solid, result=result, layout=cells.layout)
 
 
 def play_round(
@@ -228,9 +218,9 @@ def compared(
     """Predicted beside explicit values of a design; its number and seconds are not known here."""
     result, rows = analysed.result, lesson.rows
     explicit, gaps = lesson.explicit, dict(lesson.gap.values)
-    masses = explicit_masses(setup.problem.material, analysed.mesh, result)
+    masses, division = result.masses_g, result.solved.division
     weights = setup.model.lattice_volumes
-    asked = explicit_cube(setup.problem, setup.cells, analysed.grid)
+    follows = explicit_spacing(setup.problem, setup.cells, analysed.grid)
     return Iteration(
         round=0,
         lattice_mass_g=masses["lattice"],
@@ -250,9 +240,9 @@ def compared(
         ),
         use=max((row.use for row in rows), default=0.0),
         passed=all(row.passed for row in rows),
-        dofs=result.space.dof_count,
-        mesh_size_mm=result.mesh_size,
-        grid_share=min(analysed.mesh.asked / asked, 1.0),
+        dofs=division.unknowns,
+        mesh_size_mm=division.mesh_size,
+        grid_share=min(division.requested / follows, 1.0),
         seconds=0.0,
         stiffness_factor=correction.stiffness,
         sizing_iterations=len(sized.history),

@@ -70,10 +70,13 @@ class RunCost:
 def learned_cost(work: RunWork, first: Round) -> CostPrediction:
     """Predict a run from the seconds and the unknowns of its first round."""
     it = first.iteration
+    grown = it.dofs / work.explicit_dofs
     real = replace(
         work,
         explicit_dofs=it.dofs,
-        mesher_tets=int(work.mesher_tets * it.dofs / work.explicit_dofs),
+        explicit_memory=int(grown * work.explicit_memory),
+        explicit_solve_s=grown * work.explicit_solve_s,
+        mesher_tets=int(grown * work.mesher_tets),
     )
     speed = learned_speed(real, it.sizing_iterations, it.timing_s)
     return predict_cost(real, speed, learned=True)

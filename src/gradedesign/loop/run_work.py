@@ -8,17 +8,11 @@ import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
-from gradedesign.loop.predicted_cost import (
-    DOFS_PER_TET,
-    TETS_PER_SOLID_CUBE,
-    RunWork,
-    mesher_tets,
-)
-from gradedesign.loop.round import build_design, density_grid, explicit_cube_for
+from gradedesign.loop.predicted_cost import RunWork, mesher_tets
+from gradedesign.loop.round import explicit_spacing_for
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
-from gradedesign.verify.explicit_mesh import fitted_cube, fitting_cube, grid_for
-from gradedesign.verify.mesh_within_budget import COARSEST
+from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.windows import MARGIN
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
@@ -28,7 +22,7 @@ SAMPLES = 65
 
 
 def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
-    """Count unknowns and tetrahedra of a run before it.
+    """Work of a run before it.
 
     Parameters
     ----------
@@ -46,42 +40,40 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     density = guessed_density(setup, solid)
     share = setup.model.solid_share
     volume = float(setup.model.volumes @ (share + (1 - share) * density))
-    cube, cubes = predicted_grid(setup, density, volume)
-    tets = TETS_PER_SOLID_CUBE * volume / cube**3
-    scope = choose_scope(case.run.acceptance, tets, case.run.time)
     points = setup.problem.part.surface.vertices
+    x, y, z = np.ptp(points, axis=0).tolist()
+    planned = PlannedSolid(box=(x, y, z), volume=volume, load_cases=len(case.load_case))
+    spacing = predicted_spacing(setup, density, planned)
+    explicit = setup.problem.analysis.estimate(planned, spacing)
+    tets = explicit.surface_tets
+    scope = choose_scope(case.run.acceptance, tets, case.run.time)
     edges = np.minimum((1 + 2 * MARGIN) * setup.cells.layout.typical, np.ptp(points, axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / volume)
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
         adjoint_solves=sum(limit.by_gradient for limit in setup.problem.limits),
-        explicit_dofs=int(tets * DOFS_PER_TET),
-        explicit_cubes=cubes,
+        explicit_dofs=explicit.unknowns,
+        explicit_memory=explicit.memory_bytes,
+        explicit_mesh_s=explicit.mesh_s,
+        explicit_solve_s=explicit.solve_s,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        remeshed=scope,
         rounds=case.run.max_rounds,
     )
 
 
-def predicted_grid(setup: Setup, density: float, volume: float) -> tuple[float, int]:
-    """Edge of the explicit grid's cubes, mm, and their number, for a mean density of the lattice.
+def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> float:
+    """Element size of the explicit analysis for a mean density of the lattice, mm.
 
-    Graded designs reach the lower bound somewhere, and the grid follows their thinnest wall, or
-    what of it the memory holds. ``volume`` is that of the solid, mm^3.
+    Graded designs reach the lower bound somewhere, and the elements follow their thinnest wall, or
+    what of it the memory holds.
     """
-    case = setup.problem.case
-    thinnest = density if case.lattice.grading == "uniform" else setup.cells.bounds[0]
-    wall = case.lattice.wall or float(wall_mm(setup.cells.cell, thinnest, setup.cells.layout.least))
     problem, cells = setup.problem, setup.cells
-    grid = density_grid(problem, np.full(setup.model.volumes.shape, density))
-    design = build_design(problem, cells, grid)
-    asked = explicit_cube_for(case, cells.cubes_per_wall, wall)
-    fitting = fitting_cube(volume, case.run.memory)
-    if asked < fitting <= COARSEST * asked:
-        asked = fitting
-    cube = fitted_cube(design, asked, fitting)
-    return cube, int(np.prod(grid_for(design, cube)[1]))
+    case = problem.case
+    thinnest = density if case.lattice.grading == "uniform" else cells.bounds[0]
+    wall = case.lattice.wall or float(wall_mm(cells.cell, thinnest, cells.layout.least))
+    follows = explicit_spacing_for(problem, cells, wall)
+    return problem.analysis.fitted_spacing(planned, follows, case.run.memory)
 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:

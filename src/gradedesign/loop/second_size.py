@@ -47,7 +47,7 @@ def analyse_second_size(setup: Setup, done: Round, analysed: Analysed) -> Second
     for factor in SECOND_SIZES:
         try:
             with stepping("second mesh"):
-                second = analyse_design(setup, done.rho, cube=factor * analysed.result.mesh_size)
+                second = analyse_design(setup, done.rho, spacing=factor * analysed.result.mesh_size)
         except (LatticeError, MeshError, ResourceError) as error:
             size = factor * analysed.result.mesh_size
             refused.append(f"a second mesh of {size:.3g} mm was refused: {error}")

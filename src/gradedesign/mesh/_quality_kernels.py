@@ -31,24 +31,21 @@ def _outward_area(
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def cosine_range(
-    points: FloatArray, tets: IntArray
-) -> tuple[float, float]:  # pragma: no cover (compiled)
-    """Return the least and largest cosine of any dihedral angle.
+def largest_cosine(points: FloatArray, tets: IntArray) -> float:  # pragma: no cover (compiled)
+    """Return the largest cosine of any dihedral angle.
 
     Parameters
     ----------
     points : (3, n) array
     tets : (4, m) int array
-        A tetrahedron with a face of no area counts as having angles of 0 and 180 degrees.
+        A tetrahedron with a face of no area counts as having an angle of 0 degrees.
     """
     count = tets.shape[1]
-    lowest = np.full(_CHUNKS, 1.0)
     highest = np.full(_CHUNKS, -1.0)
     for chunk in prange(_CHUNKS):
         normals = np.zeros((4, 3))
         lengths = np.zeros(4)
-        low, high = 1.0, -1.0
+        high = -1.0
         for t in range(chunk * count // _CHUNKS, (chunk + 1) * count // _CHUNKS):
             a, b, c, d = tets[0, t], tets[1, t], tets[2, t], tets[3, t]
             lengths[0] = _outward_area(points, b, c, d, normals[0])
@@ -64,12 +61,11 @@ def cosine_range(
                             + normals[i, 1] * normals[j, 1]
                             + normals[i, 2] * normals[j, 2]
                         )
-                        cosine = min(1.0, max(-1.0, -dot / scale))
-                        low, high = min(low, cosine), max(high, cosine)
+                        high = max(high, min(1.0, -dot / scale))
                     else:
-                        low, high = -1.0, 1.0
-        lowest[chunk], highest[chunk] = low, high
-    return lowest.min(), highest.max()
+                        high = 1.0
+        highest[chunk] = high
+    return highest.max()
 
 
 @njit(cache=True)

@@ -47,22 +47,17 @@ class MeshedSurface:
     mesh : TetMesh
     report : TetReport
         Volume, angles and the number of pieces.
-    volume_error : float
-        Relative difference from the volume that the surface encloses, signed.
     attempts : tuple of str
         One line for each attempt; the last one succeeded. Of a mesh from the cache, those of the
         run that made it.
     seconds : float
         Wall time of this call.
-    from_cache : bool
     """
 
     mesh: TetMesh
     report: TetReport
-    volume_error: float
     attempts: tuple[str, ...]
     seconds: float
-    from_cache: bool
 
 
 def failed_attempts(attempts: Sequence[str]) -> tuple[str, ...]:
@@ -151,10 +146,8 @@ def tetrahedralize(
     return MeshedSurface(
         mesh=mesh,
         report=report,
-        volume_error=report.volume / question.volume - 1.0,
         attempts=attempts,
         seconds=clock.elapsed(),
-        from_cache=found is not None,
     )
 
 

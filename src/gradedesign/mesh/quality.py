@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import IntArray
 from gradedesign.errors import MeshError
-from gradedesign.mesh._quality_kernels import cosine_range, label_pieces
+from gradedesign.mesh._quality_kernels import label_pieces, largest_cosine
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 
@@ -22,8 +22,8 @@ class TetReport:
         Tetrahedra.
     volume : float
         Sum of signed volumes, mm^3.
-    min_dihedral, max_dihedral : float
-        Least and largest angle between two faces of a tetrahedron, degrees.
+    min_dihedral : float
+        Least angle between two faces of a tetrahedron, degrees.
     pieces : int
         Parts that hang together through facets; parts that touch in an edge or a vertex are two.
     inverted : int
@@ -35,7 +35,6 @@ class TetReport:
     count: int
     volume: float
     min_dihedral: float
-    max_dihedral: float
     pieces: int
     inverted: int
     crowded: int
@@ -52,13 +51,12 @@ def tet_report(mesh: TetMesh) -> TetReport:
     if mesh.tets.shape[1] == 0:
         raise MeshError("the mesh has no tetrahedra; refine it, or check that its field is inside")
     volumes = signed_volumes(mesh)
-    least, largest = cosine_range(mesh.points, mesh.tets)
+    largest = largest_cosine(mesh.points, mesh.tets)
     _, pieces, crowded = label_pieces(mesh.tets, mesh.points.shape[1])
     return TetReport(
         count=mesh.tets.shape[1],
         volume=float(volumes.sum()),
         min_dihedral=float(np.degrees(np.arccos(largest))),
-        max_dihedral=float(np.degrees(np.arccos(least))),
         pieces=int(pieces),
         inverted=int(np.count_nonzero(~(volumes > 0.0))),
         crowded=int(crowded),
@@ -75,15 +73,6 @@ def piece_labels(mesh: TetMesh) -> IntArray:
     """
     labels, _, _ = label_pieces(mesh.tets, mesh.points.shape[1])
     return labels
-
-
-def keep_largest(mesh: TetMesh) -> TetMesh:
-    """Return the piece of the largest volume, without the points of the others."""
-    labels = piece_labels(mesh)
-    if labels.size == 0:
-        return mesh
-    largest = int(np.bincount(labels, weights=signed_volumes(mesh)).argmax())
-    return without_loose_points(TetMesh(points=mesh.points, tets=mesh.tets[:, labels == largest]))
 
 
 def without_loose_points(mesh: TetMesh) -> TetMesh:

@@ -46,11 +46,6 @@ def area_vectors(surface: SurfaceMesh) -> FloatArray:
     return 0.5 * np.cross(b - a, c - a)
 
 
-def surface_area(surface: SurfaceMesh) -> float:
-    """Total area, mm^2."""
-    return float(np.linalg.norm(area_vectors(surface), axis=1).sum())
-
-
 def enclosed_volume(surface: SurfaceMesh) -> float:
     """Signed enclosed volume by the divergence theorem, mm^3; positive if normals point out."""
     corners = corner_points(surface)

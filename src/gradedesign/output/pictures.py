@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.output import _draw_opengl, _draw_plain
@@ -244,14 +244,6 @@ def picture_deformed(
         bar=ColourBar(title="displacement [mm]", low=0.0, high=float(size.max()), colours="plasma"),
     )
     return _draw(path, scene)
-
-
-def boundary_surface(mesh: TetMesh) -> tuple[SurfaceMesh, IntArray]:
-    """Boundary of a tetrahedral mesh, and the mesh point of each of its vertices ``(n,)``."""
-    facets, _ = boundary_facets(mesh)
-    used, packed = np.unique(facets, return_inverse=True)
-    vertices = mesh.points[:, used].T
-    return SurfaceMesh(vertices=vertices, faces=packed.reshape(facets.shape)), used
 
 
 def round_factor(wanted: float, largest: float) -> float:

@@ -67,10 +67,3 @@ def face_edges(faces: IntArray) -> Edges:
 def odd_edge_count(faces: IntArray) -> int:
     """Count edges with an odd number of facets: 0 for a surface that can be closed."""
     return int(np.count_nonzero(face_edges(faces).count % 2))
-
-
-def unbalanced_edges(edges: Edges) -> IntArray:
-    """Edges that are not run along equally often both ways, by number."""
-    net = np.zeros(len(edges.count), dtype=np.int64)
-    np.add.at(net, edges.edge_of, np.where(edges.forward, 1, -1))
-    return np.flatnonzero(net)

@@ -22,6 +22,8 @@ from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
+from gradedesign.verify.analysis import ExplicitAnalysis
+from gradedesign.verify.tets import STUFFED_TETS
 
 
 @hookimpl
@@ -72,3 +74,9 @@ def gradedesign_solvers() -> Iterable[LinearSolver]:
 def gradedesign_limits() -> Iterable[LimitKind]:
     """Register the kinds of limits of the core."""
     return builtin_kinds()
+
+
+@hookimpl
+def gradedesign_analyses() -> Iterable[ExplicitAnalysis]:
+    """Register quadratic tetrahedra."""
+    yield STUFFED_TETS

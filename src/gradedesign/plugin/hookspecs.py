@@ -19,6 +19,7 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
+from gradedesign.verify.analysis import ExplicitAnalysis
 
 #: Name of the pluggy project and of the entry-point group.
 GROUP = "gradedesign"
@@ -212,5 +213,33 @@ def gradedesign_limits() -> Iterable[LimitKind]:
     ...     )
     >>> [kind.name for kind in gradedesign_limits()]
     ['stroke']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_analyses() -> Iterable[ExplicitAnalysis]:
+    """Register explicit analyses of the printed solid, which ``[run] analysis`` names.
+
+    Examples
+    --------
+    >>> from gradedesign import AnalysisEstimate, ExplicitAnalysis, hookimpl
+    >>> def solve(solid, resolution, say):
+    ...     ...  # returns a gradedesign.SolvedSolid
+    >>> def estimate(planned, spacing):
+    ...     unknowns = int(24 * planned.volume / spacing**3)
+    ...     return AnalysisEstimate(
+    ...         unknowns=unknowns, memory_bytes=900 * unknowns, mesh_s=2.0,
+    ...         solve_s=3e-5 * unknowns, surface_tets=10 * planned.volume / spacing**3,
+    ...     )
+    >>> @hookimpl
+    ... def gradedesign_analyses():
+    ...     yield ExplicitAnalysis(
+    ...         name="my-bricks", solve=solve, estimate=estimate,
+    ...         fitted_spacing=lambda planned, spacing, memory_bytes: spacing,
+    ...         elements_per_wall=lambda cell, rho: 0.7, elements_per_layer=0.7,
+    ...     )
+    >>> [analysis.name for analysis in gradedesign_analyses()]
+    ['my-bricks']
     """
     return ()

@@ -14,6 +14,7 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
+from gradedesign.verify.analysis import ExplicitAnalysis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +51,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    exporters, solvers, meshers, limits : mapping
+    exporters, solvers, meshers, limits, analyses : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -71,6 +72,7 @@ class Registry:
     solvers: Mapping[str, LinearSolver]
     meshers: Mapping[str, Mesher]
     limits: Mapping[str, LimitKind]
+    analyses: Mapping[str, ExplicitAnalysis]
     sources: Mapping[str, Mapping[str, str]]
     plugins: tuple[PluginSource, ...]
     failures: tuple[PluginFailure, ...]

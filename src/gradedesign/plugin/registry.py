@@ -33,6 +33,7 @@ from gradedesign.plugin.installed import (
 from gradedesign.plugin.limit_checks import check_limit_keys
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
+from gradedesign.verify.analysis import ExplicitAnalysis
 
 __all__ = ["PluginFailure", "PluginSource", "Registry", "absent", "build_registry", "lookup"]
 
@@ -53,6 +54,7 @@ Kind = Literal[
     "solvers",
     "meshers",
     "limits",
+    "analyses",
 ]
 
 
@@ -74,6 +76,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
     "meshers": _Shelf(Mesher, _DASHED, "mesher"),
     "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
+    "analyses": _Shelf(ExplicitAnalysis, _DASHED, "explicit analysis"),
 }
 
 
@@ -156,7 +159,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters``, ``solvers``, ``meshers`` or ``limits``.
+        ``exporters``, ``solvers``, ``meshers``, ``limits`` or ``analyses``.
     name : str
 
     Raises

@@ -15,9 +15,7 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.verify.explicit_mesh import predict_unknowns
-from gradedesign.verify.grid_resolution import LAYER_CUBES, cubes_per_wall
+from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
 
 #: Densities at which the window is looked at.
 SAMPLES = 400
@@ -34,13 +32,11 @@ class Analysable:
     ----------
     bounds : (float, float)
     cubes_per_wall : float
-        Grid cubes across the thinnest wall.
+        Elements across the thinnest wall.
     cube : float, mm
-        Grid that the walls at the lower bound ask for.
-    unknowns : int
-        Expected of the explicit analysis.
+        Element size that the walls at the lower bound ask for.
     memory_bytes : int
-        Expected of its solve.
+        Expected of the explicit analysis.
     warnings : tuple of str
     refusal : str
         Why no density of the window fits the budget; empty where one does.
@@ -49,7 +45,6 @@ class Analysable:
     bounds: tuple[float, float]
     cubes_per_wall: float
     cube: float
-    unknowns: int
     memory_bytes: int
     warnings: tuple[str, ...] = ()
     refusal: str = ""
@@ -61,10 +56,12 @@ def solid_layers(case: Case) -> list[float]:
     return [k.margin for k in case.keep if k.margin > 0] + ([skin] if skin else [])
 
 
-def grid_cube(case: Case, wall: FloatArray | float, cubes_per_wall: float) -> FloatArray:
-    """Grid cube for walls ``(...)`` mm beside the solid layers of a case, ``(...)`` mm."""
+def grid_cube(
+    case: Case, wall: FloatArray | float, cubes_per_wall: float, analysis: ExplicitAnalysis
+) -> FloatArray:
+    """Element size for walls ``(...)`` mm beside the solid layers of a case, ``(...)`` mm."""
     layers = min(solid_layers(case), default=np.inf)
-    return np.minimum(np.asarray(wall) / cubes_per_wall, layers / LAYER_CUBES)
+    return np.minimum(np.asarray(wall) / cubes_per_wall, layers / analysis.elements_per_layer)
 
 
 def analysable_bounds(
@@ -72,6 +69,8 @@ def analysable_bounds(
     cell: Cell,
     bounds: tuple[float, float],
     least_size: float,
+    analysis: ExplicitAnalysis,
+    *,
     latticed: float,
     solid: float,
 ) -> Analysable:
@@ -86,6 +85,7 @@ def analysable_bounds(
         Density window of user, cell, law and printer.
     least_size : float, mm
         Shortest extent of any cell.
+    analysis : ExplicitAnalysis
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
 
@@ -102,23 +102,29 @@ def analysable_bounds(
     walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
     mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
     volume = solid + latticed * mean
-    least, per_wall = 0, run.mesh_cubes_per_wall or cubes_per_wall(cell, low)
+    least, per_wall = 0, run.mesh_cubes_per_wall or analysis.elements_per_wall(cell, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
     refusal = ""
     for _ in range(2):
-        cubes = grid_cube(case, walls, per_wall)
+        cubes = grid_cube(case, walls, per_wall, analysis)
         if run.explicit_mesh_size:
             cubes = np.full(SAMPLES, run.explicit_mesh_size)
-        unknowns = np.array([predict_unknowns(*pair) for pair in zip(volume, cubes, strict=True)])
-        need = np.array([predict_memory_bytes(int(n), 2) for n in unknowns])
+        need = np.array(
+            [
+                analysis.estimate(
+                    PlannedSolid(box=(0, 0, 0), volume=solid_volume, load_cases=1), cube
+                ).memory_bytes
+                for solid_volume, cube in zip(volume, cubes, strict=True)
+            ]
+        )
         fits = need <= run.memory
         if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
             break
         if not fits.any():
-            refusal = _refusal(case, walls, cubes, need)
+            refusal = _refusal(case, walls, cubes, need, analysis)
             break
         least = int(np.argmax(fits))
-        per_wall = run.mesh_cubes_per_wall or cubes_per_wall(cell, float(rho[least]))
+        per_wall = run.mesh_cubes_per_wall or analysis.elements_per_wall(cell, float(rho[least]))
     warnings: tuple[str, ...] = ()
     if least:
         warnings = (
@@ -131,7 +137,6 @@ def analysable_bounds(
         bounds=(float(rho[least]) if least else low, high),
         cubes_per_wall=per_wall,
         cube=float(cubes[least]),
-        unknowns=int(unknowns[least]),
         memory_bytes=int(need[least]),
         warnings=warnings,
         refusal=refusal,
@@ -144,12 +149,14 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
     return np.maximum(walls, 1e-3 * least_size)
 
 
-def _refusal(case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray) -> str:
+def _refusal(
+    case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray, analysis: ExplicitAnalysis
+) -> str:
     """What does not fit, and what would."""
     best = int(np.argmin(need))
     layers = min(solid_layers(case), default=np.inf)
     larger = (need[best] / case.run.memory) ** (1 / 3)
-    governed = cubes[best] >= layers / LAYER_CUBES * (1 - 1e-9)
+    governed = cubes[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
     what = (
         f"solid layers of {layers:.3g} mm ask for a grid of {cubes[best]:.3g} mm"
         if governed

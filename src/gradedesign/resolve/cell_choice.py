@@ -24,7 +24,7 @@ class CellChoice:
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
     cubes_per_wall : float
-        Grid cubes of the explicit mesh across the thinnest wall.
+        Elements of the explicit analysis across the thinnest wall.
     layout : CellLayout
     frames : callable, optional
         Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.

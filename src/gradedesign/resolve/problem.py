@@ -12,9 +12,11 @@ from gradedesign.fe.space import TetSpace
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.limits.limit import Limit
 from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import Mesher
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.resolve.lattice_files import LatticeFile
+from gradedesign.verify.analysis import ExplicitAnalysis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,6 +43,9 @@ class Problem:
     clamped : tuple of callable
         Distances to the regions that are supported, mm.
     exclusion_radius : float, mm
+    analysis : ExplicitAnalysis
+    mesher : Mesher
+        Of the acceptance.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     """
@@ -58,6 +63,8 @@ class Problem:
     considered: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
+    analysis: ExplicitAnalysis
+    mesher: Mesher
     lattice_files: tuple[LatticeFile, ...] = ()
 
 

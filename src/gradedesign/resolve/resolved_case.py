@@ -26,6 +26,7 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.explicit_analysis import explicit_analysis
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
@@ -34,6 +35,7 @@ from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.workspace.progress import report_step
 
 
@@ -57,6 +59,9 @@ class ResolvedCase:
     balances : tuple of LoadBalance
     mesher : Mesher
         Of the part.
+    surface_mesher : Mesher
+        Of the acceptance.
+    analysis : ExplicitAnalysis
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     limits : tuple of StatedLimit
@@ -77,6 +82,8 @@ class ResolvedCase:
     bounds: tuple[float, float]
     balances: tuple[LoadBalance, ...]
     mesher: Mesher
+    surface_mesher: Mesher
+    analysis: ExplicitAnalysis
     lattice_files: tuple[LatticeFile, ...]
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
@@ -104,6 +111,9 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     solver = linear_solver(case, registry)
     with locating(case, "part.mesher"):
         mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
+    with locating(case, "run.mesher"):
+        surface_mesher: Mesher = lookup(registry, "meshers", case.run.mesher)
+    analysis = explicit_analysis(case, registry)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
     with locating(case, "part.file"):
@@ -136,6 +146,8 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         bounds=bounds,
         balances=balances,
         mesher=mesher,
+        surface_mesher=surface_mesher,
+        analysis=analysis,
         lattice_files=files,
         limits=stated_limits(registry.limits, case, material),
         warnings=(

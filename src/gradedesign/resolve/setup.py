@@ -114,6 +114,7 @@ def affordable(
         known.cell,
         bounds,
         known.layout.least,
+        known.analysis,
         latticed=float(volumes @ (1 - shares)),
         solid=float(volumes @ shares),
     )
@@ -164,6 +165,8 @@ def placed_problem(
         considered=considered,
         clamped=clamped,
         exclusion_radius=radius,
+        analysis=known.analysis,
+        mesher=known.surface_mesher,
         lattice_files=known.lattice_files,
     )
     return problem, warnings

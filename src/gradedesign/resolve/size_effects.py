@@ -23,13 +23,16 @@ from gradedesign.size_effects.wall_cells import (
 )
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
-#: Over fewer cells than this a warning says that the lattice is taken for a periodic one.
+#: Half of the lattice has fewer cells than this across where walls are taken for what they are, or
+#: a warning says that they are not. Thicker parts are predicted better as a periodic lattice.
 FEW_CELLS = 3.0
 #: Places in the lattice at which the part's thickness is measured.
 PLACES = 1500
 
 
-def why_periodic(case: Case, law_kind: str, cell: Cell, low: float) -> str:
+def why_periodic(
+    case: Case, law_kind: str, cell: Cell, low: float, part: Part, layout: CellLayout
+) -> str:
     """Reason why sizing takes the lattice for a periodic one everywhere; empty where it need not.
 
     Parameters
@@ -40,6 +43,8 @@ def why_periodic(case: Case, law_kind: str, cell: Cell, low: float) -> str:
     cell : Cell
     low : float
         Least relative density that sizing may choose.
+    part : Part
+    layout : CellLayout
     """
     lattice = case.lattice
     heated = [one.name for one in case.load_case if one.temperature_change]
@@ -58,7 +63,20 @@ def why_periodic(case: Case, law_kind: str, cell: Cell, low: float) -> str:
             f"walls of cell '{cell.name}' at density {low:.3g} are too thin for "
             f"{RESOLUTIONS[-1]} voxels along a cell"
         )
+    across = median_thickness(case, part, layout) / layout.least
+    if across >= FEW_CELLS:
+        return f"half of the lattice has {across:.2g} cells across or more"
     return ""
+
+
+def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
+    """Median thickness of the part over its lattice, along the cells' axes, mm; inf without one."""
+    if not layout.places.size:
+        return np.inf
+    every = max(layout.places.shape[1] // PLACES, 1)
+    axes = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
+    lengths = local_thickness(part.surface, layout.places[:, ::every], axes)
+    return float(np.median(lengths)) if lengths.size else np.inf
 
 
 def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
@@ -66,12 +84,10 @@ def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -
 
     Nothing where the case wants it so, or half of the lattice has `FEW_CELLS` cells across.
     """
-    if not reason or not case.lattice.size_effects or not layout.places.size:
+    if not reason or not case.lattice.size_effects:
         return ()
-    every = max(layout.places.shape[1] // PLACES, 1)
-    axes = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    lengths = local_thickness(part.surface, layout.places[:, ::every], axes)
-    if not lengths.size or (median := float(np.median(lengths))) >= FEW_CELLS * layout.least:
+    median = median_thickness(case, part, layout)
+    if median >= FEW_CELLS * layout.least:
         return ()
     return (
         f"half of the lattice lies where the part is no thicker than {median:.3g} mm, "
@@ -95,7 +111,9 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
     """
     problem, cells, model = setup.problem, setup.cells, setup.model
     domain, cell_map = problem.domain, cells.layout.cell_map
-    reason = why_periodic(problem.case, cells.law.kind, cells.cell, cells.bounds[0])
+    reason = why_periodic(
+        problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
+    )
     warnings = periodic_warnings(problem.case, problem.part, cells.layout, reason)
     if not reason:
         report_step("walls of few cells")

@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes
+from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes, work_of
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
@@ -19,7 +19,6 @@ from gradedesign.limits.verdict import limit_rows
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
-from gradedesign.verify.explicit import work_of
 
 
 def solve_solid(problem: Problem) -> tuple[Solution, ...]:

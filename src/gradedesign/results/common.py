@@ -68,8 +68,10 @@ def size_effects_data(setup: Setup) -> dict[str, Any]:
     """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
     walls = setup.model.walls
     if walls is None:
-        low = setup.cells.bounds[0]
-        reason = why_periodic(setup.problem.case, setup.cells.law.kind, setup.cells.cell, low)
+        problem, cells = setup.problem, setup.cells
+        reason = why_periodic(
+            problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
+        )
         return {"mode": "periodic", **({"reason": reason} if reason else {})}
     weight = setup.model.volumes * (setup.model.solid_share < 1)
     return {

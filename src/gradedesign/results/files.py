@@ -11,8 +11,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.stress import element_stress, nodal_average, von_mises
+from gradedesign.fe.stress import element_stress, von_mises
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
@@ -22,7 +21,6 @@ from gradedesign.loop.round import build_design, density_grid
 from gradedesign.loop.rounds import Analysed
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
-    boundary_surface,
     picture_deformed,
     picture_density,
     picture_lattice,
@@ -40,7 +38,7 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
-from gradedesign.verify.explicit import governing_measure
+from gradedesign.verify.explicit import governing_load_case
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -187,33 +185,22 @@ def _lattice_files(
 ) -> tuple[str, ...]:
     """Pictures and fields of the lattice."""
     result = shown.analysed.result
-    worst = governing_measure(result.measures)
-    load_case = worst[0] if worst else result.solutions[0].name
-    solution = next(s for s in result.solutions if s.name == load_case)
-    stiffness = IsotropicStiffness(
-        E=np.full(result.space.element_count, problem.material.youngs_modulus),
-        nu=problem.material.poissons_ratio,
-    )
-    report_step("stress for the pictures")
-    at_vertices = von_mises(
-        element_stress(result.space, stiffness, solution.displacement, at="vertices")
-    )
-    nodal = nodal_average(result.space, at_vertices)
-    surface, vertex = boundary_surface(result.space.mesh)
+    load_case = governing_load_case(result)
+    fields = result.solved.surface_fields(load_case)
     files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
         *picture_lattice(out.path_of("lattice.png"), shown.surface),
         *picture_stress(
             out.path_of("stress.png"),
-            surface,
-            nodal[vertex],
+            fields.surface,
+            fields.von_mises,
             limit=allowed_stress(problem.case, problem.material),
             title=f"Stress of the lattice, load case {load_case}",
         ),
         *picture_deformed(
             out.path_of("deformed.png"),
-            surface,
-            solution.displacement[:, vertex],
+            fields.surface,
+            fields.displacement,
             title=f"Deformed lattice, load case {load_case}",
         ),
     ]
@@ -222,15 +209,17 @@ def _lattice_files(
     if "vtu" in problem.case.output.formats:
         report_step("writing lattice.vtu")
         files["lattice_vtu"] = "lattice.vtu"
+        sampled = {
+            f"von_mises {name} [MPa]": values.mean(axis=1)
+            for name, values in result.von_mises.items()
+        }
+        sampled["phase [0 lattice 1 skin 2 kept]"] = result.phase.astype(np.float64)
+        solved = result.solved.volume_fields(sampled)
         write_vtu(
             out.path_of("lattice.vtu"),
-            (result.space.nodes, result.space.elements.astype(np.int64)),
-            point_data={f"displacement {s.name} [mm]": s.displacement for s in result.solutions},
-            cell_data={
-                f"von_mises {name} [MPa]": values.mean(axis=1)
-                for name, values in result.von_mises.items()
-            }
-            | {"phase [0 lattice 1 skin 2 kept]": result.phase.astype(np.float64)},
+            (solved.points, solved.elements),
+            point_data=solved.point_data,
+            cell_data=solved.element_data,
         )
         out.adopt("lattice.vtu")
     return tuple(warnings)

@@ -126,7 +126,7 @@ def verdict_result(
         warnings += _acceptance_warnings(accepted)
         warnings += unresolved_warnings(accepted.rows)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
-        warnings += accepted.analysed.mesh.refused
+        warnings += accepted.analysed.result.solved.division.refused
     warnings += design_notes(setup, design.rho)
     it = design.iteration
     return RunResult(
@@ -163,8 +163,9 @@ def best_round(rounds: Sequence[Round]) -> Round:
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
     """What the verdict rests on, per limit."""
-    a = accepted.acceptance
-    sizes = [accepted.analysed.result.mesh_size]
+    a, analysed = accepted.acceptance, accepted.analysed
+    division = analysed.result.solved.division
+    sizes = [division.mesh_size]
     if accepted.second.mesh_size is not None:
         sizes.append(accepted.second.mesh_size)
     entries = []
@@ -177,9 +178,9 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
                 "limit": row.name,
                 "load_case": row.load_case,
                 "judged_by": row.judged_by,
-                "mesher": "pytetwild" if remeshed else "stuffing",
+                "mesher": analysed.solid.mesher.name if remeshed else division.made_by,
                 "scope": a.scope if remeshed else "whole",
-                "volume_mm3": a.volume if remeshed else accepted.analysed.result.volume,
+                "volume_mm3": a.volume if remeshed else analysed.result.volume,
                 "mesh_sizes_mm": sizes,
                 "value": row.value,
                 "unit": row.unit,
@@ -189,7 +190,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
     return {
         "scope": a.scope,
         "share_of_volume": a.share,
-        "exclusion": exclusion_data((a.whole or accepted.analysed.result).exclusion),
+        "exclusion": exclusion_data((a.whole or analysed.result).exclusion),
         "limits": entries,
         "windows": [
             {
@@ -207,7 +208,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
-        "loose_tet_pieces_dropped": accepted.analysed.mesh.dropped_pieces,
+        "loose_tet_pieces_dropped": division.dropped_pieces,
     }
 
 

@@ -26,7 +26,6 @@ class SizingStep:
     mean_density: float
     uses: tuple[float, ...]
     change: float
-    move: float
 
     @property
     def use(self) -> float:

@@ -120,7 +120,6 @@ def size(
             mean_density=float(weights @ rho / weights.sum()),
             uses=uses,
             change=change,
-            move=move,
         )
         history.append(step)
         if on_step is not None:

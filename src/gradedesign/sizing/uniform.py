@@ -150,7 +150,6 @@ def _evaluate(problem: SizingProblem, density: float, number: int, change: float
         mean_density=density,
         uses=tuple(float(limit.predict(state).value) / limit.allowed for limit in problem.limits),
         change=change,
-        move=0.0,
     )
 
 

@@ -1,11 +1,11 @@
-"""Acceptance: the exported surface, whole or in windows, meshed by an independent route.
+"""Acceptance: the exported surface, whole or in submodels, meshed by an independent route.
 
 Whole, its analysis judges every limit. Windows judge stress only, in a few cells.
 """
 
 from __future__ import annotations
 
-import logging
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,21 +17,17 @@ from gradedesign.lattice.islands import largest_pieces
 from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.mesh.tet_mesh import centroids, signed_volumes
-from gradedesign.verify.explicit import (
-    ExplicitResult,
-    JudgedSolid,
-    analyse_printed_solid,
-)
+from gradedesign.verify.analysis import Discretisation
+from gradedesign.verify.explicit import ExplicitResult, measured
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import considered_at
+from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
+from gradedesign.verify.tets import solve_tets
 from gradedesign.verify.windows import most_stressed_windows
 from gradedesign.workspace.progress import counted, stepping
 
-log = logging.getLogger(__name__)
-
-#: Edge of pytetwild's tetrahedra over the cube of the explicit mesh.
+#: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
 EDGE_PER_CUBE = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
@@ -66,46 +62,56 @@ class Acceptance:
     attempts: tuple[str, ...]
 
 
-def choose_scope(asked: str, explicit_tets: float, time_s: float) -> str:
+def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
     """Whole where the mesher is predicted to end in a sixth of the time the case states.
 
     The time that is left plays no part: what is judged must not depend on how busy the machine is.
 
     Parameters
     ----------
-    asked : {"auto", "whole", "windows"}
-    explicit_tets : float
-        Tetrahedra of the explicit mesh.
+    requested : {"auto", "whole", "windows"}
+    surface_tets : float
+        `Discretisation.surface_tets` of the explicit analysis.
     time_s : float, s
         [run] time.
     """
-    if asked != "auto":
-        return asked
-    seconds = explicit_tets / EDGE_PER_CUBE**3 / TETWILD_RATE
+    if requested != "auto":
+        return requested
+    seconds = surface_tets / EDGE_PER_CUBE**3 / TETWILD_RATE
     return "whole" if seconds < MESHER_SHARE * time_s else "windows"
 
 
 def accept_whole(
     surface: SurfaceMesh,
-    judged: JudgedSolid,
+    solid: PrintedSolid,
     explicit: ExplicitResult,
     *,
     time_limit_s: float,
 ) -> Acceptance:
     """Re-mesh and analyse the whole exported surface."""
-    cube = explicit.mesh_size
+    began = time.perf_counter()
+    size = explicit.solved.division.surface_size
     with stepping("meshing the whole surface again"):
         meshed = tetrahedralize(
             surface,
-            edge_length=EDGE_PER_CUBE * cube,
-            epsilon=ENVELOPE * cube,
+            edge_length=EDGE_PER_CUBE * size,
+            epsilon=ENVELOPE * size,
             time_limit_s=time_limit_s,
-            memory_limit_bytes=judged.case.run.memory,
+            memory_limit_bytes=solid.case.run.memory,
+            mesher=solid.mesher,
         )
-    mesh, _, _ = largest_pieces(meshed.mesh, keep=judged.bodies, max_share=0.01)
-    result = analyse_printed_solid(
-        mesh, judged, mesh_size=EDGE_PER_CUBE * cube, surface_tolerance=0.5 * cube
+    mesh, dropped, _ = largest_pieces(meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01)
+    division = Discretisation(
+        made_by=solid.mesher.name,
+        mesh_size=EDGE_PER_CUBE * size,
+        surface_size=size,
+        surface_tets=mesh.tets.shape[1],
+        unknowns=0,
+        requested=EDGE_PER_CUBE * size,
+        dropped_pieces=dropped,
+        seconds=time.perf_counter() - began,
     )
+    result = measured(solve_tets(mesh, solid, division, 0.5 * size), solid, began)
     return Acceptance(
         scope="whole",
         whole=result,
@@ -118,7 +124,7 @@ def accept_whole(
 
 def accept_windows(
     surface: SurfaceMesh,
-    judged: JudgedSolid,
+    solid: PrintedSolid,
     explicit: ExplicitResult,
     *,
     time_limit_s: float,
@@ -131,16 +137,15 @@ def accept_windows(
     MeshError
         If no window can be chosen.
     """
-    run = judged.case.run
     windows = most_stressed_windows(
-        centroids(explicit.space.mesh),
-        signed_volumes(explicit.space.mesh),
+        explicit.solved.points,
+        explicit.solved.volumes,
         explicit.von_mises,
-        eligible_lattice(judged, explicit),
-        percentile=judged.percentile,
-        cells=neighbourhood_cells(judged.design),
-        count=run.window_count,
-        avoid=[judged.regions[name].corners for name in sorted(held_and_loaded(judged.case))],
+        eligible_lattice(solid, explicit),
+        percentile=solid.percentile,
+        cells=neighbourhood_cells(solid.design),
+        count=solid.case.run.window_count,
+        avoid=[solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))],
     )
     if not windows:
         raise MeshError(
@@ -151,14 +156,7 @@ def accept_windows(
     results = []
     for window in counted(windows, "window", len(windows)):
         result = analyse_window(
-            surface,
-            window,
-            explicit,
-            judged.material,
-            percentile=judged.percentile,
-            time_limit_s=time_limit_s / len(windows),
-            memory_limit_bytes=run.memory,
-            solver=judged.solver,
+            surface, window, explicit, solid, time_limit_s=time_limit_s / len(windows)
         )
         results.append(result)
         if on_window is not None:
@@ -180,9 +178,7 @@ def held_and_loaded(case: Case) -> set[str]:
     return held | {s.region for spec in case.load_case for s in spec.load}
 
 
-def eligible_lattice(judged: JudgedSolid, explicit: ExplicitResult) -> BoolArray:
-    """Lattice elements outside the exclusion radius of clamped regions."""
-    points = centroids(explicit.space.mesh)
-    return (explicit.phase == LATTICE) & considered_at(
-        points, judged.clamped, judged.exclusion_radius
-    )
+def eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:
+    """Sample points of lattice outside the exclusion radius of clamped regions, ``(n,)``."""
+    outside = considered_at(explicit.solved.points, solid.clamped, solid.exclusion_radius)
+    return (explicit.phase == LATTICE) & outside

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.verify.measures import PHASES
+from gradedesign.verify.measures import PHASES, shared_volumes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,8 +44,8 @@ def exclusion_zone(
     Parameters
     ----------
     volumes : (M,) array, mm^3
-    von_mises : mapping of load case to (M, 4) array, MPa
-        At the four Gauss points, each standing for a quarter of the volume.
+    von_mises : mapping of load case to (M, q) array, MPa
+        Each value stands for a q-th of the point's volume.
     phase : (M,) int array
         Index into `measures.PHASES`.
     considered : (M,) bool array
@@ -71,7 +69,7 @@ def exclusion_zone(
         everywhere={
             case: {
                 name: weighted_percentile(
-                    stress[chosen].ravel(), np.repeat(volumes[chosen] / 4.0, 4), percentile
+                    stress[chosen].ravel(), shared_volumes(volumes[chosen], stress), percentile
                 )
                 for name, chosen in present.items()
             }

@@ -10,6 +10,7 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
@@ -160,10 +161,11 @@ def mesh_lattice(
     CoarseGridError
         If pieces, volume or angles are out of their gates.
     """
+    box = design.domain.upper - design.domain.lower
     with stepping("volume of the lattice"):
-        volume = field_volume(design, fitted_cube(design, cube))
+        volume = field_volume(design, fitted_cube(box, cube))
     _require_memory(volume, cube, memory_limit_bytes)
-    asked, cube = cube, fitted_cube(design, cube, fitting_cube(volume, memory_limit_bytes))
+    asked, cube = cube, fitted_cube(box, cube, fitting_cube(volume, memory_limit_bytes))
     lower, shape = grid_for(design, cube)
     field = lattice_field(design, band=3 * cube)
     with stepping(f"meshing the lattice at {cube:.3g} mm"):
@@ -203,13 +205,14 @@ def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
     return mesh, dropped, share
 
 
-def fitted_cube(design: LatticeDesign, cube: float, least: float = 0.0) -> float:
-    """Largest cube, at most 12 % below the asked one, that divides the design's box best, mm.
+def fitted_cube(box: ArrayLike, cube: float, least: float = 0.0) -> float:
+    """Largest cube, at most 12 % below the requested one, that divides a box best, mm.
 
     Faces of the part on grid planes come out flat and sharp; others are chamfered by a third of
-    a cube where they meet. ``least`` is the smallest cube that the memory holds, mm.
+    a cube where they meet. ``box`` holds its edges, ``(3,)``, mm; ``least`` is the smallest cube
+    that the memory holds, mm.
     """
-    size = np.asarray(design.domain.upper) - np.asarray(design.domain.lower)
+    size = np.asarray(box, dtype=np.float64)
     candidates = cube * np.linspace(1.0, min(max(0.88, least / cube), 1.0), 241)
     count = size[:, None] / candidates
     misfit = np.abs(count - np.round(count)).max(axis=0)

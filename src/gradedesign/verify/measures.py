@@ -61,10 +61,10 @@ def stress_measures(
     Parameters
     ----------
     points : (3, M) array, mm
-        Centroids.
+        Sample points.
     volumes : (M,) array, mm^3
-    von_mises : (M, 4) array, MPa
-        At the four Gauss points, each standing for a quarter of the volume.
+    von_mises : (M, q) array, MPa
+        Each value stands for a q-th of the point's volume.
     phase : (M,) int array
         Index into `PHASES`.
     considered : (M,) bool array
@@ -84,7 +84,7 @@ def stress_measures(
         if not chosen.any():
             continue
         values = von_mises[chosen].ravel()
-        weights = np.repeat(volumes[chosen] / 4.0, 4)
+        weights = shared_volumes(volumes[chosen], von_mises)
         worst, centre = worst_neighbourhood(
             points[:, chosen], volumes[chosen], von_mises[chosen], percentile, cells
         )
@@ -100,6 +100,12 @@ def stress_measures(
             )
         )
     return tuple(measures)
+
+
+def shared_volumes(volumes: FloatArray, values: FloatArray) -> FloatArray:
+    """Volume of every one of q values at each of k points, ``(k q,)``; ``values`` is (..., q)."""
+    count = values.shape[1]
+    return np.repeat(volumes / count, count)
 
 
 def worst_neighbourhood(
@@ -119,7 +125,9 @@ def worst_neighbourhood(
     best = (0.0, (0.0, 0.0, 0.0))
     for near in neighbourhoods(points, volumes, cells):
         value = weighted_percentile(
-            von_mises[near.members].ravel(), np.repeat(volumes[near.members] / 4.0, 4), percentile
+            von_mises[near.members].ravel(),
+            shared_volumes(volumes[near.members], von_mises),
+            percentile,
         )
         if value > best[0]:
             best = (value, near.centre)

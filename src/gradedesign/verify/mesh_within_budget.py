@@ -64,7 +64,8 @@ def mesh_within_budget(
         If the lattice falls apart on a finer grid as it does on a coarser one.
     """
     with stepping("volume of the lattice"):
-        volume = field_volume(design, fitted_cube(design, cube))
+        box = design.domain.upper - design.domain.lower
+        volume = field_volume(design, fitted_cube(box, cube))
     fitting = fitting_cube(volume, memory_limit_bytes)
     refused: list[str] = []
 

@@ -14,6 +14,7 @@ from gradedesign.fe.stress import weighted_percentile
 from gradedesign.mesh.boolean import intersection
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
+from gradedesign.verify.measures import shared_volumes
 from gradedesign.verify.neighbourhoods import neighbourhoods
 
 log = logging.getLogger(__name__)
@@ -72,9 +73,9 @@ def most_stressed_windows(
     Parameters
     ----------
     points : (3, M) array, mm
-        Centroids of the driving analysis.
+        Sample points of the driving analysis.
     volumes : (M,) array, mm^3
-    von_mises : dict of load case to (M, 4) array, MPa
+    von_mises : dict of load case to (M, q) array, MPa
     eligible : (M,) bool array
         Lattice outside the exclusion radius of supports and loads.
     percentile : float
@@ -99,7 +100,7 @@ def most_stressed_windows(
         for near in neighbourhoods(position, volume, cells):
             members = near.members
             value = weighted_percentile(
-                stress[members].ravel(), np.repeat(volume[members] / 4.0, 4), percentile
+                stress[members].ravel(), shared_volumes(volume[members], stress), percentile
             )
             candidates.append(
                 Window(centre=near.centre, half=near.edge / 2, value=value, load_case=name)

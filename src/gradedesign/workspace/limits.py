@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -18,16 +17,6 @@ _OWN_CGROUP = Path("/proc/self/cgroup")
 #: Names of (limit, usage, cache that the kernel gives back) in control groups 2 and 1.
 _V2 = ("memory.max", "memory.current", "inactive_file")
 _V1 = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-
-
-def peak_memory_bytes() -> int:
-    """Return the largest resident memory this process has had, in bytes."""
-    if sys.platform == "win32":
-        return int(psutil.Process().memory_info().peak_wset)
-    import resource
-
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return int(peak) if sys.platform == "darwin" else int(peak) * 1024
 
 
 def address_space_peak_bytes() -> int:

@@ -22,7 +22,6 @@ from gradedesign.workspace.atomic import (
     is_folder,
     write_bytes,
     write_error,
-    write_npz,
     write_text,
 )
 from gradedesign.workspace.manifest import (
@@ -109,11 +108,6 @@ class RunFolder:
     def write_text(self, name: str, text: str) -> Path:
         """Write an artefact of UTF-8 text atomically and enter it in the manifest."""
         write_text(self.path_of(name), text)
-        return self.adopt(name)
-
-    def write_npz(self, name: str, /, **arrays: ArrayLike) -> Path:
-        """Write an artefact of named arrays atomically and enter it in the manifest."""
-        write_npz(self.path_of(name), **arrays)
         return self.adopt(name)
 
     def adopt(self, name: str) -> Path:

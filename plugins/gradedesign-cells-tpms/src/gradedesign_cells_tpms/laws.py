@@ -1,4 +1,4 @@
-"""Scaling laws of gyroid, diamond and primitive cells: thesis, literature, own homogenisation."""
+"""Scaling laws of gyroid, diamond and primitive cells: thesis and literature."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 from gradedesign import LawOrigin, ScalingLaw, cubic_law, power_law
-from gradedesign_cells_tpms.homogenised import homogenised_laws
 
 THESIS = "E. A. Ramirez Salazar, thesis, Univ. Grenoble Alpes 2022 (NNT 2022GRALI077)"
 
@@ -16,7 +15,6 @@ def scaling_laws() -> Iterator[ScalingLaw]:
     yield from _thesis_laws()
     yield from _literature_laws()
     yield from _network_laws()
-    yield from homogenised_laws()
 
 
 def _sheets(surface: str) -> tuple[str, ...]:

@@ -1,0 +1,50 @@
+"""The printed solid with its loads and supports: what every explicit analysis is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gradedesign.arrays import Field
+from gradedesign.case.schema import Case
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.multigrid_solver import MULTIGRID
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.material.material import Material
+from gradedesign.mesh.mesher import PYTETWILD, Mesher
+from gradedesign.part.regions import Region
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PrintedSolid:
+    """A lattice design with everything that its analysis and acceptance need.
+
+    Attributes
+    ----------
+    case : Case
+        Its load cases and budgets.
+    design : LatticeDesign
+    material : Material
+    regions : mapping of name to Region
+        On the surface of the part.
+    clamped : tuple of callable
+        Unsigned distances to the clamped regions.
+    exclusion_radius : float, mm
+    stress_limit : float or None, MPa
+    percentile : float
+    solver : LinearSolver
+        Of the analyses on tetrahedra.
+    mesher : Mesher
+        Of the acceptance.
+    """
+
+    case: Case
+    design: LatticeDesign
+    material: Material
+    regions: Mapping[str, Region]
+    clamped: tuple[Field, ...]
+    exclusion_radius: float
+    stress_limit: float | None
+    percentile: float
+    solver: LinearSolver = MULTIGRID
+    mesher: Mesher = PYTETWILD

@@ -1,0 +1,141 @@
+"""Analyses and meshers of the acceptance are chosen by name; tetrahedra fulfil the protocol."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import gradedesign
+from gradedesign.errors import CaseError, PluginError
+from gradedesign.fe.solution import Balance
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.stress import von_mises
+from gradedesign.material.material import Material
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.explicit_analysis import explicit_analysis
+from gradedesign.resolve.resolved_case import resolve_case
+from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
+from gradedesign.verify.tet_fields import TetFields
+from gradedesign.verify.tets import STUFFED_TETS
+
+CASE = """\
+[case]
+name = "block"
+[part]
+box = ["30 mm", "10 mm", "10 mm"]
+mesh_size = "5 mm"
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "PA12"
+[[load_case]]
+name = "pull"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+[limits]
+stress = "20 MPa"
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = [0.2, 0.5]
+[run]
+"""
+
+
+def load(tmp_path, words):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE + words, encoding="utf-8")
+    return gradedesign.load_case(path)
+
+
+def test_a_case_names_its_analysis(tmp_path):
+    registry = build_registry()
+    assert explicit_analysis(load(tmp_path, ""), registry).name == "tets"
+    with pytest.raises(
+        CaseError, match=r"case\.toml:23: run\.analysis: no explicit analysis named"
+    ):
+        explicit_analysis(load(tmp_path, 'analysis = "tet"\n'), registry)
+    with pytest.raises(CaseError, match=r'run\.mesher: .*did you mean "pytetwild"'):
+        resolve_case(load(tmp_path, 'mesher = "pytetwil"\n'), registry)
+
+
+def test_what_an_analysis_of_a_plugin_raises_names_it(tmp_path):
+    def solve(solid, resolution, say):
+        raise ZeroDivisionError
+
+    def hook():
+        yield ExplicitAnalysis(
+            name="acme", solve=solve, estimate=STUFFED_TETS.estimate,
+            fitted_spacing=STUFFED_TETS.fitted_spacing, elements_per_wall=lambda *_: 1.0,
+            elements_per_layer=1.0,
+        )  # fmt: skip
+
+    plugin = SimpleNamespace(gradedesign_analyses=gradedesign.hookimpl(hook), __name__="acme")
+    registry = build_registry(plugins=[plugin])
+    analysis = explicit_analysis(load(tmp_path, 'analysis = "acme"\n'), registry)
+    with pytest.raises(PluginError, match="analysis 'acme' of module acme"):
+        analysis.solve(None, None, print)
+
+
+def test_the_spacing_that_will_be_taken_fits_memory_and_box():
+    planned = PlannedSolid(box=(60.0, 40.0, 40.0), volume=2e4, load_cases=1)
+    # 59 and 39 cubes of a little more would not end on the faces: 1 mm divides all three.
+    assert STUFFED_TETS.fitted_spacing(planned, 1.0, 1e12) == pytest.approx(1.0)
+    need = STUFFED_TETS.estimate(planned, 1.0).memory_bytes
+    coarser = STUFFED_TETS.fitted_spacing(planned, 1.0, 0.8 * need)
+    assert 1.0 < coarser <= STUFFED_TETS.coarsest
+    assert STUFFED_TETS.estimate(planned, coarser).memory_bytes <= 0.8 * need
+
+
+@pytest.fixture
+def block():
+    """Tetrahedra of a block that is pulled by 1e-3 along x and warmed by 1e-4 of free strain."""
+    space = tet_space(box_part_mesh((6.0, 4.0, 4.0), 2.0), 2)
+    strain = 1e-3 * np.array([1.0, -0.3, -0.3]) + 1e-4
+    u = strain[:, None] * space.nodes
+    nothing = Balance(force=0.0, moment=0.0, energy=0.0)
+    solution = SimpleNamespace(name="pull", displacement=u, balance=nothing)
+    material = Material(
+        name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-9, yield_strength=1.0,
+        thermal_expansion=0.0, source="by hand",
+    )  # fmt: skip
+    division = Discretisation(
+        made_by="bricks", mesh_size=2.0, surface_size=2.0, surface_tets=1.0,
+        unknowns=space.dof_count, requested=2.0,
+    )  # fmt: skip
+    return TetFields(
+        space=space, material=material, solutions={"pull": solution},
+        thermal_strain={"pull": 1e-4}, facets={}, work={"pull": 0.0}, division=division,
+    ), strain  # fmt: skip
+
+
+def test_tetrahedra_tell_stress_and_displacement_without_their_mesh(block):
+    solved, strain = block
+    assert solved.volumes.sum() == pytest.approx(96.0)
+    assert solved.von_mises("pull") == pytest.approx(1.0)  # E times strain, uniaxial
+    lower, upper = np.array([1.0, 1.0, 1.0]), np.array([4.0, 3.0, 3.0])
+    sample = solved.stress_within("pull", lower, upper)
+    assert np.all((lower <= sample.points.T) & (upper >= sample.points.T))
+    assert sample.volumes.sum() == pytest.approx(12.0, rel=0.3)
+    assert von_mises(sample.stress) == pytest.approx(1.0)
+    points = np.array([[1.0, 7.0], [2.0, 2.0], [3.0, 3.0]])
+    u, distance = solved.displacement_at("pull", points)
+    assert distance == pytest.approx([0.0, 1.0])
+    np.testing.assert_allclose(u, strain[:, None] * np.minimum(points, 6.0), atol=1e-12)
+
+
+def test_pictures_and_files_get_the_surface_and_the_elements(block):
+    solved, strain = block
+    fields = solved.surface_fields("pull")
+    # The free strain of warming is no stress.
+    assert fields.von_mises == pytest.approx(1.0)
+    np.testing.assert_allclose(
+        fields.displacement, strain[:, None] * fields.surface.vertices.T, atol=1e-12
+    )
+    volume = solved.volume_fields({"phase [-]": np.zeros(len(solved.volumes))})
+    assert volume.elements.shape == (10, len(solved.volumes))
+    assert list(volume.point_data) == ["displacement pull [mm]"]
+    assert list(volume.element_data) == ["phase [-]"]
