@@ -44,8 +44,8 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.part.part_mesh import region_facets
-from gradedesign.verify.explicit import JudgedSolid
 from gradedesign.verify.finite_cells import analyse_by_finite_cells
+from gradedesign.verify.printed_solid import PrintedSolid
 
 TENSION = load_case(
     "tension",
@@ -396,7 +396,7 @@ def test_a_design_is_analysed_with_its_measures():
         cell_size=2.0,
         density=0.3,
     )
-    judged = JudgedSolid(
+    judged = PrintedSolid(
         case=SimpleNamespace(load_case=(case,)),
         design=design,
         material=STEEL,

@@ -19,10 +19,10 @@ from gradedesign.finite_cell.stress import von_mises
 from gradedesign.lattice.domain import phase_at
 from gradedesign.lattice.lattice import lattice_field
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
-from gradedesign.verify.explicit import JudgedSolid
 from gradedesign.verify.measures import StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import considered_at
+from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
 
 
@@ -64,12 +64,12 @@ class FiniteCellAnalysis:
         return self.result.largest_displacement(load_case)
 
 
-def design_problem(judged: JudgedSolid, planes: tuple[Plane, ...] = ()) -> Problem:
+def design_problem(judged: PrintedSolid, planes: tuple[Plane, ...] = ()) -> Problem:
     """The solid of a design with the loads and supports of its case.
 
     Parameters
     ----------
-    judged : JudgedSolid
+    judged : PrintedSolid
     planes : tuple of Plane
         Plane faces inside the part to lay grid planes on, beside those of the regions.
     """
@@ -82,12 +82,12 @@ def design_problem(judged: JudgedSolid, planes: tuple[Plane, ...] = ()) -> Probl
         regions=judged.regions,
         material=judged.material,
         planes=planes,
-        bodies=judged.bodies,
+        bodies=domain.bodies,
     )
 
 
 def analyse_by_finite_cells(
-    judged: JudgedSolid,
+    judged: PrintedSolid,
     spacing: float,
     *,
     accuracy: Accuracy | None = None,
@@ -97,7 +97,7 @@ def analyse_by_finite_cells(
 
     Parameters
     ----------
-    judged : JudgedSolid
+    judged : PrintedSolid
     spacing : float, mm
         Largest edge of an element.
     accuracy : Accuracy, optional
