@@ -40,10 +40,11 @@ def main() -> None:
             graded = solved(folder, "level", out)
         uniform = solved(folder, "uniform", out)
     for name, data in (("graded", graded), ("uniform", uniform)):
-        use = max(row["use"] for row in data["limits"])
+        utilisation = max(row["utilisation"] for row in data["limits"])
         print(
             f"{name}: {data['status']}, lightest {data['lightest']}, lattice "
-            f"{data['lattice_mass_g']:.4g} g at {data['lattice_density']:.4f}, use {use:.1%}"
+            f"{data['lattice_mass_g']:.4g} g at {data['lattice_density']:.4f}, "
+            f"utilisation {utilisation:.1%}"
         )
     print(f"ratio {graded['lattice_mass_g'] / uniform['lattice_mass_g']:.3f}")
 

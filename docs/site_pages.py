@@ -182,7 +182,7 @@ def rooms() -> Iterator[str]:
         for node in tree.body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ORDER"
     )
-    yield "| Room | What it does |\n|---|---|"
+    yield "| Room | Content |\n|---|---|"
     for name in order:
         path = ROOT / "src" / "gradedesign" / name
         path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")

@@ -266,6 +266,26 @@ def test_every_plugin_has_its_own_project_readme_and_tests():
         assert "[project.entry-points.gradedesign]" in project
 
 
+def docstrings(path):
+    """Documented nodes of a module with their docstrings."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            text = ast.get_docstring(node)
+            if text:
+                yield getattr(node, "lineno", 1), text
+
+
+def test_docstrings_say_what_a_thing_is():
+    """No docstring opens with "What ...": its first line names the thing or what is returned."""
+    wrong = [
+        f"{short(path)}:{line}"
+        for path in MODULES + PLUGIN_MODULES
+        for line, text in docstrings(path)
+        if text.startswith("What ")
+    ]
+    assert wrong == []
+
+
 def documented_modules():
     """Modules of the core with examples in their docstrings, importable without heavy libraries."""
     for path in MODULES:

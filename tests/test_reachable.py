@@ -37,6 +37,7 @@ ALLOWED = {
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
     "gradedesign.fe.eigen_solver.ExtremeValue.bound": "an answer of every eigenvalue solver",
     "gradedesign.fe.linear_solver.LinearSystem.near_null_space": "linear solvers of plugins",
+    "gradedesign.plugin.records.Registry.analyses": "looked up by the name of the shelf",
     "gradedesign.plugin.records.Registry.meshers": "looked up by the name of the shelf",
     # Figures by which tests hold a method against its source.
     "gradedesign.lattice.point_cloud.PointMap.empty": "nodes that the published rule leaves out",

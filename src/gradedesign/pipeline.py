@@ -1,4 +1,4 @@
-"""The ladder: from a case to the lightest lattice that was found to meet its limits.
+"""The multi-fidelity loop: from a case to the lightest lattice found that meets its limits.
 
 Read this first. Part, solid analysis; then rounds of sizing on the homogenised part, explicit
 analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
@@ -100,11 +100,11 @@ def run(
             announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
             return done
         with recording_failure(out, case, announce.timing):
-            return climb(case, registry, out, announce)
+            return run_stages(case, registry, out, announce)
 
 
-def climb(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
-    """Climb the rungs in order and write what was found."""
+def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
+    """Run the stages in order and write the result."""
     cost = RunCost(budget=case.run)
     registry = with_own_cell(case, registry)
     with announce.stage("part"):
@@ -169,7 +169,7 @@ def loop_stages(
     cost: RunCost,
     rounds: tuple[Round, ...],
 ) -> Stages:
-    """What the loop does with the designs of a part; ``rounds`` were finished by an earlier run."""
+    """Stages of the loop for a prepared part; ``rounds`` were finished by an earlier run."""
     deadline = cost.deadline(rounds)
     matrix = cache(lambda: design_filter(setup))
 

@@ -174,11 +174,11 @@ def check_scaling_law(law: ScalingLaw) -> None:
     step = 1e-6 * (b - a)
     inner = rho[1:-1]
     slope = (law.stiffness(inner + step) - law.stiffness(inner - step)) / (2 * step)
-    found = law.stiffness_derivative(inner)
-    if not np.allclose(found, slope, rtol=1e-4, atol=1e-6):
+    derivative = law.stiffness_derivative(inner)
+    if not np.allclose(derivative, slope, rtol=1e-4, atol=1e-6):
         raise PluginError(
             f"law '{law.name}': the stiffness derivative is off by "
-            f"{np.abs(found - slope).max():.3g} from differences"
+            f"{np.abs(derivative - slope).max():.3g} from differences"
         )
 
 

@@ -92,7 +92,7 @@ def test_cells_about_an_axis_go_through_the_loop(tmp_path):
     (tmp_path / "case.toml").write_text(text.replace("\n[run]", ARCH), encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")
     assert (result.status, result.lightest) == ("met", True)
-    assert abs(result.iterations[-1].limits[0].gap) <= 0.02
+    assert abs(result.iterations[-1].limits[0].discrepancy) <= 0.02
     cells = result.measures["cell_map"]
     # By hand: a sector is 2 pi r / 19 wide, the part lies at radii of 30 to hypot(12, 42) mm.
     assert cells["name"] == "cylindrical"

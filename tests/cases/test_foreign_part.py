@@ -59,7 +59,7 @@ def test_a_part_in_inches_reaches_a_verdict_with_default_settings(tmp_path):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")
     assert (result.status, result.lightest) == ("met", True)
-    assert max(row.use for row in result.limits) >= 0.97
+    assert max(row.utilisation for row in result.limits) >= 0.97
     # Volume of the part 190,733 mm^3 by trimesh on the file, of Ti-6Al-4V with 4.41e-9 t/mm^3.
     solid = trimesh.load_mesh(FEATURETYPE).volume * 25.4**3 * 4.41e-3
     np.testing.assert_allclose(result.solid_mass_g, solid, rtol=1e-3)

@@ -20,26 +20,26 @@ class SlabAchieved:
 
     low: float
     high: float
-    asked: float
-    achieved: float
+    nominal: float
+    effective: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DensityAchieved:
-    """Mean densities asked for and achieved, of the part and of its slabs.
+    """Mean nominal and effective densities, of the part and of its slabs.
 
     Attributes
     ----------
-    asked, achieved : float
+    nominal, effective : float
         Means over the part.
     points : int
-        Places looked at; the error of the achieved mean is about half of ``1 / sqrt(points)``.
+        Sample points; the error of the effective mean is about half of ``1 / sqrt(points)``.
     slabs : tuple of SlabAchieved
         Along one axis; those without a point are left out.
     """
 
-    asked: float
-    achieved: float
+    nominal: float
+    effective: float
     points: int
     slabs: tuple[SlabAchieved, ...]
 
@@ -92,29 +92,29 @@ def density_achieved(
             f"density is measured at {x.shape[1]} points in {slabs} slabs; expected at least one "
             f"of each"
         )
-    asked, solid = np.zeros(x.shape[1]), np.zeros(x.shape[1])
+    nominal, solid = np.zeros(x.shape[1]), np.zeros(x.shape[1])
     for low in range(0, x.shape[1], _CHUNK):
         part = slice(low, low + _CHUNK)
         at = x[:, part]
-        asked[part] = density(at) if callable(density) else density
+        nominal[part] = density(at) if callable(density) else density
         value = evaluate_shape(cell.family, cell.parameters, cell_map(at))
-        solid[part] = value <= cell.level_of(asked[part])
+        solid[part] = value <= cell.level_of(nominal[part])
     first, last = float(x[axis].min()), float(x[axis].max())
     edges = np.linspace(first, last, slabs + 1)
     number = np.clip(np.searchsorted(edges, x[axis], side="right") - 1, 0, slabs - 1)
     held = np.bincount(number, minlength=slabs)
-    wanted = np.bincount(number, asked, minlength=slabs)
-    found = np.bincount(number, solid, minlength=slabs)
+    wanted = np.bincount(number, nominal, minlength=slabs)
+    held_solid = np.bincount(number, solid, minlength=slabs)
     return DensityAchieved(
-        asked=float(asked.mean()),
-        achieved=float(solid.mean()),
+        nominal=float(nominal.mean()),
+        effective=float(solid.mean()),
         points=x.shape[1],
         slabs=tuple(
             SlabAchieved(
                 low=float(edges[i]),
                 high=float(edges[i + 1]),
-                asked=float(wanted[i] / held[i]),
-                achieved=float(found[i] / held[i]),
+                nominal=float(wanted[i] / held[i]),
+                effective=float(held_solid[i] / held[i]),
             )
             for i in range(slabs)
             if held[i]

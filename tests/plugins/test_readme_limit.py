@@ -74,7 +74,7 @@ def test_a_plugins_limit_goes_from_the_case_file_to_the_sized_lattice(tmp_path, 
     assert (row.name, row.load_case, row.unit) == ("mean displacement of tip", "down", "mm")
     assert row.limit == pytest.approx(8 * solid.value)
     # Sizing aims at 99.8 % of a limit where no analysis follows, within 0.4 %.
-    assert row.use == pytest.approx(0.998, abs=0.005)
+    assert row.utilisation == pytest.approx(0.998, abs=0.005)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.verify import acceptance, submodel
 from gradedesign.verify.acceptance import accept_whole, accept_windows, choose_scope
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, Resolution, StressSample
-from gradedesign.verify.correction import Correction, gap_between
+from gradedesign.verify.correction import Correction, discrepancy_between
 from gradedesign.verify.explicit import analyse_printed_solid, measured
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import analyse_window
@@ -178,10 +178,10 @@ def test_the_correction_learns_from_an_analysis_without_a_mesh():
         "stress": max(m.value for m in result.measures["pull"]),
         "tip": float(np.linalg.norm(result.region_displacement("tip", "pull"))),
     }
-    gap = gap_between({"stress": 4.0, "tip": 0.01}, measured_by, governing="tip")
+    discrepancy = discrepancy_between({"stress": 4.0, "tip": 0.01}, measured_by, governing="tip")
     # 5 MPa of 4 and 12 um of 10 that were predicted.
-    assert dict(gap.values) == pytest.approx({"stress": 0.25, "tip": 0.2})
-    assert Correction(factors=gap.values).factor("stress") == pytest.approx(0.25)
+    assert dict(discrepancy.values) == pytest.approx({"stress": 0.25, "tip": 0.2})
+    assert Correction(factors=discrepancy.values).factor("stress") == pytest.approx(0.25)
 
 
 # --- the whole surface ----------------------------------------------------------------------------
@@ -257,8 +257,8 @@ def test_a_window_of_uniform_strain_matches(mesher):
     # E times strain, uniaxial: 1 MPa everywhere, in the window and in the body that drives it.
     assert result.value == pytest.approx(1.0, rel=1e-6)
     assert result.driving_value == pytest.approx(1.0, rel=1e-6)
-    assert result.force_gap < 1e-6
-    assert result.energy_gap < 1e-6
+    assert result.force_discrepancy < 1e-6
+    assert result.energy_discrepancy < 1e-6
     assert result.matches
     volume, options = mesher[0]
     lower, upper = window_box(WINDOW)
@@ -278,7 +278,7 @@ def test_a_window_of_a_warmed_body_has_its_stress():
 @pytest.mark.usefixtures("mesher")
 def test_a_window_that_differs_does_not_match():
     result = windowed(Block(spoil=1.05))
-    assert max(result.force_gap, result.energy_gap) > 0.03
+    assert max(result.force_discrepancy, result.energy_discrepancy) > 0.03
     assert not result.matches
 
 

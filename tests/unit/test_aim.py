@@ -7,7 +7,7 @@ import pytest
 from gradedesign.limits.key import LimitKey
 from gradedesign.loop.round import TARGET
 from gradedesign.loop.rounds import MOST_ROOM, aim_of
-from gradedesign.verify.correction import Gap
+from gradedesign.verify.correction import Discrepancy
 
 KEY, OTHER = LimitKey(kind="displacement"), LimitKey(kind="displacement", region="other")
 
@@ -16,9 +16,9 @@ def played(*rounds):
     return [
         SimpleNamespace(
             iteration=SimpleNamespace(passed=passed),
-            gap=Gap(values=((OTHER, 0.9), (KEY, gap)), governing=KEY),
+            discrepancy=Discrepancy(values=((OTHER, 0.9), (KEY, discrepancy)), governing=KEY),
         )
-        for passed, gap in rounds
+        for passed, discrepancy in rounds
     ]
 
 
@@ -36,6 +36,8 @@ def test_a_miss_that_comes_again_leaves_the_room_that_predictions_are_off_by():
 
 def test_without_limits_by_gradient_the_gap_of_the_others_counts():
     missed = [
-        SimpleNamespace(iteration=SimpleNamespace(passed=False), gap=Gap(values=((KEY, -0.05),)))
+        SimpleNamespace(
+            iteration=SimpleNamespace(passed=False), discrepancy=Discrepancy(values=((KEY, -0.05),))
+        )
     ] * 3
     assert aim_of(missed) == pytest.approx(0.95 * TARGET)

@@ -204,8 +204,8 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
         assert not result.feasible
         expected = 0.85
     else:
-        assert result.history[-1].uses[1] < 1.005
-        assert (result.history[-1].uses[1] > 0.99) == (thin > strong)
+        assert result.history[-1].utilisations[1] < 1.005
+        assert (result.history[-1].utilisations[1] > 0.99) == (thin > strong)
     np.testing.assert_allclose(result.rho, expected, rtol=0.005)
     if traction < 0 and factor == 1:
         without = size(replace(problem, limits=problem.limits[:1]), tolerance=2e-4)

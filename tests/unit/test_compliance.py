@@ -151,7 +151,7 @@ def test_a_case_file_limits_the_work(tmp_path):
     assert solid.value == pytest.approx(8.0, rel=1e-6)
     assert (row.name, row.unit, row.stated) == ("work of the loads", "N mm", "3 x solid")
     assert row.limit == pytest.approx(24.0, rel=1e-6)
-    assert row.use == pytest.approx(0.998, abs=0.005)
+    assert row.utilisation == pytest.approx(0.998, abs=0.005)
 
 
 @pytest.mark.parametrize(

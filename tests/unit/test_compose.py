@@ -1,4 +1,4 @@
-"""Trim, skin, kept regions and the bands of distances; the field of a whole design."""
+"""Trim, skin, passive regions and the bands of distances; the field of a whole design."""
 
 import numpy as np
 import pytest

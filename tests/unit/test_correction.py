@@ -4,10 +4,10 @@ import pytest
 
 from gradedesign.limits.key import LimitKey
 from gradedesign.verify.correction import (
-    Gap,
+    Discrepancy,
     damped,
     damping_for,
-    gap_between,
+    discrepancy_between,
     kept_share,
     stiffness_exponent,
     stiffness_update,
@@ -16,8 +16,8 @@ from gradedesign.verify.correction import (
 FIRST, SECOND, THIRD = (LimitKey(kind="displacement", region=name) for name in "abc")
 
 
-def one_gap(value):
-    return Gap(values=((FIRST, value),), governing=FIRST)
+def one_discrepancy(value):
+    return Discrepancy(values=((FIRST, value),), governing=FIRST)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7, 1.0])
@@ -47,11 +47,11 @@ def test_analyses_at_nearly_one_density_say_little_about_the_exponent():
 
 
 def test_a_design_keeps_most_of_its_density_where_the_prediction_was_off():
-    first, near, far = (one_gap(g) for g in (0.9, 0.03, -0.24))
+    first, near, far = (one_discrepancy(g) for g in (0.9, 0.03, -0.24))
     assert kept_share([]) == kept_share([first]) == kept_share([first, near]) == 0.0
-    assert kept_share([first, one_gap(0.07)]) == 0.7
+    assert kept_share([first, one_discrepancy(0.07)]) == 0.7
     assert kept_share([first, far]) == 0.85
-    assert kept_share([Gap(), Gap()]) == 0.0
+    assert kept_share([Discrepancy(), Discrepancy()]) == 0.0
 
 
 def test_one_analysis_lets_the_factor_vanish_for_dense_material():
@@ -65,11 +65,13 @@ def test_the_exponent_stays_within_what_free_faces_explain():
 
 
 def test_gap_is_explicit_over_predicted_less_one():
-    gap = gap_between({FIRST: 2.0, SECOND: 4.0, THIRD: 0.0}, {FIRST: 2.2, SECOND: 3.0, THIRD: 1.0})
-    assert (gap.of(FIRST), gap.of(SECOND)) == pytest.approx((0.1, -0.25))
-    # Nothing was predicted, or nothing measured: no gap.
-    assert [key for key, _ in gap.values] == [FIRST, SECOND]
-    assert gap_between({FIRST: 2.0}, {}).values == ()
+    discrepancy = discrepancy_between(
+        {FIRST: 2.0, SECOND: 4.0, THIRD: 0.0}, {FIRST: 2.2, SECOND: 3.0, THIRD: 1.0}
+    )
+    assert (discrepancy.of(FIRST), discrepancy.of(SECOND)) == pytest.approx((0.1, -0.25))
+    # Nothing was predicted, or nothing measured: no discrepancy.
+    assert [key for key, _ in discrepancy.values] == [FIRST, SECOND]
+    assert discrepancy_between({FIRST: 2.0}, {}).values == ()
 
 
 def test_damping_moves_in_the_logarithm():
@@ -78,20 +80,24 @@ def test_damping_moves_in_the_logarithm():
 
 
 def test_alternating_gaps_are_damped():
-    gaps = [one_gap(s) for s in (0.3, -0.2, 0.2)]
-    assert damping_for(gaps) == 0.5
-    assert damping_for(gaps[:2]) == 1.0
-    assert damping_for([Gap()]) == 1.0
+    discrepancies = [one_discrepancy(s) for s in (0.3, -0.2, 0.2)]
+    assert damping_for(discrepancies) == 0.5
+    assert damping_for(discrepancies[:2]) == 1.0
+    assert damping_for([Discrepancy()]) == 1.0
 
 
 def test_the_gap_of_the_most_used_displacement_decides_on_damping():
     # The second limit governs and swings; the first one, barely used, does not.
-    swings = [Gap(values=((FIRST, 0.1), (SECOND, s)), governing=SECOND) for s in (0.3, -0.2, 0.2)]
+    swings = [
+        Discrepancy(values=((FIRST, 0.1), (SECOND, s)), governing=SECOND) for s in (0.3, -0.2, 0.2)
+    ]
     assert damping_for(swings) == 0.5
     # The first one swings, and does not matter.
-    steady = [Gap(values=((FIRST, s), (SECOND, 0.1)), governing=SECOND) for s in (0.3, -0.2, 0.2)]
+    steady = [
+        Discrepancy(values=((FIRST, s), (SECOND, 0.1)), governing=SECOND) for s in (0.3, -0.2, 0.2)
+    ]
     assert damping_for(steady) == 1.0
 
 
 def test_a_gap_names_the_most_used_displacement():
-    assert gap_between({FIRST: 2.0}, {FIRST: 2.2}, governing=FIRST).governing == FIRST
+    assert discrepancy_between({FIRST: 2.0}, {FIRST: 2.2}, governing=FIRST).governing == FIRST

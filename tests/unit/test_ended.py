@@ -41,7 +41,7 @@ def verdict(monkeypatch):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
-    iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, use=1.0)
+    iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
 
     setup = SimpleNamespace(problem=None, model=None)
 
@@ -55,7 +55,12 @@ def verdict(monkeypatch):
             rows=(row(use),),
             holds=use <= 1.0,
             analysed=SimpleNamespace(
-                layout=layout, mesh=SimpleNamespace(refused=("a grid of 1 mm was refined",))
+                layout=layout,
+                result=SimpleNamespace(
+                    solved=SimpleNamespace(
+                        division=SimpleNamespace(refused=("a grid of 1 mm was refined",))
+                    )
+                ),
             ),
         )
         return summary.verdict_result(setup, None, [played], accepted, ended)
@@ -118,7 +123,7 @@ def lattice(skin=None, window=0.8):
             cell=SimpleNamespace(window=(0.1, 0.9)),
             law=SimpleNamespace(window=(0.1, window)),
         ),
-        model=SimpleNamespace(solid_share=np.array([0.0, 0.0, 1.0])),
+        model=SimpleNamespace(solid_fraction=np.array([0.0, 0.0, 1.0])),
     )
 
 
@@ -165,11 +170,11 @@ STORED = RunResult(
                     unit="mm",
                     predicted=0.9,
                     explicit=0.94,
-                    gap=0.04,
+                    discrepancy=0.04,
                     factor=1.0,
                 ),
             ),
-            use=0.94,
+            utilisation=0.94,
             passed=True,
             dofs=10,
             mesh_size_mm=1.0,

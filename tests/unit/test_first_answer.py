@@ -36,11 +36,14 @@ cell = "gyroid-sheet"
 size = "12 mm"
 law = "gyroid-sheet-computed"
 density = [0.2, 0.7]
+size_effects = {size_effects}
 """
 
 
-def answer(cli, folder, force):
-    (folder / "case.toml").write_text(CASE.format(force=force))
+def answer(cli, folder, force, *, size_effects=False):
+    (folder / "case.toml").write_text(
+        CASE.format(force=force, size_effects="true" if size_effects else "false")
+    )
     ended = cli("check", folder, "--estimate", "--no-picture", "--json")
     assert ended.code == 0, ended.err
     return json.loads(ended.out)["first_answer"]
@@ -52,12 +55,16 @@ def test_constant_densities_invert_the_law(cli, tmp_path):
     by_limit = {row["limit"].split()[0]: row for row in found["constant_density"]}
     bar = by_limit["displacement"]
     # F L / (A E) = 3000 * 24 / (144 * 110e3) mm over 0.02 mm; the clamped end makes it stiffer.
-    assert bar["use_when_solid"] == pytest.approx(3000 * 24 / (144 * 110e3) / 0.02, rel=0.05)
+    assert bar["utilisation_when_solid"] == pytest.approx(
+        3000 * 24 / (144 * 110e3) / 0.02, rel=0.05
+    )
     rho = np.asarray(bar["density"])
-    assert 1 / np.linalg.inv(law.stiffness(rho))[0, 0] == pytest.approx(bar["use_when_solid"])
+    assert 1 / np.linalg.inv(law.stiffness(rho))[0, 0] == pytest.approx(
+        bar["utilisation_when_solid"]
+    )
     stress = by_limit["stress"]
     assert float(law.strength(np.asarray(stress["density"]))) == pytest.approx(
-        stress["use_when_solid"]
+        stress["utilisation_when_solid"]
     )
     worst = max(bar["density"], stress["density"])
     assert found["constant_density_of_all"] == worst
@@ -73,3 +80,13 @@ def test_what_no_density_meets_has_a_reason(cli, tmp_path):
     rows = answer(cli, tmp_path, 14000)["constant_density"]
     assert [row["density"] for row in rows if row["limit"].startswith("stress")] == [None]
     assert all(row["reason"] for row in rows if row["density"] is None)
+
+
+def test_the_sizing_is_of_the_setup_that_knows_its_walls(cli, tmp_path, monkeypatch):
+    # Walls themselves are computed in test_size_effects.py; here they would take a minute.
+    asked = []
+    monkeypatch.setattr(
+        "gradedesign.check.first_answer.with_size_effects", lambda s: asked.append(s) or s
+    )
+    assert answer(cli, tmp_path, 3000, size_effects=True)["sized"]["mass_g"] > 0
+    assert len(asked) == 1

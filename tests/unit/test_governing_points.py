@@ -112,7 +112,7 @@ def test_the_present_place_alone_swings_between_the_arms(forked, monkeypatch):
     held = size(problem, max_iterations=12)
     monkeypatch.setattr(displacement, "governing_places", latest)
     swinging = size(problem, max_iterations=12)
-    late = [max(step.use for step in one.history[8:]) for one in (held, swinging)]
+    late = [max(step.utilisation for step in one.history[8:]) for one in (held, swinging)]
     assert late[0] < 1.1
     assert late[1] > late[0] + 0.05
 

@@ -156,7 +156,7 @@ def test_a_macro_tetrahedron_falls_towards_the_periodic_stiffness(cli) -> None:
     assert np.linalg.eigvalsh(c1 - c2)[0] > 0
     assert np.linalg.eigvalsh(c2 - periodic)[0] > 0
     # It is no whole number of cells, so it holds another share of solid than they do.
-    assert abs(two["solid_share"] - 0.5) < abs(one["solid_share"] - 0.5) < 0.3
+    assert abs(two["solid_volume_fraction"] - 0.5) < abs(one["solid_volume_fraction"] - 0.5) < 0.3
 
 
 def test_a_block_is_printed_beside_the_periodic_lattice(cli) -> None:

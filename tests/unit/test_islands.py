@@ -61,7 +61,7 @@ def test_two_bodies_are_kept_when_asked():
     same, found = remove_islands(surface, keep=2)
     assert same is surface
     assert found.dropped == 0
-    with pytest.raises(LatticeError, match=r"1 loose pieces hold 33\.8 %"):
+    with pytest.raises(LatticeError, match=r"1 disconnected components hold 33\.8 %"):
         remove_islands(surface)
 
 
@@ -104,7 +104,7 @@ def test_whole_mesh_is_returned_as_it_is():
 
 
 def test_mesh_that_falls_apart_is_refused():
-    with pytest.raises(LatticeError, match=r"1 loose pieces hold 11\.1 %"):
+    with pytest.raises(LatticeError, match=r"1 disconnected components hold 11\.1 %"):
         largest_pieces(tets_apart(0.5))
     with pytest.raises(LatticeError, match="no tetrahedra"):
         largest_pieces(TetMesh(points=np.zeros((3, 0)), tets=np.zeros((4, 0))))

@@ -10,14 +10,14 @@ from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.results.iteration_log import iteration_log
 
 
-def limit(name, load_case, predicted, explicit, gap):
+def limit(name, load_case, predicted, explicit, discrepancy):
     return LimitIteration(
         key=LimitKey(kind="displacement", region=name, load_case=load_case),
         name=f"displacement of {name}",
         unit="mm",
         predicted=predicted,
         explicit=explicit,
-        gap=gap,
+        discrepancy=discrepancy,
         factor=1.0,
     )
 
@@ -36,7 +36,7 @@ def iteration(number):
         mass_g=2.0,
         mean_density=0.25,
         limits=LIMITS,
-        use=0.98,
+        utilisation=0.98,
         passed=True,
         dofs=12345,
         mesh_size_mm=0.5,
@@ -57,7 +57,7 @@ def test_every_field_holds_one_value_and_every_header_a_unit():
     found = dict(zip(header, first, strict=True))
     assert found["explicit displacement of tip magnitude (pull) [mm]"] == "0.11"
     assert found["explicit displacement of tip z, far end (side) [mm]"] == "0.18"
-    assert found["gap of displacement of tip z, far end (side) [-]"] == "-0.1"
+    assert found["discrepancy of displacement of tip z, far end (side) [-]"] == "-0.1"
     assert found["explicit displacement of cells [mm]"] == ""
     assert found["every limit holds [-]"] == "1"
     assert found["time [s]"] == "3.25"

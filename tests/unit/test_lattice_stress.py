@@ -192,7 +192,7 @@ def test_sizing_uses_the_surface(weight):
     expected = (np.sqrt(weight) * 0.5 / 6.0 / 0.4) ** (1 / 1.3)
     assert result.feasible
     np.testing.assert_allclose(result.rho, expected, rtol=0.005)
-    assert result.history[-1].uses[0] == pytest.approx(1.0, rel=0.005)
+    assert result.history[-1].utilisations[0] == pytest.approx(1.0, rel=0.005)
 
 
 def test_the_measure_is_of_the_worst_load_case_and_carries_its_factor():
@@ -236,7 +236,7 @@ def test_the_model_is_that_of_the_density_held():
     plain = model_of(with_surface(ALONG_X))
     count = plain.space.element_count
     held = np.array([0.1, 0.2, 0.4])[:, None] * np.full(count, 1.5)
-    model = replace(plain, fill=LocalFill(asked=np.array([0.1, 0.2, 0.4]), held=held))
+    model = replace(plain, fill=LocalFill(nominal=np.array([0.1, 0.2, 0.4]), effective=held))
     asked, there = np.full(count, 0.2), np.full(count, 0.3)
     np.testing.assert_allclose(lattice_stiffness(model, asked), lattice_stiffness(plain, there))
     assert lattice_mass(model, asked) == pytest.approx(lattice_mass(plain, there))
@@ -255,7 +255,7 @@ def test_the_density_asked_for_is_less_where_more_is_held():
     plain = model_of(with_surface(ALONG_X))
     count = plain.space.element_count
     held = np.array([0.05, 0.9])[:, None] * np.full(count, 1.25)
-    model = replace(plain, fill=LocalFill(asked=np.array([0.05, 0.9]), held=held))
+    model = replace(plain, fill=LocalFill(nominal=np.array([0.05, 0.9]), effective=held))
     stress = lattice_stress(plain, np.full(count, 0.3), strained(plain, np.diag([0.01, 0.0, 0.0])))[
         0
     ]

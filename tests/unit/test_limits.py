@@ -118,12 +118,12 @@ def test_every_load_case_has_its_own_multiple(load, tmp_path):
     assert down.value == pytest.approx(10 * 60**3 * 12 / (3 * modulus * 10**4), rel=0.05)
     for row in (down, along):
         assert row.limit == pytest.approx(2 * row.value)
-        assert (row.use, row.stated) == (pytest.approx(0.5), "2 x solid")
+        assert (row.utilisation, row.stated) == (pytest.approx(0.5), "2 x solid")
         assert row.measure == "largest nodal value on the region"
     assert any("(down)" in m and "mm (2 x solid), 50.0%" in m for m in said)
     data = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))
     rows = data["solid"]
-    assert [(r["load_case"], r["use"], r["unit"]) for r in rows] == [
+    assert [(r["load_case"], r["utilisation"], r["unit"]) for r in rows] == [
         ("down", pytest.approx(0.5), "mm"), ("along", pytest.approx(0.5), "mm"),
     ]  # fmt: skip
     html = render_report(result, {}, "")
@@ -136,7 +136,7 @@ def test_sizing_uses_the_resolved_limit(load, tmp_path):
     result = gradedesign.run(load(*swaps), folder=tmp_path / "run")
     (row,), (solid,) = result.limits, result.solid
     assert (row.stated, row.limit) == ("12 x solid", pytest.approx(12 * solid.value))
-    assert row.use == pytest.approx(0.998, abs=0.005)
+    assert row.utilisation == pytest.approx(0.998, abs=0.005)
 
 
 def test_a_sized_lattice_that_breaks_a_limit_is_said(load, tmp_path):

@@ -22,7 +22,7 @@ from gradedesign.loop.ended import Ended
 from gradedesign.loop.loop import Progress, Stages, run_loop
 from gradedesign.loop.rounds import Round
 from gradedesign.output.result import Iteration
-from gradedesign.verify.correction import Correction, Gap
+from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
 
@@ -51,7 +51,7 @@ def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
         mass_g=mass,
         mean_density=0.3,
         limits=(),
-        use=max(values),
+        utilisation=max(values),
         passed=all(v <= 1.0 for v in values),
         dofs=1000,
         mesh_size_mm=1.0,
@@ -67,7 +67,7 @@ def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
         variables=np.zeros(1),
         rho=np.full(3, number / 100 if rho is None else rho),
         at_lower_bound=False,
-        gap=Gap(),
+        discrepancy=Discrepancy(),
     )
 
 

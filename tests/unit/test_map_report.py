@@ -123,11 +123,11 @@ def test_volume_points_fill_a_ball_evenly():
 def test_density_is_kept_by_stretched_and_sheared_cells(matrix):
     points = volume_points(None, LOWER, UPPER, 200_000)
     found = density_achieved(linear(matrix), calibrate(FAMILY), 0.2, points, slabs=4, axis=1)
-    assert found.asked == pytest.approx(0.2)
-    assert found.achieved == pytest.approx(0.2, abs=0.003)
+    assert found.nominal == pytest.approx(0.2)
+    assert found.effective == pytest.approx(0.2, abs=0.003)
     assert len(found.slabs) == 4
     assert found.slabs[1].low == pytest.approx(7.5, abs=0.01)
-    assert np.mean([s.achieved for s in found.slabs]) == pytest.approx(found.achieved, abs=1e-4)
+    assert np.mean([s.effective for s in found.slabs]) == pytest.approx(found.effective, abs=1e-4)
 
 
 def test_density_follows_a_field_slab_by_slab():
@@ -136,5 +136,5 @@ def test_density_follows_a_field_slab_by_slab():
         uniform_map(4.0), calibrate(FAMILY), lambda p: 0.1 + 0.01 * p[0], points, slabs=10
     )
     for number, one in enumerate(found.slabs):
-        assert one.asked == pytest.approx(0.12 + 0.04 * number, abs=1e-3)
-        assert one.achieved == pytest.approx(one.asked, abs=0.01)
+        assert one.nominal == pytest.approx(0.12 + 0.04 * number, abs=1e-3)
+        assert one.effective == pytest.approx(one.nominal, abs=0.01)

@@ -18,7 +18,7 @@ from gradedesign.sizing.local_fill import LocalFill
 
 def test_held_density_its_slope_and_its_inverse():
     fill = LocalFill(
-        asked=np.array([0.1, 0.2, 0.4]), held=np.array([[0.2, 0.1], [0.3, 0.2], [0.4, 0.4]])
+        nominal=np.array([0.1, 0.2, 0.4]), effective=np.array([[0.2, 0.1], [0.3, 0.2], [0.4, 0.4]])
     )
     rho = np.array([0.15, 0.15])
     np.testing.assert_allclose(fill.at(rho), [0.25, 0.15])
@@ -29,7 +29,7 @@ def test_held_density_its_slope_and_its_inverse():
     rng = np.random.default_rng(61)
     for _ in range(20):
         rho = rng.uniform(0.05, 0.6, 2)
-        np.testing.assert_allclose(fill.asked_for(fill.at(rho)), rho, rtol=1e-12)
+        np.testing.assert_allclose(fill.nominal_for(fill.at(rho)), rho, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_held_density_its_slope_and_its_inverse():
 )
 def test_impossible_fills_are_refused(asked, held):
     with pytest.raises(ValueError, match="increasing"):
-        LocalFill(asked=np.array(asked), held=np.array(held, dtype=float))
+        LocalFill(nominal=np.array(asked), effective=np.array(held, dtype=float))
 
 
 def plates(u):
@@ -95,7 +95,7 @@ def test_plates_that_end_at_a_region_hold_what_is_asked_for():
     clear = np.abs(x - 5) > 10 / 12
     assert 20 < clear.sum() < clear.size
     np.testing.assert_allclose(
-        fill.held[:, clear].T, np.tile(fill.asked, (clear.sum(), 1)), rtol=1e-5
+        fill.effective[:, clear].T, np.tile(fill.nominal, (clear.sum(), 1)), rtol=1e-5
     )
 
 

@@ -163,7 +163,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     rows += (replace(rows[0], key=key, name="stress in lattice", unit="MPa"),)
     limits = tuple(
         LimitIteration(
-            key=r.key, name=r.name, unit=r.unit, predicted=1, explicit=2, gap=1, factor=1
+            key=r.key, name=r.name, unit=r.unit, predicted=1, explicit=2, discrepancy=1, factor=1
         )
         for r in rows
     )

@@ -60,11 +60,11 @@ RESULT = RunResult(
                     unit="mm",
                     predicted=2.0,
                     explicit=2.024,
-                    gap=0.012,
+                    discrepancy=0.012,
                     factor=1.0,
                 ),
             ),
-            use=0.99,
+            utilisation=0.99,
             passed=True,
             stiffness_factor=1.05,
             dofs=1234567,
@@ -93,8 +93,8 @@ RESULT = RunResult(
                 "load_case": "pull & push",
                 "value_MPa": 41.0,
                 "explicit_MPa": 40.0,
-                "force_gap": 0.011,
-                "energy_gap": 0.041,
+                "force_discrepancy": 0.011,
+                "energy_discrepancy": 0.041,
                 "matches": False,
                 "tets": 1000,
             }
@@ -194,14 +194,14 @@ def test_the_run_says_what_it_took_and_what_ended_it(html):
 
 
 def test_every_displacement_limit_has_a_column_of_its_own(html):
-    assert '<th class="n">gap of displacement of tip (side)</th>' in html
+    assert '<th class="n">discrepancy of displacement of tip (side)</th>' in html
     (one,) = RESULT.iterations[0].limits
-    more = replace(one, key=replace(one.key, load_case="pull"), gap=-0.034)
-    only_predicted = replace(one, name="buckling of cells", explicit=None, gap=None)
+    more = replace(one, key=replace(one.key, load_case="pull"), discrepancy=-0.034)
+    only_predicted = replace(one, name="buckling of cells", explicit=None, discrepancy=None)
     iteration = replace(RESULT.iterations[0], limits=(one, more, only_predicted))
     html = render_report(replace(RESULT, iterations=(iteration,)), {}, "")
-    assert "gap of displacement of tip (pull)" in html
-    assert "gap of buckling" not in html
+    assert "discrepancy of displacement of tip (pull)" in html
+    assert "discrepancy of buckling" not in html
     assert '<td class="n">+1.2%</td><td class="n">-3.4%</td>' in html
 
 

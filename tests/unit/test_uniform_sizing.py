@@ -84,8 +84,8 @@ def problem_of(model, limit, *, stress=None, target=1.0):
     )  # fmt: skip
 
 
-def worst_use(problem, density):
-    """The largest use of any limit at one density, by the functions that judge."""
+def worst_utilisation(problem, density):
+    """The largest utilisation of any limit at one density, by the functions that judge."""
     rho = np.full(problem.model.space.element_count, density)
     state = solved_state(problem.model, rho, problem.limits)
     return max(one.predict(state).value / one.allowed for one in problem.limits)
@@ -102,10 +102,12 @@ def test_a_uniform_bracket_uses_its_stress_limit(target):
     assert result.feasible
     density = result.rho[0]
     np.testing.assert_array_equal(result.rho, density)
-    assert target * 0.998 <= result.history[-1].uses[-1] <= target
-    assert result.history[-1].uses[-1] == pytest.approx(worst_use(problem, density), rel=1e-9)
+    assert target * 0.998 <= result.history[-1].utilisations[-1] <= target
+    assert result.history[-1].utilisations[-1] == pytest.approx(
+        worst_utilisation(problem, density), rel=1e-9
+    )
     # Least: two per cent less and the limit is missed; the bounds do not decide.
-    assert worst_use(problem, 0.98 * density) > target
+    assert worst_utilisation(problem, 0.98 * density) > target
     assert BOUNDS[0] < density < BOUNDS[1]
     assert tuple(steps) == result.history
     assert [s.iteration for s in steps] == list(range(len(steps)))
@@ -117,10 +119,10 @@ def test_the_answer_does_not_depend_on_the_start(start):
     model, limit = l_bracket()
     problem = problem_of(model, replace(limit, allowed=6.0), stress=60.0)
     result = size(problem, start=np.array([start]), tolerance=1e-3)
-    assert result.history[-1].uses[0] == pytest.approx(1.0, abs=1.001e-3)
+    assert result.history[-1].utilisations[0] == pytest.approx(1.0, abs=1.001e-3)
     assert result.feasible
     # Every use is that of one density: u = c rho^-1.8 in a part that is all lattice.
-    known = worst_use(problem, 0.5)
+    known = worst_utilisation(problem, 0.5)
     assert result.rho[0] == pytest.approx(0.5 * known ** (1 / 1.8), rel=2e-3)
 
 
@@ -132,14 +134,14 @@ def test_bounds_decide_where_limits_do_not():
     hard = size(problem_of(model, replace(limit, allowed=1e-3)))
     assert hard.rho[0] == BOUNDS[1]
     assert not hard.feasible
-    assert hard.history[-1].uses[0] > 1
+    assert hard.history[-1].utilisations[0] > 1
 
 
 def test_no_displacement_limit_and_no_lattice_left_out_of_the_judgement():
     model, limit = l_bracket()
     problem = problem_of(model, limit, stress=25.0)
     problem = replace(problem, limits=problem.limits[1:])
-    assert size(problem).history[-1].uses[-1] == pytest.approx(1.0, rel=0.005)
+    assert size(problem).history[-1].utilisations[-1] == pytest.approx(1.0, rel=0.005)
 
 
 def test_the_least_density_where_weight_bends_the_part(caplog):
@@ -148,14 +150,14 @@ def test_the_least_density_where_weight_bends_the_part(caplog):
     weight = tuple(replace(case, force=np.zeros_like(case.force)) for case in model.cases)
     problem = problem_of(replace(model, cases=weight), replace(limit, allowed=1.8))
     # At 0.06, 0.3 and 0.85: 1.72, 2.64 and 1.98 mm. Only densities near the lower bound hold.
-    assert [worst_use(problem, r) < 1 for r in (0.06, 0.3, 0.85)] == [True, False, False]
+    assert [worst_utilisation(problem, r) < 1 for r in (0.06, 0.3, 0.85)] == [True, False, False]
     result = size(problem, start=np.array([0.3]))
     assert (result.rho[0], result.feasible) == (BOUNDS[0], True)
     assert caplog.text == ""
     # Where not even they hold, the answer says so, and that the use is not monotone.
     result = size(replace(problem, limits=(replace(limit, allowed=1.6),)))
     assert not result.feasible
-    assert "the largest use rises" in caplog.text
+    assert "the largest utilisation rises" in caplog.text
 
 
 def test_feasible_means_that_the_limits_hold_not_that_the_aim_was_met(monkeypatch):
@@ -166,14 +168,14 @@ def test_feasible_means_that_the_limits_hold_not_that_the_aim_was_met(monkeypatc
     matrix = cone_filter(centroids(model.space.mesh), model.volumes, 6.0)
     aim = replace(problem_of(model, replace(limit, allowed=6.0), target=0.95), filter=matrix)
     # One iteration from a density that uses the limit to 97 %: over the aim, within the limit.
-    known = worst_use(aim, 0.5)
+    known = worst_utilisation(aim, 0.5)
     density = 0.5 * (known / 0.97) ** (1 / 1.8)
     result = size(aim, start=np.full(count, density), max_iterations=1)
-    assert result.history[-1].uses[0] == pytest.approx(0.97, rel=1e-3)
+    assert result.history[-1].utilisations[0] == pytest.approx(0.97, rel=1e-3)
     assert result.feasible
     over = 0.5 * (known / 1.002) ** (1 / 1.8)
     result = size(replace(aim, target=1.0), start=np.full(count, over), max_iterations=1)
-    assert result.history[-1].uses[0] == pytest.approx(1.002, rel=1e-3)
+    assert result.history[-1].utilisations[0] == pytest.approx(1.002, rel=1e-3)
     assert not result.feasible
 
 
@@ -185,7 +187,7 @@ def test_a_graded_bracket_ends_within_its_stress_limit():
     result = size(problem)
     assert result.converged
     assert result.feasible
-    assert 0.99 <= result.history[-1].uses[-1] <= 1.0
+    assert 0.99 <= result.history[-1].utilisations[-1] <= 1.0
     uniform = size(problem_of(model, limit, stress=25.0, target=0.998))
     assert result.history[-1].mass_g < uniform.history[-1].mass_g
 
@@ -240,6 +242,6 @@ def test_a_run_of_a_uniform_bracket_reaches_its_aim(tmp_path):
     assert sizing["converged"]
     assert sizing["feasible"]
     # Sizing aims at 99.8 % where no analysis follows, within 0.4 %.
-    assert 0.99 <= result.limits[0].use <= 0.998
+    assert 0.99 <= result.limits[0].utilisation <= 0.998
     assert sizing["density"][0] == sizing["density"][1]
     assert 0.15 < sizing["density"][0] < 0.60

@@ -276,7 +276,7 @@ def blended(n, parts):
 
 
 def filled(value, rho):
-    """Solid share of voxels of 3^3 samples."""
+    """Solid volume fraction of voxels of 3^3 samples."""
     n = len(value) // 3
     return lowest(value, rho).reshape(n, 3, n, 3, n, 3).mean(axis=(1, 3, 5))
 

@@ -72,6 +72,6 @@ def test_mean_density_at_two_millimetres(surface, bounds, mean_at_most):
     last = result.history[-1]
     assert result.converged
     assert result.rho.min() >= bounds[0] * (1 - 1e-12)
-    assert 1.98 <= 2.0 * last.uses[0] <= 2.0 * 1.0005
-    assert last.uses[1] <= 1.005
+    assert 1.98 <= 2.0 * last.utilisations[0] <= 2.0 * 1.0005
+    assert last.utilisations[1] <= 1.005
     assert mean <= mean_at_most

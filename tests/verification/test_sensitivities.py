@@ -119,7 +119,7 @@ def test_gradient_follows_what_trimmed_cells_hold():
     model, limit, rho, rng = _problem((0.0, 0.0, -2e4), 0.0, None, 0.4)
     asked = np.array([0.1, 0.3, 0.6])
     held = asked[:, None] ** rng.uniform(0.5, 1.1, len(rho)) * rng.uniform(0.6, 1.5, len(rho))
-    model = replace(model, fill=LocalFill(asked=asked, held=held))
+    model = replace(model, fill=LocalFill(nominal=asked, effective=held))
     assert held_density(model, rho).max() > LAW.window[1]
     # Not where the density held has a kink.
     rho = np.where(np.abs(rho - 0.3) < 0.01, 0.32, rho)

@@ -118,9 +118,9 @@ def test_density_is_the_one_asked_for(law):
     found = density_achieved(
         graded("bricks", law), calibrate(FAMILY), density("bricks"), points, slabs=3
     )
-    assert found.achieved == pytest.approx(found.asked, rel=0.006)
+    assert found.effective == pytest.approx(found.nominal, rel=0.006)
     for slab in found.slabs:
-        assert slab.achieved == pytest.approx(slab.asked, rel=0.015)
+        assert slab.effective == pytest.approx(slab.nominal, rel=0.015)
 
 
 @pytest.mark.slow

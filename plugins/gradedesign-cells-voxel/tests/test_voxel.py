@@ -280,15 +280,15 @@ def test_the_shape_is_a_distance():
 
 def test_level_and_endpoint():
     closed = primitive(nodes(33, 0.0) * 33 / 32)
-    with_ends = voxel_surface(-closed, level=1.0, endpoint=True)
-    without_ends = voxel_surface(-primitive(nodes(32)), level=1.0)
+    with_ends = voxel_surface(-closed, VoxelReading(level=1.0, endpoint=True))
+    without_ends = voxel_surface(-primitive(nodes(32)), VoxelReading(level=1.0))
     points = samples(3000)
     for surface in (with_ends, without_ends):
         np.testing.assert_allclose(surface.function(points), primitive(points) + 1, atol=2e-3)
     with pytest.raises(PluginError, match=r"endpoint=True.* along x .*differ by up to"):
-        voxel_surface(-primitive(nodes(32) + 0.1), endpoint=True)
+        voxel_surface(-primitive(nodes(32) + 0.1), VoxelReading(endpoint=True))
     with pytest.raises(PluginError, match="no voxel boundary at level 5"):
-        voxel_surface(-closed, level=5.0)
+        voxel_surface(-closed, VoxelReading(level=5.0))
 
 
 @pytest.mark.parametrize(
@@ -330,7 +330,9 @@ def test_voxels_that_do_not_repeat_are_refused():
     message = r"repeat along z: .*differ in 40\.0% of the face, .* inside in \d\.\d% at most"
     with pytest.raises(PluginError, match=message):
         voxel_surface(plate)
-    assert voxel_surface(plate, tolerance=0.45).density == pytest.approx(0.2, abs=0.01)
+    assert voxel_surface(plate, VoxelReading(tolerance=0.45)).density == pytest.approx(
+        0.2, abs=0.01
+    )
 
 
 def test_a_table_that_loses_material_is_refused():

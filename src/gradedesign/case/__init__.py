@@ -1,1 +1,1 @@
-"""What the user asks: schema, quantities with units, regions, loading."""
+"""The user's case file: schema, quantities with units, regions, loading."""

@@ -103,13 +103,17 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             message=f"found {wall:g} mm, thinner than the min_wall of {printer.min_wall:g} mm; "
             f"expected at least that",
         )
-    told = file.lattice.orientation
+    orientation = file.lattice.orientation
     names = tuple(case.name for case in file.load_case)
-    if told is not None and told.load_case is not None and told.load_case not in names:
+    if (
+        orientation is not None
+        and orientation.load_case is not None
+        and orientation.load_case not in names
+    ):
         yield Problem(
             key=("lattice", "orientation", "load_case"),
-            message=f"load case {shown(told.load_case)} is not defined",
-            word=told.load_case,
+            message=f"load case {shown(orientation.load_case)} is not defined",
+            word=orientation.load_case,
             choices=names,
             what="defined",
         )
@@ -129,10 +133,10 @@ def cell_map_problems(lattice: CellsSpec, regions: Mapping[str, Any]) -> Iterato
     ------
     Problem
     """
-    told = lattice.cell_map
-    if told is None:
+    cell_map = lattice.cell_map
+    if cell_map is None:
         return
-    for key, name in (("surface", told.surface), ("opposite", told.opposite)):
+    for key, name in (("surface", cell_map.surface), ("opposite", cell_map.opposite)):
         if name is not None and name not in regions:
             yield Problem(
                 key=("lattice", "cell_map", key),

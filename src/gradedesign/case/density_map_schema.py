@@ -121,8 +121,8 @@ class DensityMapSpec(Table):
     def _one_source(self) -> DensityMapSpec:
         given = [name for name in _SOURCES if getattr(self, name) is not None]
         if len(given) != 1:
-            found = "none" if not given else " and ".join(given)
-            raise Refused(f"found {found}; expected exactly one of {', '.join(_SOURCES)}")
+            stated = "none" if not given else " and ".join(given)
+            raise Refused(f"found {stated}; expected exactly one of {', '.join(_SOURCES)}")
         for key, sources in _BELONGS.items():
             if key in self.model_fields_set and given[0] not in sources:
                 raise key_error(

@@ -191,9 +191,9 @@ class _Parser:
 
     def wrong(self, expected: str) -> CaseError:
         word, place = self.next_token()
-        found = f"{shown(word)} at character {place + 1}" if word else "the end"
+        token = f"{shown(word)} at character {place + 1}" if word else "the end"
         hint = "; write a power as x^2" if word == "*" else ""
-        return CaseError(f"found {found} of the formula, expected {expected}{hint}")
+        return CaseError(f"found {token} of the formula, expected {expected}{hint}")
 
     def sum(self, depth: int) -> None:
         if depth > DEEPEST:

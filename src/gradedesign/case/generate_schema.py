@@ -43,8 +43,8 @@ class _StatedDensity(DensityRange):
     def read(self, value: object) -> tuple[float, float]:
         if isinstance(value, list):
             return super().read(value)
-        one = Number(above=0.0, below=1.0).read(value)
-        return one, one
+        density = Number(above=0.0, below=1.0).read(value)
+        return density, density
 
     def json_schema(self) -> JsonSchema:
         return {"anyOf": [Number(above=0.0, below=1.0).json_schema(), super().json_schema()]}
@@ -102,17 +102,18 @@ class StatedLatticeSpec(CellsSpec):
 
     @model_validator(mode="after")
     def _parameter_alone(self) -> StatedLatticeSpec:
-        told = self.parameter_map
-        if told is None:
+        parameter_map = self.parameter_map
+        if parameter_map is None:
             return self
         if self.transition is not None or self.graded_size:
-            other = "transition" if self.transition is not None else "grading"
-            raise key_error(other, "does not go with [lattice.parameter_map]")
-        if told.parameter in self.parameters:
+            key = "transition" if self.transition is not None else "grading"
+            raise key_error(key, "does not go with [lattice.parameter_map]")
+        if parameter_map.parameter in self.parameters:
             raise key_error(
-                "parameters", f"found {told.parameter}, which [lattice.parameter_map] changes"
+                "parameters",
+                f"found {parameter_map.parameter}, which [lattice.parameter_map] changes",
             )
-        if told.formula is None and self.density_map is None:
+        if parameter_map.formula is None and self.density_map is None:
             raise key_error(
                 "parameter_map",
                 "follows the density without a formula; add formula, or [lattice.density_map]",

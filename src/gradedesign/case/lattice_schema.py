@@ -55,8 +55,8 @@ class CellSize(Reader):
 
     def json_schema(self) -> JsonSchema:
         """One string, two or three."""
-        one = Quantity("length").json_schema()
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 3}]}
+        length = Quantity("length").json_schema()
+        return {"anyOf": [length, {"type": "array", "items": length, "minItems": 2, "maxItems": 3}]}
 
 
 class DensityRange(Reader):
@@ -99,9 +99,9 @@ class _Skin(Reader):
             raise Refused('found net, not there yet; expected {thickness = "2 mm"} or "none"')
         wrong = [key for key in value if key != "thickness"]
         if wrong or not value:
-            found = f"the unknown key {shown(wrong[0])}" if wrong else "an empty table"
+            content = f"the unknown key {shown(wrong[0])}" if wrong else "an empty table"
             guess = instead(wrong[0] if wrong else "", ["thickness"], what="valid keys")
-            raise Refused(f"found {found}; {guess}")
+            raise Refused(f"found {content}; {guess}")
         return Quantity("length", above=0.0).read(value["thickness"])
 
     def json_schema(self) -> JsonSchema:
@@ -270,7 +270,7 @@ class LatticeSpec(CellsSpec):
 
 
 class PrintSpec(Table):
-    """What the printer can make."""
+    """Capabilities of the printer."""
 
     min_wall: Size = Field(examples=["0.8 mm"])
     """Thinnest wall or strut, mm."""

@@ -64,8 +64,8 @@ class OrientationSpec(Table):
     def _one_source(self) -> OrientationSpec:
         given = [key for key in _SOURCES if getattr(self, key) is not None]
         if len(given) != 1:
-            found = " and ".join(given) or "none"
-            raise Refused(f"found {found}; expected exactly one of {', '.join(_SOURCES)}")
+            stated = " and ".join(given) or "none"
+            raise Refused(f"found {stated}; expected exactly one of {', '.join(_SOURCES)}")
         if self.field is not None and self.vtu is None:
             raise key_error("field", "belongs to vtu")
         return self

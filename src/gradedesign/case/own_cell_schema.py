@@ -24,7 +24,7 @@ _DEEPEST, _MOST = 4, 100_000
 
 
 class OwnCellSpec(Table):
-    """What a cell is made of: the maker, and its options by name."""
+    """Definition of a cell by a maker and its options by name."""
 
     # The options are the maker's, so their names are checked when it is known.
     model_config = ConfigDict(**{**Table.model_config, "extra": "allow"})
@@ -67,8 +67,8 @@ class OwnCellSpec(Table):
 
 def own_cell_file(lattice: Any) -> Path | None:
     """File of the case's own cell, whose bytes belong to what is asked."""
-    told: OwnCellSpec | None = lattice.own_cell
-    return None if told is None else told.file
+    own_cell: OwnCellSpec | None = lattice.own_cell
+    return None if own_cell is None else own_cell.file
 
 
 def _entries(value: Any, depth: int) -> float:

@@ -73,14 +73,14 @@ def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]
     """
     known = dict(lines)
     ordered = sorted(problems, key=lambda p: line_of(known, p.key))
-    told = [
+    listed = [
         f"{path.name}:{line_of(known, p.key)}: {dotted(p.key)}: {p.text()}"
         for p in ordered[:_MOST_TOLD]
     ]
     if len(ordered) > _MOST_TOLD:
-        told.append(f"{path.name}: and {len(ordered) - _MOST_TOLD} more problems")
+        listed.append(f"{path.name}: and {len(ordered) - _MOST_TOLD} more problems")
     count = "1 problem" if len(ordered) == 1 else f"{len(ordered)} problems"
-    return CaseError("\n".join([f"{path}: {count} in the case file", *told]))
+    return CaseError("\n".join([f"{path}: {count} in the case file", *listed]))
 
 
 def problems_of(
@@ -122,13 +122,13 @@ def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
         )
     if kind == "missing":
         return missing(key, _fields(_table_at(layout, key[:-1])).get(str(key[-1])))
-    found = shown(error["input"])
+    value = shown(error["input"])
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return Problem(key=key, message=f"found {found}; expected a table")
+        return Problem(key=key, message=f"found {value}; expected a table")
     if kind == "tuple_type":
         expected = f"[[{key[-1]}]] or a list" if len(key) == 1 else "a list of tables in [ ]"
-        return Problem(key=key, message=f"found {found}; expected {expected}")
-    return Problem(key=key, message=f"found {found}; {error['msg']}")
+        return Problem(key=key, message=f"found {value}; expected {expected}")
+    return Problem(key=key, message=f"found {value}; {error['msg']}")
 
 
 def missing(key: Key, field: FieldInfo | None) -> Problem:

@@ -115,9 +115,9 @@ def _wrong_unit(text: str, unit: str, wanted: Dimension) -> str:
     expected = f"expected {wanted.phrase} such as {shown(wanted.example)}"
     if unit == "":
         return f"found {shown(text)} without a unit; {_with_unit(text.strip(), wanted)}"
-    other = next((d for d in DIMENSIONS.values() if unit in d.units), None)
-    if other is not None:
-        return f"found {shown(text)}, which is {other.phrase}; {expected}"
+    dimension = next((d for d in DIMENSIONS.values() if unit in d.units), None)
+    if dimension is not None:
+        return f"found {shown(text)}, which is {dimension.phrase}; {expected}"
     guess = nearest(unit, wanted.units)
     question = f' did you mean "{guess}"?' if guess is not None else ""
     return (

@@ -73,7 +73,7 @@ def load_case(
     content, file, lines = read_layout(
         path, CaseFile, allow_outside=allow_outside, across=cross_problems, entries=entries
     )
-    told = content.lattice.orientation
+    orientation = content.lattice.orientation
     tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
     case = Case(
         name=content.case.name,
@@ -83,7 +83,7 @@ def load_case(
             content,
             file,
             content.part.file,
-            told.vtu if told else None,
+            orientation.vtu if orientation else None,
             own_cell_file(content.lattice),
         ),
         warnings=tuple(case_warnings(content)),
@@ -238,8 +238,8 @@ def _validate(
         try:
             sections[name] = _adapter(layout, name).validate_python(data[name], context=context)
         except ValidationError as error:
-            found = error.errors(include_url=False)
-            problems.extend(problems_of(found, prefix=(name,), layout=layout))
+            errors = error.errors(include_url=False)
+            problems.extend(problems_of(errors, prefix=(name,), layout=layout))
     required = layout.model_fields["load_case"]
     if required.is_required() and not sections.get("load_case", True):
         problems.append(missing(("load_case",), required))
@@ -284,7 +284,7 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     CaseError
         If a file cannot be read.
     """
-    asked = content.model_dump(
+    specification = content.model_dump(
         mode="json",
         exclude={
             "output": True,
@@ -294,7 +294,7 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         },
     )
     digest = hashlib.sha256()
-    canonical = json.dumps(asked, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    canonical = json.dumps(specification, sort_keys=True, separators=(",", ":"), allow_nan=False)
     digest.update(canonical.encode())
     for source in read:
         if source is None:

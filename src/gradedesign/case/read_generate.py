@@ -64,8 +64,8 @@ def load_generate_case(
 
 def _map_files(content: GenerateFile) -> tuple[Path, ...]:
     """Files of a density map or of directions, whose bytes belong to what is asked."""
-    spec, told = content.lattice.density_map, content.lattice.orientation
-    turned = () if told is None or told.vtu is None else (told.vtu,)
+    spec, orientation = content.lattice.density_map, content.lattice.orientation
+    turned = () if orientation is None or orientation.vtu is None else (orientation.vtu,)
     if spec is None:
         return turned
     if spec.images is not None:
@@ -74,9 +74,9 @@ def _map_files(content: GenerateFile) -> tuple[Path, ...]:
 
 
 def _problems(file: GenerateFile) -> Iterator[Problem]:
-    """What of different tables contradicts each other."""
-    told = file.lattice.orientation
-    if told is not None and told.load_case is not None:
+    """Contradictions between different tables."""
+    orientation = file.lattice.orientation
+    if orientation is not None and orientation.load_case is not None:
         yield Problem(
             key=("lattice", "orientation", "load_case"),
             message="belongs to `gradedesign run`, which analyses the part; expected direction or "

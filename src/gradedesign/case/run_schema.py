@@ -108,7 +108,7 @@ class RunSpec(Table):
 
 
 class OutputSpec(Table):
-    """What is written; pictures always are."""
+    """Files to write; pictures always are."""
 
     formats: Annotated[tuple[str, ...], _Formats()] = _FORMATS
     """Files to write: vtu, report, and what the installed exporters write."""

@@ -59,7 +59,7 @@ __all__ = [
 
 
 class CaseSection(Table):
-    """What the case is called."""
+    """Name of the case."""
 
     name: Name = Field(examples=["cantilever"])
     """Shown in the report."""
@@ -82,7 +82,7 @@ class CaseFile(Table):
 
 
 class CaseIdentity(Table):
-    """What every case has: where it lies, its identity, its part and what is written of it."""
+    """Fields common to all cases: place on disk, identity, part and output."""
 
     name: str
     """Shown in the report."""

@@ -256,7 +256,7 @@ def three(value: object, example: str) -> list[object]:
 
 def check_range(
     number: float,
-    found: str,
+    shown_value: str,
     *,
     above: float | None = None,
     at_least: float | None = None,
@@ -276,7 +276,7 @@ def check_range(
     ]
     if not all(holds for _, holds in stated):
         wanted = " and ".join(words for words, _ in stated)
-        raise Refused(f"found {found}; expected a value {wanted}")
+        raise Refused(f"found {shown_value}; expected a value {wanted}")
 
 
 def _entry(reader: Any, index: int, value: object) -> Any:

@@ -54,15 +54,15 @@ def flood(order: IntArray, n: int, history: IntArray) -> None:
                 wx, px = wrap(x + dx, n)
                 wy, py = wrap(y + dy, n)
                 wz, pz = wrap(z + dz, n)
-                other = (px * n + py) * n + pz
-                if parent[other] < 0:
+                neighbour = (px * n + py) * n + pz
+                if parent[neighbour] < 0:
                     continue
                 a = find(parent, jump, node)
-                b = find(parent, jump, other)
+                b = find(parent, jump, neighbour)
                 # The copy of `other` that touches `node` lies in cell (wx, wy, wz).
-                vx = jump[node, 0] - jump[other, 0] - wx
-                vy = jump[node, 1] - jump[other, 1] - wy
-                vz = jump[node, 2] - jump[other, 2] - wz
+                vx = jump[node, 0] - jump[neighbour, 0] - wx
+                vy = jump[node, 1] - jump[neighbour, 1] - wy
+                vz = jump[node, 2] - jump[neighbour, 2] - wz
                 if a == b:
                     if vx == 0 and vy == 0 and vz == 0:
                         continue

@@ -101,11 +101,11 @@ def spline_gradients(
     for block in prange((count + _BLOCK - 1) // _BLOCK):
         cell, beyond = np.zeros(3), np.zeros(3)
         value, slope = np.zeros((3, 4)), np.zeros((3, 4))
-        index, found = np.zeros(3, dtype=np.int64), np.zeros((3, 3))
+        index, gradient = np.zeros(3, dtype=np.int64), np.zeros((3, 3))
         for n in range(block * _BLOCK, min((block + 1) * _BLOCK, count)):
             moved = _locate(points[:, n], origin, spacing, last, cell, value, slope, beyond)
             x, y, z = int(cell[0]) + PAD - 1, int(cell[1]) + PAD - 1, int(cell[2]) + PAD - 1
-            found[:] = 0.0
+            gradient[:] = 0.0
             for a in range(4):
                 for b in range(4):
                     for c in range(4):
@@ -120,6 +120,6 @@ def spline_gradients(
                                 share += ve * slope[f, index[f]] * beyond[f] / spacing[f]
                             share *= slope[d, index[d]] / spacing[d]
                             for p in range(3):
-                                found[p, d] += share * coefficients[x + a, y + b, z + c, p]
-            result[:, :, n] = found
+                                gradient[p, d] += share * coefficients[x + a, y + b, z + c, p]
+            result[:, :, n] = gradient
     return result

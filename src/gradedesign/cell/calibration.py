@@ -78,14 +78,14 @@ def _calibrate(family: CellFamily, items: tuple[tuple[str, float], ...], resolut
     density = np.linspace(0.0, 1.0, _TABLE)
     rank = np.clip(density * samples.size - 0.5, 0, samples.size - 1)
     level = np.interp(rank, np.arange(samples.size), samples)
-    found, floor_level = _percolation(family, parameters)
+    necks, floor_level = _percolation(family, parameters)
     window = (
         max(_share(samples, floor_level), LEAST_DENSITY),
-        min(_share(samples, found.ceiling), 1 - LEAST_DENSITY),
+        min(_share(samples, necks.ceiling), 1 - LEAST_DENSITY),
     )
     _require_increasing(family, density, level, window)
     period = family.period
-    x, y, z = found.neck if period == 1 else found.last_neck
+    x, y, z = necks.neck if period == 1 else necks.last_neck
     log.info("cell %s: densities %.4f to %.4f", family.name, *window)
     return Cell(
         family=family,

@@ -131,13 +131,13 @@ def _centres(low: FloatArray, high: FloatArray, shape: tuple[int, ...]) -> Float
 
 def _unit_tensors(tensor_of: Field, centres: FloatArray) -> FloatArray:
     """Tensors ``(nx, ny, nz, 3, 3)`` whose squares have the size of their weight, at most 1."""
-    found = np.asarray(tensor_of(centres), dtype=np.float64)
-    if found.shape != (3, 3, *centres.shape[1:]) or not np.isfinite(found).all():
+    tensors = np.asarray(tensor_of(centres), dtype=np.float64)
+    if tensors.shape != (3, 3, *centres.shape[1:]) or not np.isfinite(tensors).all():
         raise CaseError(
-            f"the field of directions has shape {found.shape} (or values that are not finite), "
+            f"the field of directions has shape {tensors.shape} (or values that are not finite), "
             f"expected finite values of shape {(3, 3, *centres.shape[1:])}"
         )
-    tensor = np.moveaxis(found, (0, 1), (-2, -1))
+    tensor = np.moveaxis(tensors, (0, 1), (-2, -1))
     size = np.sqrt((tensor**2).sum(axis=(-2, -1)))
     full = float(np.percentile(size, FULL_PERCENTILE))
     if not full > 0:

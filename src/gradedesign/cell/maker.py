@@ -84,9 +84,9 @@ def make_cell(
     if file is not None and not maker.suffixes:
         raise CaseError(f"lattice.own_cell.file: the maker '{maker.name}' reads no file")
     if maker.suffixes and (file is None or file.suffix.lower() not in maker.suffixes):
-        found = "no file" if file is None else f"'{file.name}'"
+        stated = "no file" if file is None else f"'{file.name}'"
         raise CaseError(
-            f"lattice.own_cell.file: found {found}; the maker '{maker.name}' reads "
+            f"lattice.own_cell.file: found {stated}; the maker '{maker.name}' reads "
             f"{', '.join(maker.suffixes)}"
         )
     given = dict(options) if file is None else {**options, "file": file}

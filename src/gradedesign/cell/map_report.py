@@ -1,4 +1,4 @@
-"""What cells a map really makes: their size, the angles between their axes, folds."""
+"""Quality of the cells that a map makes: size, angles between their axes, folds."""
 
 from __future__ import annotations
 

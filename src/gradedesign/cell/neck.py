@@ -179,9 +179,9 @@ def _labels(solid: BoolArray) -> tuple[IntArray, int]:
     """Connected pieces of a bar that is periodic across."""
     labels, count = label(solid)
     sides = ((labels[:, 0], labels[:, -1]), (labels[:, :, 0], labels[:, :, -1]))
-    one, two = (np.concatenate([pair[k].ravel() for pair in sides]) for k in (0, 1))
-    both = (one > 0) & (two > 0)
-    joined = csr_array((both[both], (one[both], two[both])), shape=(count + 1, count + 1))
+    low, high = (np.concatenate([pair[k].ravel() for pair in sides]) for k in (0, 1))
+    both = (low > 0) & (high > 0)
+    joined = csr_array((both[both], (low[both], high[both])), shape=(count + 1, count + 1))
     pieces, piece = connected_components(joined, directed=False)
     return piece[labels].astype(np.int64), int(pieces) - 1  # 0, the void, is joined to nothing
 

@@ -101,9 +101,9 @@ def graded_size_map(
     rotation = np.zeros((*count, 3, 3))
     rotation[:] = np.eye(3) if frame_of is None else np.moveaxis(frame_of(centres), (0, 1), (3, 4))
     solve = box_solver((count[0] + 1, count[1] + 1, count[2] + 1), steps)
-    ones = weight if inside is None else np.ones(count)
+    unit_weight = weight if inside is None else np.ones(count)
     target = rotation / size[..., None, None]
-    phases = np.stack([solve(load) for load in divergence(target, ones, steps)])
+    phases = np.stack([solve(load) for load in divergence(target, unit_weight, steps)])
     for number in range(iterations + 1):
         if number:
             matrix = centre_gradients(phases, steps) * size[..., None, None]

@@ -21,14 +21,14 @@ def complete_parameters(
     CaseError
         If a name is not a parameter of the family.
     """
-    asked = dict(parameters or {})
-    unknown = sorted(set(asked) - set(family.parameters))
+    stated = dict(parameters or {})
+    unknown = sorted(set(stated) - set(family.parameters))
     if unknown:
         known = ", ".join(sorted(family.parameters)) or "none"
         raise CaseError(
             f"cell '{family.name}' has no parameter {', '.join(unknown)}; its parameters: {known}"
         )
-    merged = {**family.parameters, **asked}
+    merged = {**family.parameters, **stated}
     return {name: float(merged[name]) for name in sorted(merged)}
 
 

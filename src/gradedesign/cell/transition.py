@@ -125,10 +125,10 @@ class CellTransition:
 
     def blend(self, u: FloatArray, weight: FloatArray) -> FloatArray:
         """Weighted mean of the two functions on their common scale, ``(n,)``."""
-        one = _scaled(self.first, self.scale, self.reference, self.reach[0], u)
+        start = _scaled(self.first, self.scale, self.reference, self.reach[0], u)
         moved = _moved(u, self.shift)
         two = _scaled(self.second, self.scale, self.reference, self.reach[1], moved)
-        return np.asarray((1 - weight) * one + weight * two)
+        return np.asarray((1 - weight) * start + weight * two)
 
     def _rank_of_blend(self, blend: FloatArray, weight: FloatArray) -> FloatArray:
         """Share of the cell that is solid at the level of each point."""
@@ -204,13 +204,13 @@ def _tabulated(
     reach = (1.0, 1.0)
     if scale == "distance":
         reach = (_slope(first, reference), _slope(second, reference))
-    one = _scaled(first, scale, reference, reach[0], u)
+    start = _scaled(first, scale, reference, reach[0], u)
     two = _scaled(second, scale, reference, reach[1], _moved(u, shift))
     weights = np.linspace(0.0, 1.0, _WEIGHTS)
     position = np.clip(np.linspace(0.0, 1.0, _TABLE) * _SAMPLES - 0.5, 0, _SAMPLES - 1)
     values = np.zeros((_WEIGHTS, _TABLE))
     for n, weight in enumerate(weights):
-        samples = np.sort((1 - weight) * one + weight * two)
+        samples = np.sort((1 - weight) * start + weight * two)
         values[n] = np.interp(position, np.arange(_SAMPLES), samples)
     log.info("transition %s to %s by %s", first.family.name, second.family.name, scale)
     return CellTransition(

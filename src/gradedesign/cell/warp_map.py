@@ -83,14 +83,14 @@ def warp_map(base: CellMap, spheres: Sequence[MorphingSphere]) -> CellMap:
     Raymont 2011, eq. 4.6 and figure 4.3; the source names stable and transition zones and gives
     no formula for them.
     """
-    for number, one in enumerate(spheres):
-        for other in spheres[:number]:
-            apart = float(np.linalg.norm(one.centre - other.centre))
-            if apart < one.outer_radius + other.outer_radius:
+    for number, current in enumerate(spheres):
+        for neighbour in spheres[:number]:
+            apart = float(np.linalg.norm(current.centre - neighbour.centre))
+            if apart < current.outer_radius + neighbour.outer_radius:
                 raise CaseError(
-                    f"two morphing spheres of outer radius {other.outer_radius:g} and "
-                    f"{one.outer_radius:g} mm lie {apart:g} mm apart and overlap; move or shrink "
-                    f"them"
+                    f"two morphing spheres of outer radius {neighbour.outer_radius:g} and "
+                    f"{current.outer_radius:g} mm lie {apart:g} mm apart and overlap; move or "
+                    f"shrink them"
                 )
     chosen = tuple(spheres)
 

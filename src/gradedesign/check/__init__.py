@@ -1,1 +1,1 @@
-"""What is found out about a case before anything is computed."""
+"""Check of a case before anything is computed."""

@@ -1,4 +1,4 @@
-"""What ``gradedesign check`` finds: everything about a case that needs no law and no mesh."""
+"""Check of a case as by ``gradedesign check``: all that needs no law and no mesh."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Thickness:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseCheck:
-    """What a case asks for and what it will take.
+    """Checked case: its resolved records, and the predicted cost of its run.
 
     Attributes
     ----------
@@ -77,10 +77,10 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         As `resolve_case`.
     """
     known = resolve_case(case, registry)
-    said = [*known.warnings, *known.narrowed]
+    remarks = [*known.warnings, *known.narrowed]
     if known.law.voxels == 0:
         # Taken from the registry: nothing is computed.
-        said += resolve_law(
+        remarks += resolve_law(
             case,
             registry,
             known.cell,
@@ -91,7 +91,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     run = predicted_run(known, inside.shape[1])
     law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
     periodic = why_periodic(case, law_kind, known.cell, run.bounds[0], known.part, known.layout)
-    said += [
+    remarks += [
         *periodic_warnings(case, known.part, known.layout, periodic),
         *_left_out(known),
         *budget_warnings(known, run),
@@ -102,7 +102,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         thickness=thickness,
         run=run,
         periodic=periodic,
-        warnings=tuple(dict.fromkeys(said)),
+        warnings=tuple(dict.fromkeys(remarks)),
     )
 
 

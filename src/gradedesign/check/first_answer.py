@@ -7,12 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.errors import DensityError
+from gradedesign.fe.solution import Solution
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.round import SizingPlan, design_filter, size_round
 from gradedesign.material.constant_density import density_for_displacement, density_for_stress
+from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.sizing.homogenised import total_mass
 from gradedesign.verify.correction import Correction
+from gradedesign.workspace.progress import report_step
 
 #: Iterations of the sizing: as in the second round of a run, whose mass changes little after.
 SIZING_ITERATIONS = 20
@@ -52,30 +56,32 @@ class FirstAnswer:
         Predicted mass of the graded design; None where the solid part breaks a limit already.
     sized_density : float or None
         Its mean over the lattice.
-    sized_use : float or None
-        Largest predicted use of a limit.
+    sized_utilisation : float or None
+        Largest predicted utilisation of a limit.
     """
 
     constant: tuple[ConstantDensity, ...]
     sized_mass_g: float | None = None
     sized_density: float | None = None
-    sized_use: float | None = None
+    sized_utilisation: float | None = None
 
     @property
     def governing(self) -> ConstantDensity | None:
         """The limit that asks for the greatest density; None where one cannot be met."""
-        if not self.constant or any(one.density is None for one in self.constant):
+        if not self.constant or any(answer.density is None for answer in self.constant):
             return None
-        return max(self.constant, key=lambda one: one.density or 0.0)
+        return max(self.constant, key=lambda answer: answer.density or 0.0)
 
 
-def first_answer(setup: Setup) -> FirstAnswer:
+def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
     """Constant densities that meet the limits, and one sizing of the homogenised part.
 
     Parameters
     ----------
     setup : Setup
         Its solid part analysed, see `solid.with_solid`.
+    solutions : tuple of Solution
+        Of the solid part, one per load case.
 
     Returns
     -------
@@ -91,14 +97,16 @@ def first_answer(setup: Setup) -> FirstAnswer:
     constant = tuple(_constant(setup, row) for row in setup.solid)
     if not all(row.passed for row in setup.solid):
         return FirstAnswer(constant=constant)
+    setup = with_size_effects(oriented(setup, solutions))
+    report_step("sizing")
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
-    weights = setup.model.volumes * (1.0 - setup.model.solid_share)
+    weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
     return FirstAnswer(
         constant=constant,
         sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
         sized_density=float(weights @ sized.rho / weights.sum()),
-        sized_use=sized.history[-1].use,
+        sized_utilisation=sized.history[-1].utilisation,
     )
 
 

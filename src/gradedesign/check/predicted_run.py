@@ -47,7 +47,7 @@ class PredictedGrid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictedRun:
-    """What a run will take.
+    """Predicted size and cost of a run.
 
     Attributes
     ----------
@@ -175,21 +175,21 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
 
 def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
     """Say where a run is predicted to exceed the budgets of its case."""
-    limits, said = known.case.run, list(run.raised)
+    limits, remarks = known.case.run, list(run.raised)
     if run.explicit and run.cost.memory_bytes > limits.memory:
         factor = (run.cost.memory_bytes / limits.memory) ** (1 / 3)
-        said.append(
+        remarks.append(
             f"the explicit analysis is predicted to take {run.cost.memory_bytes / 1e9:.2g} GB, "
             f"more than the {limits.memory / 1e9:.2g} GB of [run] memory; its grid of "
             f"{run.grid.cube:.3g} mm is set by {run.grid.set_by}: a coarser one of "
             f"{factor * run.grid.cube:.3g} mm would fit"
         )
     if run.run_s > limits.time:
-        said.append(
+        remarks.append(
             f"the run is predicted to take {run.run_s / 60:.0f} min, more than the "
             f"{limits.time / 60:.3g} min of [run] time: it may end before its design is accepted"
         )
-    return tuple(said)
+    return tuple(remarks)
 
 
 def _corners(known: ResolvedCase) -> np.ndarray:

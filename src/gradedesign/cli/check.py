@@ -52,19 +52,19 @@ def check(
     case = load_case(path, allow_outside=allow_outside, registry=registry)
     registry = with_own_cell(case, registry)
     with ProgressLines("check", err=True):
-        found = check_case(case, registry)
-        warnings = list(found.warnings)
+        checked = check_case(case, registry)
+        warnings = list(checked.warnings)
         answer = estimated(case, registry) if estimate else None
         drawn = None
         if picture:
-            drawn = picture_path(found) if output is None else output
+            drawn = picture_path(checked) if output is None else output
             drawn = drawn / PICTURE if drawn.is_dir() else drawn
-            warnings += draw_loads(found, drawn)
+            warnings += draw_loads(checked, drawn)
     if as_json:
-        data = check_data(found, drawn, warnings)
+        data = check_data(checked, drawn, warnings)
         print_json(data if answer is None else {**data, "first_answer": answer_data(answer)})
         return
-    print_check(found)
+    print_check(checked)
     if answer is not None:
         print_answer(answer)
     if drawn is not None:
@@ -81,18 +81,17 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
     setup = prepare(case, registry)
     report_step("solid part")
-    setup = with_solid(setup, solve_solid(setup.problem))
-    report_step("sizing")
-    return first_answer(setup)
+    solutions = solve_solid(setup.problem)
+    return first_answer(with_solid(setup, solutions), solutions)
 
 
-def picture_path(found: CaseCheck) -> Path:
+def picture_path(checked: CaseCheck) -> Path:
     """Where the picture goes: beside the run folder, which it must not disturb."""
-    folder = default_folder(found.known.case)
+    folder = default_folder(checked.known.case)
     return folder.with_name(f"{folder.name}-check") / PICTURE
 
 
-def draw_loads(found: CaseCheck, path: Path) -> tuple[str, ...]:
+def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
     """Draw supports, loads and solid regions as a run does; returns warnings.
 
     Raises
@@ -107,7 +106,7 @@ def draw_loads(found: CaseCheck, path: Path) -> tuple[str, ...]:
             f"cannot make {path.parent} for the picture: {error.strerror}; choose another file "
             f"with -o, or leave it out with --no-picture"
         ) from error
-    known = found.known
+    known = checked.known
     return picture_loads(
         path,
         known.part.surface,
@@ -118,10 +117,10 @@ def draw_loads(found: CaseCheck, path: Path) -> tuple[str, ...]:
     )
 
 
-def print_check(found: CaseCheck) -> None:
+def print_check(checked: CaseCheck) -> None:
     """Print what was found, for a person."""
-    known = found.known
-    for line in _part_lines(found):
+    known = checked.known
+    for line in _part_lines(checked):
         print_text(line, hang=2)
     regions = sorted(known.part.regions.items())
     print_table(
@@ -129,18 +128,18 @@ def print_check(found: CaseCheck) -> None:
         ("region", "faces", "area mm^2", "centroid mm"),
         [(n, str(len(r.faces)), f"{r.area:.4g}", _triple(r.centroid)) for n, r in regions],
     )
-    if found.holes:
-        _print_holes(found)
-    _print_file_faces(found)
-    _print_loads(found)
+    if checked.holes:
+        _print_holes(checked)
+    _print_file_faces(checked)
+    _print_loads(checked)
     print_text("free rigid motions: none")
-    print_table("Limits", ("limit", "load case", "allowed"), stated_limits(found))
-    for line in (*_lattice_lines(found), *_cost_lines(found)):
+    print_table("Limits", ("limit", "load case", "allowed"), stated_limits(checked))
+    for line in (*_lattice_lines(checked), *_cost_lines(checked)):
         print_text(line, hang=2)
 
 
-def _part_lines(found: CaseCheck) -> Iterator[str]:
-    known = found.known
+def _part_lines(checked: CaseCheck) -> Iterator[str]:
+    known = checked.known
     part = known.part
     edges = np.ptp(part.surface.vertices, axis=0)
     unit = "" if part.units is None else f", read in {part.units}"
@@ -154,8 +153,8 @@ def _part_lines(found: CaseCheck) -> Iterator[str]:
     yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
 
 
-def _print_file_faces(found: CaseCheck) -> None:
-    rows = file_faces(found.known.part)
+def _print_file_faces(checked: CaseCheck) -> None:
+    rows = file_faces(checked.known.part)
     if not rows:
         return
     print_table(
@@ -171,7 +170,7 @@ def _print_file_faces(found: CaseCheck) -> None:
         print_text(f"  and {more} more; --json lists all")
 
 
-def _print_holes(found: CaseCheck) -> None:
+def _print_holes(checked: CaseCheck) -> None:
     print_table(
         "Holes and bosses",
         ("kind", "faces", "to select them", "on their axes, mm"),
@@ -182,40 +181,40 @@ def _print_holes(found: CaseCheck) -> None:
                 group.selector,
                 _points(group.points),
             )
-            for group in found.holes[:_MOST_HOLES]
+            for group in checked.holes[:_MOST_HOLES]
         ],
     )
-    more = len(found.holes) - _MOST_HOLES
+    more = len(checked.holes) - _MOST_HOLES
     if more > 0:
         print_text(f"  and {more} more; --json lists all")
 
 
-def _print_loads(found: CaseCheck) -> None:
+def _print_loads(checked: CaseCheck) -> None:
     rows = []
-    for one in found.known.balances:
+    for balance in checked.known.balances:
         rows += [
-            (one.load_case, row.source, _triple(row.force), _triple(row.moment), "")
-            for row in one.rows
+            (balance.load_case, row.source, _triple(row.force), _triple(row.moment), "")
+            for row in balance.rows
         ]
-        total = (one.load_case, "sum", _triple(one.force), _triple(one.moment), _triple(one.about))
-        rows.append(total)
+        total = (_triple(balance.force), _triple(balance.moment), _triple(balance.about))
+        rows.append((balance.load_case, "sum", *total))
     columns = ("load case", "on", "force N", "moment N mm", "about the held regions' centre, mm")
     print_table("Loads", columns, rows)
 
 
-def _lattice_lines(found: CaseCheck) -> Iterator[str]:
-    known, plan = found.known, found.known.law
-    low, high = found.run.bounds
+def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
+    known, plan = checked.known, checked.known.law
+    low, high = checked.run.bounds
     yield (
         f"cell: {known.cell.name}, {known.case.lattice.size_words}; it exists from density "
         f"{known.cell.window[0]:.3g} to {known.cell.window[1]:.3g}"
     )
-    thick = found.thickness
+    thick = checked.thickness
     if thick.thickness:
-        told = zip(thick.shares, thick.thickness, thick.cells, strict=True)
+        walls = zip(thick.shares, thick.thickness, thick.cells, strict=True)
         yield "thickness of the part: " + ", ".join(
             f"{share} % of it up to {value:.3g} mm ({cells:.2g} cells)"
-            for share, value, cells in told
+            for share, value, cells in walls
         )
     yield f"density window: {low:.3g} to {high:.3g}"
     if not plan.voxels:
@@ -229,17 +228,17 @@ def _lattice_lines(found: CaseCheck) -> Iterator[str]:
             f"{most:.0f} min the first time ({plan.why})"
         )
     yield "size effects: " + (
-        f"none, since {found.periodic}"
-        if found.periodic
+        f"none, since {checked.periodic}"
+        if checked.periodic
         else "of the walls of few cells that the run finds, from the cache or computed in minutes"
     )
 
 
-def _cost_lines(found: CaseCheck) -> Iterator[str]:
-    run, budget = found.run, found.known.case.run
+def _cost_lines(checked: CaseCheck) -> Iterator[str]:
+    run, budget = checked.run, checked.known.case.run
     cost = run.cost
-    exact = "" if found.known.case.part.bricks is not None else "about "
-    yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(found)}"
+    exact = "" if checked.known.case.part.bricks is not None else "about "
+    yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(checked)}"
     yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:
         yield (
@@ -258,8 +257,8 @@ def _cost_lines(found: CaseCheck) -> Iterator[str]:
     )
 
 
-def _mesh_size(found: CaseCheck) -> str:
-    return f"{found.known.case.part.mesh_size:g} mm"
+def _mesh_size(checked: CaseCheck) -> str:
+    return f"{checked.known.case.part.mesh_size:g} mm"
 
 
 def _duration(seconds: float) -> str:
@@ -270,9 +269,9 @@ def _duration(seconds: float) -> str:
 
 
 def _points(points: FloatArray) -> str:
-    told = " ".join(_triple(point) for point in points[:_MOST_POINTS])
+    text = " ".join(_triple(point) for point in points[:_MOST_POINTS])
     more = len(points) - _MOST_POINTS
-    return told if more <= 0 else f"{told} and {more} more"
+    return text if more <= 0 else f"{text} and {more} more"
 
 
 def _triple(vector: FloatArray) -> str:

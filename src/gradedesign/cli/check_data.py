@@ -1,4 +1,4 @@
-"""What ``gradedesign check --json`` prints: plain data of a checked case."""
+"""Plain data of a checked case, as ``gradedesign check --json`` prints it."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _REPAIRS = (
 )
 
 
-def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
+def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
     """Plain data of a checked case; lengths in mm, forces in N, moments in N mm."""
-    known = found.known
+    known = checked.known
     return {
         "case": known.case.name,
-        "part": _part(found),
+        "part": _part(checked),
         "regions": [
             {
                 "name": name,
@@ -51,39 +51,39 @@ def check_data(found: CaseCheck, picture: Path | None, warnings: Sequence[str]) 
                 "points_mm": [_rounded(point) for point in group.points],
                 "selector": group.selector,
             }
-            for group in found.holes
+            for group in checked.holes
         ],
-        "load_cases": _loads(found),
+        "load_cases": _loads(checked),
         "limits": [
             {"name": name, "load_case": load_case, "allowed": allowed}
-            for name, load_case, allowed in stated_limits(found)
+            for name, load_case, allowed in stated_limits(checked)
         ],
         "free_rigid_motions": [],
         "cell": known.cell.name,
         "law": known.law.name,
-        "lattice": _lattice(found),
-        "prediction": _prediction(found),
+        "lattice": _lattice(checked),
+        "prediction": _prediction(checked),
         "picture": None if picture is None else str(picture),
         "warnings": list(warnings),
     }
 
 
-def stated_limits(found: CaseCheck) -> list[tuple[str, str, str]]:
+def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:
     """Name, load case and value of every limit as the case states it.
 
     Those relative to the solid part are not in its unit yet.
     """
-    return [(one.name, one.load_case, one.allowed) for one in found.known.limits]
+    return [(limit.name, limit.load_case, limit.allowed) for limit in checked.known.limits]
 
 
-def _part(found: CaseCheck) -> dict[str, Any]:
-    part = found.known.part
+def _part(checked: CaseCheck) -> dict[str, Any]:
+    part = checked.known.part
     return {
         "source": part.source,
         "units": part.units,
         "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
-        "solid_mass_g": found.known.material.density * part.volume * 1e6,
+        "solid_mass_g": checked.known.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
         "repairs": repairs(part),
         "file_faces": file_faces(part),
@@ -111,35 +111,35 @@ def repairs(part: Part) -> dict[str, int]:
     return {key: value for key in _REPAIRS if (value := getattr(part.report, key))}
 
 
-def _loads(found: CaseCheck) -> list[dict[str, Any]]:
+def _loads(checked: CaseCheck) -> list[dict[str, Any]]:
     return [
         {
-            "name": one.load_case,
-            "about_mm": _rounded(one.about),
+            "name": balance.load_case,
+            "about_mm": _rounded(balance.about),
             "loads": [
                 {
                     "on": row.source,
                     "force_N": _rounded(row.force),
                     "moment_N_mm": _rounded(row.moment),
                 }
-                for row in one.rows
+                for row in balance.rows
             ],
-            "force_N": _rounded(one.force),
-            "moment_N_mm": _rounded(one.moment),
-            "cancels": one.cancels,
+            "force_N": _rounded(balance.force),
+            "moment_N_mm": _rounded(balance.moment),
+            "cancels": balance.cancels,
         }
-        for one in found.known.balances
+        for balance in checked.known.balances
     ]
 
 
-def _lattice(found: CaseCheck) -> dict[str, Any]:
-    known, plan = found.known, found.known.law
+def _lattice(checked: CaseCheck) -> dict[str, Any]:
+    known, plan = checked.known, checked.known.law
     return {
         "size_mm": list(known.case.lattice.size),
         "cell_window": list(known.cell.window),
         "density_window": list(known.bounds),
-        "size_effects": {"mode": "periodic", "reason": found.periodic}
-        if found.periodic
+        "size_effects": {"mode": "periodic", "reason": checked.periodic}
+        if checked.periodic
         else {"mode": "walls"},
         "law": {
             "name": plan.name,
@@ -149,18 +149,18 @@ def _lattice(found: CaseCheck) -> dict[str, Any]:
             "voxels": plan.voxels or None,
         },
         "part_thickness": {
-            "percent_of_volume": list(found.thickness.shares),
-            "below_mm": list(found.thickness.thickness),
-            "cells": list(found.thickness.cells),
+            "percent_of_volume": list(checked.thickness.shares),
+            "below_mm": list(checked.thickness.thickness),
+            "cells": list(checked.thickness.cells),
         },
-        "lattice_share_of_volume": found.run.lattice_share,
+        "lattice_share_of_volume": checked.run.lattice_share,
     }
 
 
-def _prediction(found: CaseCheck) -> dict[str, Any]:
-    run, budget = found.run, found.known.case.run
+def _prediction(checked: CaseCheck) -> dict[str, Any]:
+    run, budget = checked.run, checked.known.case.run
     return {
-        "density": list(found.known.bounds),
+        "density": list(checked.known.bounds),
         "mean_density": run.density,
         "thinnest_wall_mm": run.grid.wall,
         "cube_mm": run.grid.cube,

@@ -90,25 +90,26 @@ def homogenise(
         )
     with ProgressLines("homogenise", err=True):
         chosen = calibrate(family, values)
-        found = cell_properties(
+        properties = cell_properties(
             chosen,
             density,
             poissons_ratio=poissons_ratio,
             resolution=resolution,
             with_surface=output is not None,
         )
-        data = properties_data(chosen, found, poissons_ratio)
+        data = properties_data(chosen, properties, poissons_ratio)
         laws = [law for law in registry.scaling_laws.values() if cell in law.families]
         data["laws"] = law_values(laws, density)
         if conductivity:
             report_step("conductivity")
-            data["conductivity"] = _conductivity_data(chosen, found)
+            data["conductivity"] = _conductivity_data(chosen, properties)
         if buckling:
             critical = critical_stress(chosen, density, poissons_ratio=poissons_ratio)
             data["buckling"] = _buckling_data(critical)
         if output is not None:
             report_step("drawing")
-            data["files"] = [str(p) for p in write_files(output, data, found, laws, poissons_ratio)]
+            files = write_files(output, data, properties, laws, poissons_ratio)
+            data["files"] = [str(path) for path in files]
     if as_json:
         print_json(data)
     else:
@@ -123,7 +124,7 @@ def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
     CaseError
         For a text of another form, or a name given twice.
     """
-    found: dict[str, float] = {}
+    parameters: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
@@ -132,31 +133,31 @@ def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:
             raise CaseError(
                 f"--parameter {text} is not understood; expected name=number, such as strut=0.2"
             ) from error
-        if name.strip() in found:
+        if name.strip() in parameters:
             raise CaseError(f"--parameter {name.strip()} is given twice; give it once")
-        found[name.strip()] = number
-    return found
+        parameters[name.strip()] = number
+    return parameters
 
 
 def properties_data(
     cell: Cell,
-    found: CellProperties,
+    properties: CellProperties,
     poissons_ratio: float,
 ) -> dict[str, Any]:
     """Plain data of computed properties; moduli are relative to the base material's E."""
-    c = found.stiffness
+    c = properties.stiffness
     data: dict[str, Any] = {
         **cell_header(
-            cell.family, cell.parameters, found.density, poissons_ratio, found.resolution
+            cell.family, cell.parameters, properties.density, poissons_ratio, properties.resolution
         ),
         "C": rounded(c),
-        "C_uncertainty": rounded(found.uncertainty, 2),
-        "stiffness_error": digits(found.stiffness_error, 2),
-        "energy_error": digits(found.energy_error, 2),
+        "C_uncertainty": rounded(properties.uncertainty, 2),
+        "stiffness_error": digits(properties.stiffness_error, 2),
+        "energy_error": digits(properties.energy_error, 2),
         "constant_errors": {
             name: digits(float(error[0]), 2)
             for name, error in relative_errors(
-                found.stiffness[None], found.uncertainty[None], cell.family.symmetry
+                properties.stiffness[None], properties.uncertainty[None], cell.family.symmetry
             ).items()
         },
         **moduli_data(c),
@@ -168,9 +169,9 @@ def properties_data(
                 "upper": None if np.isinf(bound.upper) else digits(bound.upper),
                 "holds": bound.holds,
             }
-            for bound in check_bounds(c, found.density, poissons_ratio)
+            for bound in check_bounds(c, properties.density, poissons_ratio)
         ],
-        "strength": _strength_data(found),
+        "strength": _strength_data(properties),
         "versions": library_versions(),
     }
     return data
@@ -193,7 +194,7 @@ def law_values(laws: Sequence[ScalingLaw], density: float) -> list[dict[str, Any
 def write_files(
     folder: Path,
     data: Mapping[str, Any],
-    found: CellProperties,
+    properties: CellProperties,
     laws: Sequence[ScalingLaw],
     poissons_ratio: float,
 ) -> list[Path]:
@@ -212,73 +213,73 @@ def write_files(
         ) from error
     names = ("properties.json", "stiffness.png", "laws.png", "strength.png")
     record, sphere, curves, surface = (folder / name for name in names)
-    title = f"{data['cell']} at relative density {found.density:g}"
-    plot_stiffness(sphere, found.stiffness, title=title)
+    title = f"{data['cell']} at relative density {properties.density:g}"
+    plot_stiffness(sphere, properties.stiffness, title=title)
     youngs = data["engineering"]["E"]["x"]
     plot_laws(
         curves,
         laws,
         title=title,
         poissons_ratio=poissons_ratio,
-        density=found.density,
+        density=properties.density,
         youngs=youngs,
-        error=youngs * found.energy_error,
+        error=youngs * properties.energy_error,
     )
     files = [record, sphere, curves]
-    if found.surface is not None:
-        plot_strength_surface(surface, found.surface, title=title)
+    if properties.surface is not None:
+        plot_strength_surface(surface, properties.surface, title=title)
         files.append(surface)
     write_text(record, json.dumps(data, indent=2, allow_nan=False) + "\n")
     return files
 
 
-def _strength_data(found: CellProperties) -> dict[str, Any]:
+def _strength_data(properties: CellProperties) -> dict[str, Any]:
     """Plain data of a strength."""
     data: dict[str, Any] = {
-        "value": digits(found.strength.strength),
-        "error": digits(found.strength_error, 2),
-        "percentile": found.strength.percentile,
+        "value": digits(properties.strength.strength),
+        "error": digits(properties.strength_error, 2),
+        "percentile": properties.strength.percentile,
         "factors": {
-            **{name: digits(v, 5) for name, v in found.strength.factor.items()},
-            "hydrostatic": digits(found.strength.hydrostatic, 5),
+            **{name: digits(v, 5) for name, v in properties.strength.factor.items()},
+            "hydrostatic": digits(properties.strength.hydrostatic, 5),
         },
     }
-    if found.surface is not None:
+    if properties.surface is not None:
         data["surface"] = {
-            "exponent": found.surface.exponent,
-            "terms": int(found.surface.weights.size),
-            "max_error": digits(found.surface.max_error, 2),
-            "rms_error": digits(found.surface.rms_error, 2),
-            "unsafe_error": digits(found.surface.unsafe_error, 2),
+            "exponent": properties.surface.exponent,
+            "terms": int(properties.surface.weights.size),
+            "max_error": digits(properties.surface.max_error, 2),
+            "rms_error": digits(properties.surface.rms_error, 2),
+            "unsafe_error": digits(properties.surface.unsafe_error, 2),
         }
     return data
 
 
-def _conductivity_data(cell: Cell, found: CellProperties) -> dict[str, Any]:
+def _conductivity_data(cell: Cell, properties: CellProperties) -> dict[str, Any]:
     """Plain data of the conductivity, relative to the base material's."""
-    value, error = extrapolated_conductivity(cell, found.density, found.resolution)
+    value, error = extrapolated_conductivity(cell, properties.density, properties.resolution)
     return {
         "value": [[digits(float(v)) if abs(v) > 1e-9 else 0.0 for v in row] for row in value],
         "error": digits(error, 2),
-        "isotropic_bound": digits(conductivity_bound(found.density)),
+        "isotropic_bound": digits(conductivity_bound(properties.density)),
     }
 
 
-def _buckling_data(found: CriticalStress) -> dict[str, Any]:
+def _buckling_data(critical: CriticalStress) -> dict[str, Any]:
     """Plain data of critical stresses, over the base material's Young's modulus.
 
     A sense that was not seen to buckle, whose size is only a lower limit, repeats after 0 cells.
     """
     return {
-        "resolution": found.resolution,
-        "wall_voxels": digits(found.wall_voxels, 3),
-        "error": digits(found.error, 2),
+        "resolution": critical.resolution,
+        "wall_voxels": digits(critical.wall_voxels, 3),
+        "error": digits(critical.error, 2),
         "critical": [
             {
                 "component": VOIGT[k],
-                "negative": digits(float(found.critical[k, 0]), 4),
-                "positive": digits(float(found.critical[k, 1]), 4),
-                "cells": [int(n) for n in found.cells[k]],
+                "negative": digits(float(critical.critical[k, 0]), 4),
+                "positive": digits(float(critical.critical[k, 1]), 4),
+                "cells": [int(n) for n in critical.cells[k]],
             }
             for k in range(6)
         ],

@@ -42,18 +42,18 @@ def wrapped(text: str, *, width: int | None = None, hang: int = 0) -> list[str]:
     >>> wrapped("files: lattice.stl, report.html", width=22, hang=2)
     ['files: lattice.stl,', '  report.html']
     """
-    found = textwrap.wrap(
+    lines = textwrap.wrap(
         _UNIT.sub(_glued, text),
         width_now() if width is None else width,
         subsequent_indent=" " * hang,
         break_long_words=False,
         break_on_hyphens=False,
     )
-    return [line.replace(_GLUE, " ") for line in found] or [""]
+    return [line.replace(_GLUE, " ") for line in lines] or [""]
 
 
-def _glued(found: re.Match[str]) -> str:
-    return found[0].replace(" ", _GLUE)
+def _glued(match: re.Match[str]) -> str:
+    return match[0].replace(" ", _GLUE)
 
 
 def table_lines(

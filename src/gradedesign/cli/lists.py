@@ -157,12 +157,12 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
         ],
     )
 
-    found = {d["density_window_of"] for d in data}
-    if "law" in found:
+    bases = {d["density_window_of"] for d in data}
+    if "law" in bases:
         typer.echo("*: of the shipped table or law; the cell itself may reach further")
-    if None in found:
+    if None in bases:
         typer.echo("-: not computed yet")
-    if found - {"cell"}:
+    if bases - {"cell"}:
         typer.echo("'gradedesign cells NAME' finds the densities at which a cell exists")
 
 

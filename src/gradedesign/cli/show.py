@@ -1,4 +1,4 @@
-"""What commands print: data, texts, tables, the limits and warnings of a result."""
+"""Printed output of commands: data, texts, tables, limits and warnings of a result."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def print_limits(rows: Sequence[LimitRow]) -> None:
                 row.load_case,
                 f"{row.value:.4g} {row.unit}",
                 f"{row.limit:.4g} {row.unit}" + (f" ({row.stated})" if row.stated else ""),
-                f"{1 - row.use:+.1%}",
+                f"{1 - row.utilisation:+.1%}",
                 "-" if row.resolution_error is None else f"{row.resolution_error:+.1%}",
                 "holds" if row.passed else "BROKEN",
                 marks[row.judged_by],

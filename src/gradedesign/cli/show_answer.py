@@ -16,14 +16,14 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
     return {
         "constant_density": [
             {
-                "limit": one.row.name,
-                "load_case": one.row.load_case,
-                "use_when_solid": one.row.use,
-                "density": one.density,
-                "mass_g": one.mass_g,
-                "reason": one.reason or None,
+                "limit": limit.row.name,
+                "load_case": limit.row.load_case,
+                "utilisation_when_solid": limit.row.utilisation,
+                "density": limit.density,
+                "mass_g": limit.mass_g,
+                "reason": limit.reason or None,
             }
-            for one in answer.constant
+            for limit in answer.constant
         ],
         "constant_density_of_all": None if governing is None else governing.density,
         "constant_mass_g": None if governing is None else governing.mass_g,
@@ -32,7 +32,7 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
         else {
             "mass_g": answer.sized_mass_g,
             "mean_density": answer.sized_density,
-            "largest_use": answer.sized_use,
+            "largest_utilisation": answer.sized_utilisation,
         },
     }
 
@@ -44,18 +44,18 @@ def print_answer(answer: FirstAnswer) -> None:
         ("limit", "load case", "used when solid", "density", "mass g"),
         [
             (
-                one.row.name,
-                one.row.load_case,
-                f"{one.row.use:.1%}",
-                "none" if one.density is None else f"{one.density:.3f}",
-                "" if one.mass_g is None else f"{one.mass_g:.4g}",
+                limit.row.name,
+                limit.row.load_case,
+                f"{limit.row.utilisation:.1%}",
+                "none" if limit.density is None else f"{limit.density:.3f}",
+                "" if limit.mass_g is None else f"{limit.mass_g:.4g}",
             )
-            for one in answer.constant
+            for limit in answer.constant
         ],
     )
-    for one in answer.constant:
-        if one.reason:
-            print_text(f"{one.row.name}, {one.row.load_case}: {one.reason}", hang=2)
+    for limit in answer.constant:
+        if limit.reason:
+            print_text(f"{limit.row.name}, {limit.row.load_case}: {limit.reason}", hang=2)
     governing = answer.governing
     if governing is not None:
         print_text(
@@ -66,7 +66,7 @@ def print_answer(answer: FirstAnswer) -> None:
     if answer.sized_mass_g is not None:
         print_text(
             f"sized once on the homogenised part: {answer.sized_mass_g:.4g} g at mean density "
-            f"{answer.sized_density:.3f}, the most used limit at {answer.sized_use:.1%}",
+            f"{answer.sized_density:.3f}, the most used limit at {answer.sized_utilisation:.1%}",
             hang=2,
         )
     print_text("no lattice was analysed: a run judges these limits on the printed solid", hang=2)

@@ -46,11 +46,11 @@ def print_properties(data: Mapping[str, Any]) -> None:
     )
     _print_strength(data["strength"])
     if "conductivity" in data:
-        found = data["conductivity"]
-        rows = [[f"{100 * v:.3f}" for v in row] for row in found["value"]]
+        conductivity = data["conductivity"]
+        rows = [[f"{100 * v:.3f}" for v in row] for row in conductivity["value"]]
         print_table(
-            f"Conductivity in % of the base material's, right to {found['error']:.1%}, bound "
-            f"{100 * found['isotropic_bound']:.3f} where isotropic",
+            f"Conductivity in % of the base material's, right to {conductivity['error']:.1%}, "
+            f"bound {100 * conductivity['isotropic_bound']:.3f} where isotropic",
             ("", "x", "y", "z"),
             [(name, *row) for name, row in zip("xyz", rows, strict=True)],
         )
@@ -77,20 +77,21 @@ def print_block(data: Mapping[str, Any]) -> None:
     print_text(
         f"{data['cell']} at relative density {data['density']:g}, Poisson's ratio "
         f"{data['poissons_ratio']:g}: boundary {data['boundary']} on {piece}{data['cells']}^3 "
-        f"cells of {data['resolution']}^3 voxels, {data['solid_share']:.4g} of them solid, void "
-        f"{'with ' + format(void, 'g') + ' of the stiffness' if void else 'empty'}"
+        f"cells of {data['resolution']}^3 voxels, "
+        f"{data['solid_volume_fraction']:.4g} of them solid, "
+        f"void {'with ' + format(void, 'g') + ' of the stiffness' if void else 'empty'}"
     )
     print_text("moduli in % of the base material's Young's modulus; nothing is extrapolated")
-    for title, found in (("this block", data), ("the periodic lattice", data["periodic"])):
+    for title, stiffness in (("this block", data), ("the periodic lattice", data["periodic"])):
         print_table(
             f"Stiffness C of {title} (engineering shear)",
             ("", *data["voigt_order"]),
             [
                 (name, *(f"{100 * v:.4f}" for v in row))
-                for name, row in zip(data["voigt_order"], found["C"], strict=True)
+                for name, row in zip(data["voigt_order"], stiffness["C"], strict=True)
             ],
         )
-        _print_engineering(found)
+        _print_engineering(stiffness)
     _print_averages(data)
     order = {True: "; it keeps its side of it, as proved", False: "; WRONG SIDE of it", None: ""}
     print_text(
@@ -158,12 +159,12 @@ def _print_strength(strength: Mapping[str, Any]) -> None:
         )
 
 
-def _print_buckling(found: Mapping[str, Any]) -> None:
+def _print_buckling(buckling: Mapping[str, Any]) -> None:
     """Print the stresses that buckle the cell."""
     print_table(
         f"Critical stresses in % of the base material's Young's modulus, each acting alone, on "
-        f"{found['resolution']}^3 and {found['resolution'] // 2}^3 voxels; up to "
-        f"{found['error']:.0%} by extrapolation",
+        f"{buckling['resolution']}^3 and {buckling['resolution'] // 2}^3 voxels; up to "
+        f"{buckling['error']:.0%} by extrapolation",
         ("stress", "negative", "positive"),
         [
             (
@@ -173,7 +174,7 @@ def _print_buckling(found: Mapping[str, Any]) -> None:
                     for sense, cells in zip(("negative", "positive"), row["cells"], strict=True)
                 ),
             )
-            for row in found["critical"]
+            for row in buckling["critical"]
         ],
     )
 

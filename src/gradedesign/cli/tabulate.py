@@ -134,12 +134,13 @@ def make_folder(output: Path) -> None:
 
 
 def _buckling_text(table: PropertyTable) -> str:
-    """What the critical stresses of a table cover."""
-    found = table.buckling
-    if found is None:
+    """Densities and largest error of the critical stresses of a table; empty without them."""
+    critical = table.buckling
+    if critical is None:
         return ""
     return (
-        f", buckling from {found.density[0]:g} to {found.density[-1]:g} to {found.error.max():.0%}"
+        f", buckling from {critical.density[0]:g} to {critical.density[-1]:g} "
+        f"to {critical.error.max():.0%}"
     )
 
 

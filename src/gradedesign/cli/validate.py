@@ -25,7 +25,7 @@ from gradedesign.workspace.scratch import scratch_folder
 
 DEVIATES = 1
 
-#: ``["iterations.-1.limits.0.gap"]`` or ``[status]``, and ``value = 1.5  # comment``.
+#: ``["iterations.-1.limits.0.discrepancy"]`` or ``[status]``, and ``value = 1.5  # comment``.
 _HEADER = re.compile(r'\s*\[(?:"([^"]+)"|([^"\]]+))\]')
 _VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
@@ -60,12 +60,12 @@ def validate(
             expected = read_expected(folder / "expected.toml")
             data = run_data(folder, registry, progress)
             name = folder.resolve().name
-            found = [compare(name, key, spec, data) for key, spec in expected.items()]
-            comparisons += found
+            compared = [compare(name, key, spec, data) for key, spec in expected.items()]
+            comparisons += compared
             if not as_json:
                 print_text(f"{folder}: {data['status']}; {data['reason']}", hang=2)
             if update and data["status"] != "failed":
-                update_expected(folder / "expected.toml", found, quiet=as_json)
+                update_expected(folder / "expected.toml", compared, quiet=as_json)
     if as_json:
         print_json([{k: getattr(c, k) for k in Comparison.__slots__} for c in comparisons])
     else:
@@ -96,15 +96,15 @@ def case_folders(folders: Sequence[Path], keyword: str) -> list[Path]:
     CaseError
         If none matches.
     """
-    found = []
+    candidates = []
     for folder in folders:
         below = sorted(p for p in folder.glob("*") if p.is_dir()) if is_folder(folder) else []
         for candidate in (folder, *below):
             if (candidate / "case.toml").is_file() and (candidate / "expected.toml").is_file():
-                found.append(candidate)
-    chosen = [f for f in found if matches(f.resolve().name, keyword)]
+                candidates.append(candidate)
+    chosen = [f for f in candidates if matches(f.resolve().name, keyword)]
     if not chosen:
-        names = ", ".join(f.name for f in found) or "none"
+        names = ", ".join(f.name for f in candidates) or "none"
         raise CaseError(
             f"no case folder matches '{keyword}' in {', '.join(map(str, folders))}; a case folder "
             f"holds case.toml and expected.toml; found: {names}"
@@ -162,7 +162,7 @@ def read_expected(path: Path) -> dict[str, Mapping[str, Any]]:
 
 
 def _problem_of(spec: Any) -> str:
-    """What keeps an entry of expected.toml from being compared; empty if nothing."""
+    """Reason why an entry of expected.toml cannot be compared; empty if it can."""
     if not isinstance(spec, dict):
         return "is not a table"
     missing = [key for key in ("value", "origin") if key not in spec]
@@ -201,7 +201,7 @@ def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, An
 
 
 def value_at(data: Mapping[str, Any], name: str) -> Any:
-    """Follow ``iterations.-1.limits.0.gap``; None where it leads nowhere."""
+    """Follow ``iterations.-1.limits.0.discrepancy``; None where it leads nowhere."""
     value: Any = data
     for key in name.split("."):
         if isinstance(value, Mapping):
@@ -224,13 +224,13 @@ def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: boo
     for number, line in enumerate(lines):
         if header := _HEADER.match(line):
             quantity = header[1] or header[2]
-        found = _VALUE.match(line)
-        if found is None or quantity not in changed:
+        match = _VALUE.match(line)
+        if match is None or quantity not in changed:
             continue
         new = _as_toml(changed[quantity].value)
-        lines[number] = f"{found[1]}{new}{found[3]}\n"
+        lines[number] = f"{match[1]}{new}{match[3]}\n"
         if not quiet:
-            say(f"{path}: {quantity} {found[2]} -> {new}")
+            say(f"{path}: {quantity} {match[2]} -> {new}")
     write_text(path, "".join(lines))
 
 

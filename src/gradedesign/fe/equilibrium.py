@@ -1,4 +1,4 @@
-"""What a displacement amounts to: reactions, energy, and how well everything balances."""
+"""Reactions, strain energy and balance of forces of a displacement solution."""
 
 from __future__ import annotations
 
@@ -99,10 +99,10 @@ def defects(solution: Solution) -> str:
         "the sum of moments": solution.balance.moment,
         "the balance of energy": solution.balance.energy,
     }
-    found = [
+    violations = [
         f"{name} is off by {share:.2e}" for name, share in shares.items() if not share <= ACCEPTED
     ]
-    return f"{', '.join(found)} where {ACCEPTED:g} is accepted" if found else ""
+    return f"{', '.join(violations)} where {ACCEPTED:g} is accepted" if violations else ""
 
 
 def _imbalance(

@@ -21,20 +21,20 @@ LOCAL_FACET_NODES = np.array(
 
 def _checked_facets(space: TetSpace, facets: ArrayLike) -> IntArray:
     """Facets as ``(k, 3)`` vertex indices of the mesh."""
-    found = np.asarray(facets, dtype=np.int64)
-    if found.ndim != 2 or found.shape[1] != 3:
-        raise ValueError(f"facets have shape {found.shape}, expected (k, 3) vertex indices")
-    if len(found) == 0:
+    indices = np.asarray(facets, dtype=np.int64)
+    if indices.ndim != 2 or indices.shape[1] != 3:
+        raise ValueError(f"facets have shape {indices.shape}, expected (k, 3) vertex indices")
+    if len(indices) == 0:
         raise SolverError(
             "no facet was given, so the load or support would act nowhere; "
             "check the region it names and the mesh size"
         )
     vertices = space.mesh.points.shape[1]
-    if found.min() < 0 or found.max() >= vertices:
+    if indices.min() < 0 or indices.max() >= vertices:
         raise ValueError(
-            f"facets refer to vertices {found.min()} to {found.max()}, the mesh has {vertices}"
+            f"facets refer to vertices {indices.min()} to {indices.max()}, the mesh has {vertices}"
         )
-    return found
+    return indices
 
 
 def _keys(triples: IntArray, base: int) -> IntArray:
@@ -66,8 +66,8 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
     SolverError
         If there is no facet, or one is no face of any tetrahedron.
     """
-    asked = _checked_facets(space, facets)
-    used, compact = np.unique(asked, return_inverse=True)
+    sought = _checked_facets(space, facets)
+    used, compact = np.unique(sought, return_inverse=True)
     base = len(used)
     if base > 2_000_000:
         raise SolverError(
@@ -88,13 +88,13 @@ def facet_owners(space: TetSpace, facets: ArrayLike) -> tuple[IntArray, IntArray
     key, owner, side = np.concatenate(keys), np.concatenate(owners), np.concatenate(sides)
     order = np.argsort(key, kind="stable")
     key, owner, side = key[order], owner[order], side[order]
-    wanted = _keys(compact.reshape(asked.shape), base)
+    wanted = _keys(compact.reshape(sought.shape), base)
     first = np.searchsorted(key, wanted, side="left")
     sharing = np.searchsorted(key, wanted, side="right") - first
     if (sharing == 0).any():
-        bad = asked[int(np.argmax(sharing == 0))]
+        bad = sought[int(np.argmax(sharing == 0))]
         raise SolverError(
-            f"{np.count_nonzero(sharing == 0)} of {len(asked)} facets are no face of any "
+            f"{np.count_nonzero(sharing == 0)} of {len(sought)} facets are no face of any "
             f"tetrahedron, the first has vertices {bad.tolist()}; take facets of this very mesh"
         )
     return owner[first], side[first], sharing

@@ -135,7 +135,7 @@ def require_held(space: TetSpace, fixed: BoolArray, name: str) -> None:
     rest = f"; and {more} more pieces" if more > 0 else ""
     raise SolverError(
         f"load case '{name}': the supports leave rigid motions free: {'. '.join(lines)}{rest}. "
-        f"Fix more faces or components, or remove loose pieces from the mesh"
+        f"Fix more faces or components, or remove disconnected components from the mesh"
     )
 
 
@@ -199,9 +199,9 @@ def _reduced(basis: FloatArray) -> FloatArray:
             continue
         rows[[done, best]] = rows[[best, done]]
         rows[done] /= rows[done, column]
-        for other in range(count):
-            if other != done:
-                rows[other] -= rows[other, column] * rows[done]
+        for row in range(count):
+            if row != done:
+                rows[row] -= rows[row, column] * rows[done]
         done += 1
     return rows[:done].T
 

@@ -1,4 +1,4 @@
-"""What is solved for: a load vector with its supports, and the checked solution."""
+"""Load vector with its supports, and the checked solution of the linear system."""
 
 from __future__ import annotations
 

@@ -196,7 +196,7 @@ def _iterated(
         )
     x = np.zeros_like(right)
     done = np.zeros(len(cases), dtype=np.int64)
-    found: dict[int, Solution] = {}
+    solved: dict[int, Solution] = {}
     open_cases = list(range(len(cases)))
     for tightening in range(1 + TIGHTENINGS):
         goal = rtol * TIGHTER**tightening
@@ -208,21 +208,21 @@ def _iterated(
         if answer.iterations is not None:
             done[open_cases] += answer.iterations
         for k in open_cases:
-            found[k] = evaluate(
+            solved[k] = evaluate(
                 system.space, system.matrix, cases[k], x[k], right[k],
                 iterations=int(done[k]), method=answer.method or solver.name,
             )  # fmt: skip
         open_cases = [
-            k for k in open_cases if found[k].residual <= STALLED * goal and defects(found[k])
+            k for k in open_cases if solved[k].residual <= STALLED * goal and defects(solved[k])
         ]
         if not open_cases or answer.iterations is None:
             break
     for k, case in enumerate(cases):
         log.info(
             "'%s': %s, %d iterations, residual %.1e",
-            case.name, found[k].method, done[k], found[k].residual,
+            case.name, solved[k].method, done[k], solved[k].residual,
         )  # fmt: skip
-    return [found[k] for k in range(len(cases))]
+    return [solved[k] for k in range(len(cases))]
 
 
 def _instead(
@@ -261,11 +261,11 @@ def _instead(
 def _require_sound(solutions: Sequence[Solution]) -> None:
     """Refuse answers that do not balance."""
     for solution in solutions:
-        found = defects(solution)
-        if found:
+        violations = defects(solution)
+        if violations:
             after = f" in {solution.iterations} iterations" if solution.iterations else ""
             raise SolverError(
-                f"load case '{solution.name}', solved by {solution.method}{after}: {found}"
+                f"load case '{solution.name}', solved by {solution.method}{after}: {violations}"
             )
 
 

@@ -79,7 +79,7 @@ class GaussStiffness:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MomentStiffness:
-    """What elements feel of a stiffness that varies inside them in any way.
+    """Moments of a stiffness that varies inside the elements in any way.
 
     Strain is linear in a straight-sided quadratic tetrahedron, so that energy depends on the
     stiffness by its means with the products of two barycentric coordinates only.
@@ -120,7 +120,7 @@ def element_count(stiffness: Stiffness) -> int:
 
 
 def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """What turns values at the points of a rule into moments.
+    """Matrix that turns values at the points of a quadrature rule into moments.
 
     Parameters
     ----------

@@ -68,12 +68,12 @@ def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacem
     value = np.zeros(shape)
     for nodes, displacement in prescribed:
         chosen = np.unique(np.asarray(nodes, dtype=np.int64))
-        for component, asked in enumerate(displacement):
-            if asked is None:
+        for component, component_value in enumerate(displacement):
+            if component_value is None:
                 continue
-            _refuse_conflict(space, fixed, value, chosen, component, float(asked))
+            _refuse_conflict(space, fixed, value, chosen, component, float(component_value))
             fixed[component, chosen] = True
-            value[component, chosen] = asked
+            value[component, chosen] = component_value
     return Supports(fixed=fixed, value=value)
 
 
@@ -114,19 +114,19 @@ def _refuse_conflict(
     value: FloatArray,
     nodes: ArrayLike,
     component: int,
-    asked: float,
+    stated: float,
 ) -> None:
     """Raise if a node is already held at another displacement in this component."""
     index = np.asarray(nodes, dtype=np.int64)
     held = value[component, index]
-    scale = np.maximum(np.abs(held), abs(asked))
-    clash = fixed[component, index] & (np.abs(held - asked) > AGREEMENT * scale)
+    scale = np.maximum(np.abs(held), abs(stated))
+    clash = fixed[component, index] & (np.abs(held - stated) > AGREEMENT * scale)
     if clash.any():
         node = int(index[np.argmax(clash)])
         x, y, z = space.nodes[:, node]
         raise CaseError(
             f"two supports prescribe the {'xyz'[component]} displacement of "
             f"{np.count_nonzero(clash)} common nodes differently: {value[component, node]:g} mm "
-            f"and {asked:g} mm at ({x:g}, {y:g}, {z:g}) mm; free that component in one of them "
+            f"and {stated:g} mm at ({x:g}, {y:g}, {z:g}) mm; free that component in one of them "
             "or choose regions that do not touch"
         )

@@ -37,7 +37,7 @@ def complement(field: Field) -> Field:
 
 def difference(field: Field, *removed: Field) -> Field:
     """Inside the first, outside all others."""
-    return intersection(field, *(complement(other) for other in removed))
+    return intersection(field, *(complement(subtrahend) for subtrahend in removed))
 
 
 def offset(field: Field, distance: float) -> Field:

@@ -64,8 +64,8 @@ def _maps(
     # The first moved strut must land on one like it; that fixes the shift.
     for image in np.flatnonzero((kind == moved_kind[0]).all(axis=1)):
         shifted = moved + (middle[image] - moved[0])
-        found = _sorted_rows(np.concatenate([periodic_keys(shifted), moved_kind], axis=1))
-        if np.array_equal(found, target):
+        moved_rows = _sorted_rows(np.concatenate([periodic_keys(shifted), moved_kind], axis=1))
+        if np.array_equal(moved_rows, target):
             return True
     return False
 

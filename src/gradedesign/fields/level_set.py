@@ -84,14 +84,14 @@ def level_set_points(
             f"{int(np.count_nonzero(~np.isfinite(value)))} values that are not finite for points "
             f"{nodes.shape}; expected finite values of shape {nodes.shape[1:]}"
         )
-    found: list[FloatArray] = []
+    batches: list[FloatArray] = []
     for d in range(3):
         after = np.roll(value, -1, axis=d)
         crosses = (value < 0) != (after < 0)
         start = nodes[:, crosses]
         start[d] += value[crosses] / (value[crosses] - after[crosses]) / resolution
-        found.append(start)
-    points = np.concatenate(found, axis=1)
+        batches.append(start)
+    points = np.concatenate(batches, axis=1)
     if points.shape[1] == 0:
         raise PluginError(
             f"the function crosses level {level:g} nowhere: its values lie between "

@@ -64,7 +64,7 @@ class Generated:
     surface : SurfaceMesh
         What is printed.
     islands : Islands
-        Loose pieces that were removed from it.
+        Disconnected components that were removed from it.
     slabs : tuple of SlabDensities
         Across x, y and z.
     step : float, mm
@@ -183,7 +183,7 @@ def _design(
 def build(
     case: GenerateCase, part: Part, cells: StatedCells, built: BuiltCells, design: LatticeDesign
 ) -> Generated:
-    """Surface of a lattice without loose pieces, and its densities.
+    """Surface of a lattice without disconnected components, and its densities.
 
     Raises
     ------
@@ -195,7 +195,7 @@ def build(
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     raw = trimmed_surface(design, part.surface, step)
-    report_step("loose pieces of the surface")
+    report_step("disconnected components of the surface")
     surface, islands = remove_islands(
         raw, keep=design.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
@@ -221,7 +221,7 @@ def build(
 def generated_result(
     case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
 ) -> RunResult:
-    """What was made, as the result that is written."""
+    """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")

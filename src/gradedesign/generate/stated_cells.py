@@ -55,7 +55,7 @@ class StatedCells:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BuiltCells:
-    """What a lattice is built from: shape, its parameters, its coordinates.
+    """Cells of a lattice: shape function, its parameters, its coordinates.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
 
-def _incremented(case: GenerateCase, registry: Registry, told: ParameterMapSpec) -> StatedCells:
+def _incremented(case: GenerateCase, registry: Registry, spec: ParameterMapSpec) -> StatedCells:
     """One family at the increments of a parameter."""
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
@@ -120,7 +120,7 @@ def _incremented(case: GenerateCase, registry: Registry, told: ParameterMapSpec)
         complete_parameters(family, case.lattice.parameters)
     with locating(case, "lattice.parameter_map.parameter"):
         increments = cell_increments(
-            family, case.lattice.parameters, told.parameter, told.values, told.increments
+            family, case.lattice.parameters, spec.parameter, spec.values, spec.increments
         )
     return StatedCells(
         families=increments.cells,
@@ -235,10 +235,10 @@ def parameter_share(
     DensityError
         If the formula leaves the values of the increments inside the part.
     """
-    told = case.lattice.parameter_map
+    spec = case.lattice.parameter_map
     first, last = float(increments.values[0]), float(increments.values[-1])
     with locating(case, "lattice.parameter_map"):
-        if told is None or told.formula is None:
+        if spec is None or spec.formula is None:
             if not isinstance(density, DensityGrid) or np.ptp(density.values) == 0:
                 raise CaseError(
                     "the parameter is to follow the density, which is the same everywhere; add a "
@@ -247,7 +247,7 @@ def parameter_share(
             low, span = float(density.values.min()), float(np.ptp(density.values))
             grid = density
             return lambda points: (evaluate(grid, points) - low) / span
-        value = formula_field(parse_formula(told.formula), domain.distance)
+        value = formula_field(parse_formula(spec.formula), domain.distance)
         shares = sample_density(
             lambda points: (value(points) - first) / (last - first),
             domain.distance,

@@ -76,7 +76,7 @@ def stated_map(
     with locating(case, "lattice.orientation" if frames is not None else key):
         report = map_report(cell_map, points, wanted=wanted)
         require_unfolded(report)
-    told = asdict(report)
+    data = asdict(report)
     if tensor_of is not None:
-        told["orientation"] = alignment(case, cell_map, tensor_of, points)
-    return cell_map, told
+        data["orientation"] = alignment(case, cell_map, tensor_of, points)
+    return cell_map, data

@@ -54,7 +54,7 @@ class ApparentStiffness:
     periodic : (6, 6) array
         Of the periodic lattice on the same voxels.
     solid : float
-        Solid share of what was analysed: a tetrahedron need not have the cell's.
+        Solid volume fraction of what was analysed: a tetrahedron need not have the cell's.
     residual : float
         Largest of the six load cases.
     """

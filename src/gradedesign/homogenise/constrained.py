@@ -108,7 +108,7 @@ def solve_held(
     -----
     Conjugate gradients, preconditioned by the periodic inverse of the full grid between two
     projections on the free components. What may move rigidly does no harm: the loads of uniform
-    stress are in balance on every loose piece.
+    stress are in balance on every disconnected component.
     """
     with threads_for(load[0].size):
         return _iterate(block, load, free, rtol, max_iterations)

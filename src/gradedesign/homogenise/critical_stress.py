@@ -167,22 +167,22 @@ def _both_senses(
         for signs in counted(ALL_SIGNS, "combination of signs", len(ALL_SIGNS))
     }
     strongest = max(abs(end.value) for pair in scan.values() for end in pair if end is not None)
-    found: list[tuple[float, int, float] | None] = []
+    critical: list[tuple[float, int, float] | None] = []
     for sense in range(1 if equal_senses else 2):
         ends = {signs: end for signs, pair in scan.items() if (end := pair[sense]) is not None}
         seen = max(abs(end.value) for end in ends.values())
         follow = seen > NEGLIGIBLE * strongest
-        found.append(_refined(fine, load, sense, ends) if follow else None)
+        critical.append(_refined(fine, load, sense, ends) if follow else None)
     if equal_senses:
-        found.append(found[0])
-    sizes = [f[0] for f in found if f is not None]
+        critical.append(critical[0])
+    sizes = [f[0] for f in critical if f is not None]
     if not sizes:
         raise SolverError(
             f"no stress of component {load} buckles this cell in any of eight modes; is it solid?"
         )
     # Not seen to buckle: not before its reverse's load over this share.
     least = (min(sizes) / NEGLIGIBLE, 0, 0.0)
-    negative, positive = (least if f is None else f for f in found)
+    negative, positive = (least if f is None else f for f in critical)
     return negative, positive
 
 
@@ -196,7 +196,7 @@ def _refined(
         return None
     half = tuple(n // 2 for n in fine.fill.shape)
     sign = -1.0 if sense == 0 else 1.0
-    found, _ = weakest_modes(
+    refined, _ = weakest_modes(
         fine.fill,
         macro_prestress(fine, sign * np.eye(6)[load]),
         poissons_ratio=fine.poissons_ratio,
@@ -204,7 +204,7 @@ def _refined(
         signs=signs,
         both=False,
     )
-    before, after = 1 / abs(weakest.value), 1 / found.value
+    before, after = 1 / abs(weakest.value), 1 / refined.value
     value = after + (after - before) / 3
     log.info("component %d sense %d, signs %s: %g, %g", load, sense, signs, before, after)
     change = np.inf if value <= 0 else abs(after - before) / 3 / value

@@ -99,7 +99,7 @@ def youngs_extremes(stiffness: FloatArray) -> tuple[float, FloatArray, float, Fl
     start = sphere_directions(_STARTS)
     values = youngs_along(stiffness, start)
     scale = float(values.mean())
-    found: list[tuple[float, FloatArray]] = []
+    extremes: list[tuple[float, FloatArray]] = []
     for sign, index in ((1.0, int(np.argmin(values))), (-1.0, int(np.argmax(values)))):
 
         def ranked(v: FloatArray, sign: float = sign) -> float:
@@ -107,8 +107,8 @@ def youngs_extremes(stiffness: FloatArray) -> tuple[float, FloatArray, float, Fl
 
         best = minimize(ranked, start[:, index], method="Nelder-Mead", options={"xatol": 1e-7})
         n = np.asarray(best.x / np.linalg.norm(best.x))
-        found.append((float(youngs_along(stiffness, n)), n))
-    return (*found[0], *found[1])
+        extremes.append((float(youngs_along(stiffness, n)), n))
+    return (*extremes[0], *extremes[1])
 
 
 def _across(n: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ _Offset = tuple[int, int, int]
 
 
 def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
-    """Remove loose pieces of a periodic grid, and refuse one that carries no load.
+    """Remove disconnected components of a periodic grid, and refuse one that carries no load.
 
     Voxels hang together across faces; what touches at an edge or a corner only is a hinge.
 

@@ -27,21 +27,21 @@ def named_directions() -> dict[str, FloatArray]:
         "111": [(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)],
     }
     unit = {k: [np.array(a) / np.linalg.norm(a) for a in v] for k, v in axes.items()}
-    found: dict[str, list[FloatArray]] = {}
+    by_name: dict[str, list[FloatArray]] = {}
     for name, normals in unit.items():
         for n in normals:
             along = np.outer(n, n)
-            found.setdefault(f"uniaxial {name}", []).append(along)
-            found.setdefault(f"biaxial {name}", []).append(np.eye(3) - along)
-            found.setdefault(f"deviatoric {name}", []).append(along - np.eye(3) / 3)
+            by_name.setdefault(f"uniaxial {name}", []).append(along)
+            by_name.setdefault(f"biaxial {name}", []).append(np.eye(3) - along)
+            by_name.setdefault(f"deviatoric {name}", []).append(along - np.eye(3) / 3)
     everything = [(name, n) for name, normals in unit.items() for n in normals]
     for (plane, n), (direction, m) in combinations(everything, 2):
         if abs(n @ m) < 1e-12:
             high, low = sorted((plane, direction), reverse=True)
-            found.setdefault(f"shear {high}<{low}>", []).append(np.outer(n, m) + np.outer(m, n))
+            by_name.setdefault(f"shear {high}<{low}>", []).append(np.outer(n, m) + np.outer(m, n))
     directions: dict[str, FloatArray] = {}
     seen: list[FloatArray] = []
-    for name, tensors in found.items():
+    for name, tensors in by_name.items():
         stresses = [_voigt(t) for t in tensors]
         unique = []
         for s in (s / von_mises_of(s) for s in stresses):

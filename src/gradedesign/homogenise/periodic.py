@@ -50,7 +50,7 @@ class PeriodicSolution:
     residual : (6,) array
         Norm of the remaining force over that of the load.
     islands : float
-        Volume of the loose pieces that were removed, over the solid's.
+        Volume of the disconnected components that were removed, over the solid's.
     """
 
     stiffness: FloatArray

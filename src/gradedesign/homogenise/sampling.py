@@ -61,7 +61,7 @@ def cell_fill(
     Returns
     -------
     (N, N, N) array
-        Solid share of each voxel; of the shape `voxel_counts` where edges differ.
+        Solid volume fraction of each voxel; of the shape `voxel_counts` where edges differ.
 
     Raises
     ------
@@ -129,13 +129,13 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
     if np.ptp(lengths) == 0:
         return resolution, resolution, resolution
     relative = lengths / np.prod(lengths) ** (1 / 3)
-    best, found = np.inf, np.zeros(3)
+    best, chosen = np.inf, np.zeros(3)
     scales = resolution * np.linspace(0.9, 1.4, 1001)
     for scale in scales[np.argsort(np.abs(np.log(scales / resolution)), kind="stable")]:
         counts = np.maximum(2 * np.round(0.5 * scale * relative), 4)
         misfit = float(np.ptp(np.log(counts / relative)))
         if misfit < best:
-            best, found = misfit, counts
+            best, chosen = misfit, counts
         if best <= GOOD_FIT:
             break
     if best > EDGE_MISFIT:
@@ -144,7 +144,7 @@ def voxel_counts(edges: Sequence[float], resolution: int) -> tuple[int, int, int
             f"fit cubic voxels at resolution {resolution} better than {100 * best:.2g} %, at most "
             f"{100 * EDGE_MISFIT:g} % is taken; use edges that differ less"
         )
-    x, y, z = (int(c) for c in found)
+    x, y, z = (int(c) for c in chosen)
     return x, y, z
 
 
@@ -183,13 +183,13 @@ def require_resolved(
     DensityError
         Saying which resolution would do.
     """
-    found = voxels_in_wall(cell, rho, resolution, edges)
-    if found < LEAST_VOXELS:
+    voxels = voxels_in_wall(cell, rho, resolution, edges)
+    if voxels < LEAST_VOXELS:
         # A grid of half as many voxels is extrapolated from, for buckling an even one.
-        enough = 4 * np.ceil(0.25 * resolution * LEAST_VOXELS / found) if found > 0 else 0
+        enough = 4 * np.ceil(0.25 * resolution * LEAST_VOXELS / voxels) if voxels > 0 else 0
         need = f"{enough:g}" if enough else "no resolution"
         raise DensityError(
-            f"cell '{cell.name}' at density {rho:g} has {found:.2f} voxels across its thinnest "
+            f"cell '{cell.name}' at density {rho:g} has {voxels:.2f} voxels across its thinnest "
             f"wall at resolution {resolution}, expected {LEAST_VOXELS:g} at least; take resolution "
             f"{need} or a higher density"
         )

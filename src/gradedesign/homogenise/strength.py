@@ -145,8 +145,8 @@ def stress_distribution(
         order = np.argsort(value, kind="stable")
         below = np.cumsum(local.volume[order])
         places = np.searchsorted(below, np.append(percent, percentile) / 100 * below[-1])
-        found = value[order][np.minimum(places, value.size - 1)]
-        row[:] = found[:-1] / found[-1]
+        quantiles = value[order][np.minimum(places, value.size - 1)]
+        row[:] = quantiles[:-1] / quantiles[-1]
     return np.asarray(shares.mean(axis=0))
 
 

@@ -1,4 +1,4 @@
-"""How a wall of few cells, cut where its faces lie, differs from a plate of the endless lattice."""
+"""Stiffness of a wall of few cells, cut where its faces lie, over that of the periodic lattice."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class WallRatios:
     Attributes
     ----------
     solid : float
-        Density of the wall over that of the endless lattice.
+        Density of the wall over that of the periodic lattice.
     membrane, bending : (3,) arrays
         Along the first direction, the second, and shear or twist between them.
     shear : (2,) array
@@ -58,13 +58,13 @@ def wall_ratios(
     resolution: int,
     poissons_ratio: float = 0.3,
 ) -> WallRatios:
-    """Homogenise a wall across one axis of the cells and compare it with the endless lattice.
+    """Homogenise a wall across one axis of the cells and compare it with the periodic lattice.
 
     Parameters
     ----------
     cell : Cell
     rho : float
-        Relative density of the endless lattice.
+        Relative density of the periodic lattice.
     axis : int
         Normal of the wall: 0, 1 or 2.
     lower, upper : float
@@ -85,8 +85,8 @@ def wall_ratios(
         If a solve does not converge, or the wall is no thicker than two voxels.
     """
     level = float(cell.level_of(rho))
-    whole, endless = _endless(cell, level, axis, resolution, poissons_ratio)
-    plane = np.linalg.inv(np.linalg.inv(endless)[np.ix_(PLANE, PLANE)])
+    whole, periodic = _periodic(cell, level, axis, resolution, poissons_ratio)
+    plane = np.linalg.inv(np.linalg.inv(periodic)[np.ix_(PLANE, PLANE)])
     cut, middle = _cut_fill(cell, level, axis, lower, upper, resolution)
     if cut.shape[2] < 2:
         raise SolverError(
@@ -94,7 +94,7 @@ def wall_ratios(
         )
     wall = wall_stiffness(cut, middle=middle, poissons_ratio=poissons_ratio, rtol=RTOL)
     thick = (upper - lower) * resolution
-    transverse = np.array([endless[4, 4], endless[3, 3]])
+    transverse = np.array([periodic[4, 4], periodic[3, 3]])
     return WallRatios(
         solid=float(cut.sum() / cut[:, :, 0].size / thick / whole),
         membrane=np.diag(wall.membrane) / (thick * np.diag(plane)),
@@ -104,14 +104,14 @@ def wall_ratios(
 
 
 @lru_cache(maxsize=32)
-def _endless(
+def _periodic(
     cell: Cell,
     level: float,
     axis: int,
     resolution: int,
     poissons_ratio: float,
 ) -> tuple[float, FloatArray]:
-    """Density and stiffness of the endless lattice on the same voxels, in the wall's axes."""
+    """Density and stiffness of the periodic lattice on the same voxels, in the wall's axes."""
     top = float(cell.family.period)
     fill, _ = _cut_fill(cell, level, axis, 0.0, top, resolution)
     solution = solve_periodic(fill, poissons_ratio=poissons_ratio, rtol=RTOL)

@@ -143,10 +143,10 @@ def marching_table() -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     triangles = np.full((256, 5, 3), -1, dtype=np.int8)
     counts = np.zeros(256, dtype=np.int8)
     for case in range(256):
-        found = [t for loop in contour_loops(case) for t in triangulate_loop(loop)]
-        counts[case] = len(found)
-        if found:
-            triangles[case, : len(found)] = found
+        case_triangles = [t for loop in contour_loops(case) for t in triangulate_loop(loop)]
+        counts[case] = len(case_triangles)
+        if case_triangles:
+            triangles[case, : len(case_triangles)] = case_triangles
     triangles.flags.writeable = False
     counts.flags.writeable = False
     return triangles, counts

@@ -161,22 +161,22 @@ def unpaired_edges(faces: IntArray, vertices: int) -> tuple[int, int]:
     for v in range(vertices):
         first[v + 1] += first[v]
     fill = first[:-1].copy()
-    other = np.zeros(3 * len(faces), dtype=np.int64)
+    far_end = np.zeros(3 * len(faces), dtype=np.int64)
     for f in range(len(faces)):
         for c in range(3):
             a, b = faces[f, c], faces[f, (c + 1) % 3]
             lower = min(a, b)
-            other[fill[lower]] = b + 1 if a < b else -(a + 1)
+            far_end[fill[lower]] = b + 1 if a < b else -(a + 1)
             fill[lower] += 1
     torn, overloaded = 0, 0
     for v in range(vertices):
         for m in range(first[v], first[v + 1]):
-            name = abs(other[m])
+            name = abs(far_end[m])
             ahead, back, earlier = 0, 0, False
             for n in range(first[v], first[v + 1]):
-                if abs(other[n]) == name:
+                if abs(far_end[n]) == name:
                     earlier = earlier or n < m
-                    if other[n] > 0:
+                    if far_end[n] > 0:
                         ahead += 1
                     else:
                         back += 1

@@ -1,4 +1,4 @@
-"""Joining part, cells, skin and kept regions, and distances that are exact only where needed."""
+"""Joining part, cells, skin and passive regions, and distances that are exact only where needed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def compose(
 ) -> FloatArray:
     """Values of the whole lattice from the values of its pieces, all in mm, negative inside.
 
-    ``max(part, min(cell, -(part + skin), kept...))``: cells, skin and kept regions are united,
+    ``max(part, min(cell, -(part + skin), kept...))``: cells, skin and passive regions are united,
     then trimmed by the part once.
 
     Parameters

@@ -70,7 +70,7 @@ class DesignDomain:
         sizes = [p.margin for p in self.passive] + ([] if self.skin is None else [self.skin])
         if any(not s > 0 for s in sizes):
             raise LatticeError(
-                f"skin and margins of kept regions must be positive, got {sizes} mm; leave out "
+                f"skin and margins of passive regions must be positive, got {sizes} mm; leave out "
                 f"what is not wanted"
             )
 

@@ -45,7 +45,7 @@ _TYPES = {"L": np.uint8, "I;16": np.uint16, "I;16B": np.uint16, "I;16L": np.uint
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Kind:
-    """What all images of a stack share."""
+    """Format and size that all images of a stack share."""
 
     columns: int
     rows: int
@@ -81,10 +81,10 @@ def read_image_stack(folder: Path, *, memory_limit_bytes: int) -> NDArray[np.gen
         If the stack takes more memory: found out before anything is decompressed.
     """
     try:
-        found = [p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file()]
+        images = [p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file()]
     except OSError as error:
         raise CaseError(f"{folder.name} cannot be read as a folder: {error.strerror}") from error
-    files = sorted(found, key=lambda p: _natural(p.name))
+    files = sorted(images, key=lambda p: _natural(p.name))
     if not files:
         raise CaseError(f"{folder.name} holds no image; expected {', '.join(SUFFIXES)} files")
     first = _kind(files[0])

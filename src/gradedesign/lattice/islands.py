@@ -1,4 +1,4 @@
-"""Loose pieces of a lattice: found, removed, and refused when they are more than crumbs."""
+"""Disconnected components of a lattice: removed where tiny, refused where not."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 log = logging.getLogger(__name__)
 
-#: Largest share of the volume that may be dropped as loose pieces.
+#: Largest share of the volume that may be dropped as disconnected components.
 MAX_SHARE = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Islands:
-    """What was found when loose pieces were removed.
+    """Report on the removal of disconnected components and closed pockets.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ def remove_islands(
     _refuse_large(report.dropped, share, max_share)
     if kept.all():
         return surface, report
-    log.info("dropped %d loose pieces, %.3g mm^3 (%.2g of the volume)", len(loose), gone, share)
+    log.info("dropped %d components, %.3g mm^3 (%.2g of the volume)", len(loose), gone, share)
     return _faces_only(surface, kept[shell]), report
 
 
@@ -145,7 +145,7 @@ def largest_pieces(
         return mesh, 0, 0.0
     share = 1.0 - float(volume[main].sum() / volume.sum())
     _refuse_large(dropped, share, max_share)
-    log.info("dropped %d loose pieces of tets, %.2g of the volume", dropped, share)
+    log.info("dropped %d disconnected components of tets, %.2g of the volume", dropped, share)
     tets = mesh.tets[:, np.isin(label, main)]
     used, packed = np.unique(tets, return_inverse=True)
     kept = TetMesh(points=mesh.points[:, used], tets=packed.reshape(tets.shape))
@@ -155,9 +155,9 @@ def largest_pieces(
 def _refuse_large(dropped: int, share: float, max_share: float) -> None:
     if share > max_share:
         raise LatticeError(
-            f"the lattice falls apart: {dropped} loose pieces hold {100 * share:.3g} % of its "
-            f"volume, at most {100 * max_share:.3g} % may be dropped; raise the lower density, "
-            f"enlarge the cells or use a finer grid, or add a skin"
+            f"the lattice falls apart: {dropped} disconnected components hold "
+            f"{100 * share:.3g} % of its volume, at most {100 * max_share:.3g} % may be dropped; "
+            f"raise the lower density, enlarge the cells or use a finer grid, or add a skin"
         )
 
 

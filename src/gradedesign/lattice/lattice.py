@@ -1,4 +1,4 @@
-"""What a lattice is made of, and its field."""
+"""Components of a lattice, and its implicit field."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 
 
 def body_field(design: LatticeDesign) -> Field:
-    """Cells, skin and kept regions before the part trims them, negative inside, about mm."""
+    """Cells, skin and passive regions before the part trims them, negative inside, about mm."""
     cell = cell_field(design)
     kept = [_grown(region) for region in design.domain.passive]
 
@@ -135,7 +135,7 @@ def body_field(design: LatticeDesign) -> Field:
 def lattice_field(
     design: LatticeDesign, *, band: float | None = None, single: bool = False
 ) -> Field:
-    """Field of the trimmed lattice with skin and kept regions, negative inside, about mm.
+    """Field of the trimmed lattice with skin and passive regions, negative inside, about mm.
 
     ``max(part, min(cell, -(part + skin), region - margin, ...))``. The part's distance is
     evaluated once per point.

@@ -27,7 +27,7 @@ _MOST_VALUES = 1 << 63
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Header:
-    """What a file says of its array."""
+    """Header of a file: type, order and shape of its array."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
@@ -84,9 +84,9 @@ def _header(file: BinaryIO, name: str) -> _Header:
     """Read and check the header (NumPy enhancement proposal 1, version 3)."""
     start = file.read(8)
     if start[:6] != _MAGIC or len(start) < 8:
-        found = "an .npz archive of arrays" if start[:2] == b"PK" else f"bytes {start[:6]!r}"
+        start_words = "an .npz archive of arrays" if start[:2] == b"PK" else f"bytes {start[:6]!r}"
         raise CaseError(
-            f"{name} cannot be read as a .npy array: it begins as {found}; expected what "
+            f"{name} cannot be read as a .npy array: it begins as {start_words}; expected what "
             f"numpy.save writes"
         )
     if start[6] not in _VERSIONS or start[7] != 0:
@@ -102,24 +102,24 @@ def _header(file: BinaryIO, name: str) -> _Header:
                 f"{name} cannot be read as a .npy array: its header has {length} bytes, expected "
                 f"some hundred"
             )
-        told = ast.literal_eval(file.read(length).decode(encoding).strip())
+        header = ast.literal_eval(file.read(length).decode(encoding).strip())
     except (struct.error, ValueError, TypeError, SyntaxError, MemoryError, RecursionError) as error:
         # What literal_eval says it raises; UnicodeDecodeError is a ValueError.
         raise CaseError(
             f"{name} cannot be read as a .npy array: its header is damaged ({error}); write it "
             f"again"
         ) from error
-    return _checked(told, name)
+    return _checked(header, name)
 
 
-def _checked(told: object, name: str) -> _Header:
+def _checked(header: object, name: str) -> _Header:
     """Turn what the header says into the type and shape of an array of numbers."""
-    if not isinstance(told, dict) or set(told) != {"descr", "fortran_order", "shape"}:
+    if not isinstance(header, dict) or set(header) != {"descr", "fortran_order", "shape"}:
         raise CaseError(
             f"{name} cannot be read as a .npy array: its header is damaged, expected the keys "
             f"descr, fortran_order and shape; write it again"
         )
-    descr, shape, fortran = told["descr"], told["shape"], told["fortran_order"]
+    descr, shape, fortran = header["descr"], header["shape"], header["fortran_order"]
     if not isinstance(descr, str) or not _NUMBERS.fullmatch(descr):
         raise CaseError(
             f"{name} cannot be read as a .npy array of numbers: its values are of type "

@@ -81,9 +81,9 @@ def read_points(path: Path, *, memory_limit_bytes: int) -> tuple[FloatArray, Flo
         If it takes more memory.
     """
     if path.suffix.lower() == ".npy":
-        found = read_npy(path, memory_limit_bytes=memory_limit_bytes, bytes_per_value=24)
+        values = read_npy(path, memory_limit_bytes=memory_limit_bytes, bytes_per_value=24)
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is refused below
-            table = found.astype(np.float64)
+            table = values.astype(np.float64)
     else:
         table = _text(path, memory_limit_bytes)
     if table.ndim != 2 or table.shape[1] != 4 or not len(table):
@@ -229,20 +229,20 @@ def _mapped(
             tree, reach, output_type="ndarray"
         )
         node, point, apart = pairs["i"], pairs["j"], pairs["v"]
-        found = np.full(high - low, -np.inf)
+        mapped = np.full(high - low, -np.inf)
         if maximum:
-            np.maximum.at(found, node, values[point])
+            np.maximum.at(mapped, node, values[point])
         else:
             far = apart > tolerance
             weight = np.divide(1.0, apart**2, out=np.zeros_like(apart), where=far)
             total = np.bincount(node[far], weight[far], high - low)
             mean = np.bincount(node[far], (weight * values[point])[far], high - low)
-            found = np.divide(mean, total, out=found, where=total > 0)
+            mapped = np.divide(mean, total, out=mapped, where=total > 0)
         close = apart <= tolerance * (1 + 1e-9)
         peak = np.full(high - low, -np.inf)
         np.maximum.at(peak, node[close], values[point[close]])
-        found = np.where(np.isfinite(peak), peak, found)
-        result[low:high] = np.maximum(found, least)
+        mapped = np.where(np.isfinite(peak), peak, mapped)
+        result[low:high] = np.maximum(mapped, least)
         low = high
     return result, int(np.count_nonzero(sizes == 0))
 

@@ -32,7 +32,7 @@ class SlabDensities:
     part_volume : (n,) array, mm^3
         Of the part in every slab.
     target : (n,) array
-        Mean of the density asked for; skin and kept regions count as solid.
+        Mean of the density asked for; skin and passive regions count as solid.
     field : (n,) array
         Share of the part inside the lattice's field, by evenly spread points.
     surface : (n,) array
@@ -86,7 +86,7 @@ def slab_density(
     ----------
     design : LatticeDesign
     lattice : callable
-        Its field, trimmed by the part, with skin and kept regions.
+        Its field, trimmed by the part, with skin and passive regions.
     surface : SurfaceMesh
         What is printed.
     part : SurfaceMesh

@@ -78,7 +78,7 @@ def tet_density(
             )
         if grid is not None:
             return evaluate(grid, points)
-        found = np.einsum("cn,cn->n", weights, values[mesh.tets[:, tets]])
-        return np.asarray(found).reshape(points.shape[1:])
+        interpolated = np.einsum("cn,cn->n", weights, values[mesh.tets[:, tets]])
+        return np.asarray(interpolated).reshape(points.shape[1:])
 
     return density

@@ -108,8 +108,8 @@ def voxel_density(values: FloatArray, lower: ArrayLike, size: ArrayLike) -> Dens
     def density(points: FloatArray) -> FloatArray:
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
         index = (flat - start[:, None]) / edges[:, None] - 0.5
-        found = map_coordinates(values, index, order=1, mode="nearest")
-        return np.asarray(found).reshape(points.shape[1:])
+        interpolated = map_coordinates(values, index, order=1, mode="nearest")
+        return np.asarray(interpolated).reshape(points.shape[1:])
 
     return density
 

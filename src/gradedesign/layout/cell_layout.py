@@ -87,7 +87,7 @@ def cell_layout(
 
 
 def layout_warnings(layout: CellLayout, law: str) -> tuple[str, ...]:
-    """What the homogenised analysis leaves out of this map."""
+    """Warnings on effects of this map that the homogenised analysis leaves out."""
     stretch = layout.report["stretch"]["p95"]
     if stretch <= TOLD_STRETCH:
         return ()

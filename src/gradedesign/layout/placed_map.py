@@ -72,50 +72,50 @@ def lattice_points(domain: DesignDomain) -> FloatArray:
 
 def _map_of_kind(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
     """The map without warps."""
-    spec, told = case.lattice, case.lattice.cell_map
-    if told is None:
+    spec, map_spec = case.lattice, case.lattice.cell_map
+    if map_spec is None:
         rotation = turned_axes(spec.rotation) if any(spec.rotation) else None
         return uniform_map(spec.edges, spec.origin, rotation)
-    if told.kind in ("conformal", "layered"):
-        return _in_layers(case, told, part, distance)
-    size, around, inner = spec.cell_size, told.around, told.inner_radius
+    if map_spec.kind in ("conformal", "layered"):
+        return _in_layers(case, map_spec, part, distance)
+    size, around, inner = spec.cell_size, map_spec.around, map_spec.inner_radius
     if around is None or inner is None:
-        raise CaseError(f"a {told.kind} map needs around and inner_radius")
-    if told.kind == "cylindrical":
+        raise CaseError(f"a {map_spec.kind} map needs around and inner_radius")
+    if map_spec.kind == "cylindrical":
         return cylindrical_map(
             around=around,
             radial_size=size,
             axial_size=size,
             inner_radius=inner,
-            origin=told.centre,
-            axis=direction_vector(told.axis),
+            origin=map_spec.centre,
+            axis=direction_vector(map_spec.axis),
         )
     return spherical_map(
         around=around,
         pole_to_pole=around // 2,
         radial_size=size,
         inner_radius=inner,
-        polar_cap=told.polar_cap,
-        origin=told.centre,
-        axis=direction_vector(told.axis),
+        polar_cap=map_spec.polar_cap,
+        origin=map_spec.centre,
+        axis=direction_vector(map_spec.axis),
     )
 
 
 def _in_layers(
-    case: Case | GenerateCase, told: CellMapSpec, part: Part, distance: Field
+    case: Case | GenerateCase, map_spec: CellMapSpec, part: Part, distance: Field
 ) -> CellMap:
     """Layers from a surface, or between two."""
-    spec, normal = case.lattice, direction_vector(told.normal)
-    if told.kind == "conformal":
+    spec, normal = case.lattice, direction_vector(map_spec.normal)
+    if map_spec.kind == "conformal":
         return conformal_map(
-            _depth(told.surface, part, distance), spec.edges, normal=normal, origin=spec.origin
+            _depth(map_spec.surface, part, distance), spec.edges, normal=normal, origin=spec.origin
         )
-    if told.layers is None:
+    if map_spec.layers is None:
         raise CaseError("a layered map needs layers")
     return layered_map(
-        _depth(told.surface, part, distance),
-        _depth(told.opposite, part, distance),
-        told.layers,
+        _depth(map_spec.surface, part, distance),
+        _depth(map_spec.opposite, part, distance),
+        map_spec.layers,
         spec.edges[:2],
         normal=normal,
         origin=spec.origin,

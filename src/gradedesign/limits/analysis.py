@@ -1,4 +1,4 @@
-"""What a limit reads from an analysis of the solid part or of the explicit lattice."""
+"""Analysis of the solid part or of the explicit lattice, as limits read it."""
 
 from __future__ import annotations
 

@@ -50,23 +50,23 @@ class BucklingLimit(Limit):
         Clamped edges are not excluded: unlike a yielding point, a buckling cell spreads. In denser
         cells than the law knows its last critical stress is used, see `BucklingLaw`.
         """
-        uses = np.stack(
+        utilisations = np.stack(
             [
                 self.required * self.law.at(state.buckling_profile(name), state.held)
                 for name in state.load_cases
             ]
         )
-        uses = np.where(state.lattice_volumes > 0, uses, 0.0)
-        case, element = np.unravel_index(int(np.argmax(uses)), uses.shape)
+        utilisations = np.where(state.lattice_volumes > 0, utilisations, 0.0)
+        case, element = np.unravel_index(int(np.argmax(utilisations)), utilisations.shape)
         x, y, z = (float(c) for c in state.centroids[:, element])
         return Predicted(
-            value=float(uses[case, element]),
+            value=float(utilisations[case, element]),
             load_case=state.load_cases[int(case)],
             place=(x, y, z),
         )
 
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
-        """Density at which the present macroscopic stress just uses the limit, ``(M,)``."""
+        """Density at which the present macroscopic stress just reaches the limit, ``(M,)``."""
         permitted = allowance * self.allowed / self.required
         held = np.max(
             [

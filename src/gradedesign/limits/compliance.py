@@ -102,13 +102,13 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
     return [
         StatedLimit(
             name="work of the loads",
-            load_case=one.name,
+            load_case=load.name,
             allowed=stated_words(entry.work, ComplianceLimit.unit),
             by_gradient=True,
         )
         for entry in _entries(case)
-        for one in case.load_case
-        if entry.load_case in (None, one.name)
+        for load in case.load_case
+        if entry.load_case in (None, load.name)
     ]
 
 

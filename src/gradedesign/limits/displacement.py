@@ -141,11 +141,11 @@ def governing_places(
     largest, node = largest_displacement(displacement, nodes, component)
     extent = float(np.linalg.norm(np.ptp(points[:, nodes], axis=1)))
     places = [node]
-    for other in before:
-        away = np.linalg.norm(points[:, places] - points[:, [other]], axis=0)
-        value, _ = largest_displacement(displacement, np.array([other]), component)
+    for nearer in before:
+        away = np.linalg.norm(points[:, places] - points[:, [nearer]], axis=0)
+        value, _ = largest_displacement(displacement, np.array([nearer]), component)
         if away.min() > APART * extent and value >= RELEVANT * largest:
-            places.append(other)
+            places.append(nearer)
     return tuple(places[:MOST_PLACES])
 
 
@@ -203,14 +203,14 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
     return [
         StatedLimit(
             name=_name(entry),
-            load_case=one.name,
+            load_case=load.name,
             allowed=stated_words(entry.magnitude, DisplacementLimit.unit),
             region=entry.region,
             by_gradient=True,
         )
         for entry in case.limits.displacement
-        for one in case.load_case
-        if entry.load_case in (None, one.name)
+        for load in case.load_case
+        if entry.load_case in (None, load.name)
     ]
 
 
@@ -219,11 +219,11 @@ def _require(case: Case, regions: Mapping[str, Region]) -> None:
     for number, entry in enumerate(case.limits.displacement):
         limited = range(3) if entry.component is None else (entry.component,)
         wanted = set(regions[entry.region].triangles.tolist())
-        judged = [one for one in case.load_case if entry.load_case in (None, one.name)]
+        judged = [load for load in case.load_case if entry.load_case in (None, load.name)]
         held = [
-            one.name
-            for one in judged
-            if all(wanted <= _held_triangles(one, regions, component) for component in limited)
+            load.name
+            for load in judged
+            if all(wanted <= _held_triangles(load, regions, component) for component in limited)
         ]
         if judged and len(held) == len(judged):
             raise CaseError(_refusal(case, number, held))

@@ -23,7 +23,7 @@ def builtin_kinds() -> Iterator[LimitKind]:
 
 
 def limit_entries(kinds: Mapping[str, LimitKind]) -> dict[str, type[LimitEntry]]:
-    """What kinds add to ``[limits]``: a list of tables under their name."""
+    """Entries that limit kinds add to ``[limits]``: a list of tables under their name."""
     return {name: kind.entry for name, kind in kinds.items() if kind.entry is not None}
 
 
@@ -38,8 +38,8 @@ def stated_limits(
     kinds: Mapping[str, LimitKind], case: Case, material: Material
 ) -> tuple[StatedLimit, ...]:
     """Every limit as a case states it, those by gradient first."""
-    stated = [one for kind in kinds_of(kinds, case) for one in kind.stated(case, material)]
-    return tuple(sorted(stated, key=lambda one: not one.by_gradient))
+    stated = [limit for kind in kinds_of(kinds, case) for limit in kind.stated(case, material)]
+    return tuple(sorted(stated, key=lambda limit: not limit.by_gradient))
 
 
 def require_possible(
@@ -68,12 +68,12 @@ def made_limits(
     limits: list[Limit] = []
     warnings: list[str] = []
     for kind in kinds_of(kinds, placed.case):
-        made, said = kind.make(placed)
+        made, remarks = kind.make(placed)
         limits += made
-        warnings += said
+        warnings += remarks
     return in_order(limits), tuple(warnings)
 
 
 def in_order(limits: Sequence[Limit]) -> tuple[Limit, ...]:
     """Limits as every table lists them: by gradient, then measured ones, then predicted ones."""
-    return tuple(sorted(limits, key=lambda one: (not one.by_gradient, not one.explicit)))
+    return tuple(sorted(limits, key=lambda limit: (not limit.by_gradient, not limit.explicit)))

@@ -61,7 +61,7 @@ class Limit(ABC):
     explicit: ClassVar[bool] = True
     #: What sizing may multiply the limit of a point by while the value is below its aim.
     most_allowance: ClassVar[float] = 1.0
-    #: Use up to which a miss may still vanish by what changes around it.
+    #: Utilisation up to which a miss may still vanish by what changes around it.
     scatter: ClassVar[float] = 1.0
 
     @property
@@ -92,7 +92,7 @@ class Limit(ABC):
         raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
 
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
-        """Nominal density at which the present macroscopic stress just uses the limit, ``(M,)``.
+        """Nominal density at which the present macroscopic stress just reaches the limit, ``(M,)``.
 
         ``allowance`` scales the limit at a point. The top of the law's window where no density
         suffices; zero where nothing is asked for.
@@ -140,12 +140,12 @@ class Limit(ABC):
         )
 
 
-def predicted_row(limit: Limit, found: Predicted) -> LimitRow:
+def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
     """The row of a homogenised prediction."""
     judged_by = "homogenised prediction"
-    if found.place is not None:
-        judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in found.place)}) mm"
-    return limit.row(found.value, judged_by, load_case=found.load_case, homogenised=True)
+    if predicted.place is not None:
+        judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in predicted.place)}) mm"
+    return limit.row(predicted.value, judged_by, load_case=predicted.load_case, homogenised=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

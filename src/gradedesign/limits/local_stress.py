@@ -89,9 +89,9 @@ class StressLimit(Limit):
         """The largest percentile of every phase, MPa."""
         values: dict[str, tuple[float, str]] = {}
         for load_case, measures in analysis.measures.items():
-            for one in measures:
-                found = (one.value, load_case)
-                values[one.phase] = max(found, values.get(one.phase, found))
+            for measure in measures:
+                candidate = (measure.value, load_case)
+                values[measure.phase] = max(candidate, values.get(measure.phase, candidate))
         return tuple(
             replace(
                 self.row(value, judged_by, load_case=load_case),
@@ -104,7 +104,7 @@ class StressLimit(Limit):
 
     def window_factor(self, windows: Sequence[WindowStress]) -> float | None:
         """The largest ratio of any window."""
-        return max(one.value / one.driving_value for one in windows)
+        return max(window.value / window.driving_value for window in windows)
 
 
 def _volume_percentile(

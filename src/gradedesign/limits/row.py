@@ -16,7 +16,7 @@ class LimitRow:
     Attributes
     ----------
     key : LimitKey
-        Under which factors and gaps of this value are known.
+        Under which factors and discrepancies of this value are known.
     name : str
     load_case : str
         Load case that governs.
@@ -51,7 +51,7 @@ class LimitRow:
     homogenised: bool = False
 
     @property
-    def use(self) -> float:
+    def utilisation(self) -> float:
         """Value over limit."""
         return self.value / self.limit
 

@@ -1,4 +1,4 @@
-"""What a limit reads from the homogenised part, and what it answers with."""
+"""State of the homogenised part as limits read it, and their predictions."""
 
 from __future__ import annotations
 

@@ -55,11 +55,11 @@ def all_hold(rows: Sequence[LimitRow]) -> bool:
     return all(row.passed for row in rows)
 
 
-def worst_use(rows: Sequence[LimitRow]) -> float:
-    """Largest use of any limit."""
-    return max((row.use for row in rows), default=0.0)
+def worst_utilisation(rows: Sequence[LimitRow]) -> float:
+    """Largest utilisation of any limit."""
+    return max((row.utilisation for row in rows), default=0.0)
 
 
 def is_tight(rows: Sequence[LimitRow], *, at_lower_bound: bool) -> bool:
     """Some limit is used to 97 %, or no density can fall further."""
-    return at_lower_bound or worst_use(rows) >= TIGHT
+    return at_lower_bound or worst_utilisation(rows) >= TIGHT

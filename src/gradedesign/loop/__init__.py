@@ -1,1 +1,1 @@
-"""Rounds of sizing and explicit analysis, correction, acceptance, and what ends them."""
+"""Iterations of sizing and explicit analysis with correction and acceptance, and their end."""

@@ -45,7 +45,7 @@ SURFACE_PER_CUBE = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Accepted:
-    """The judged design.
+    """Design with the result of its acceptance.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     size = analysed.result.solved.division.surface_size
     step = SURFACE_PER_CUBE * size
     raw = trimmed_surface(design, problem.part.surface, step)
-    report_step("loose pieces of the surface")
+    report_step("disconnected components of the surface")
     surface, islands = remove_islands(
         raw, keep=setup.problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )

@@ -20,7 +20,7 @@ from gradedesign.workspace.progress import Event, Listener, stepping
 
 @dataclass(slots=True)
 class Announcer:
-    """Turns what happens into events; collects how long each stage took."""
+    """Sender of progress events, which also adds up the seconds of each stage."""
 
     listener: Listener
     seconds: dict[str, float] = field(default_factory=dict)
@@ -77,7 +77,7 @@ class Announcer:
         self.listener(Event(stage=stage, message=message, values=values))
 
     def part(self, setup: Setup) -> None:
-        """Say what was read and found."""
+        """Report the size of the part, the cell and the law."""
         mesh = setup.problem.space.mesh
         self.say(
             "part",
@@ -90,14 +90,14 @@ class Announcer:
             self.say("warning", warning)
 
     def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:
-        """Say how much of each limit is used."""
+        """Report the utilisation of each limit."""
         for row in rows:
             stated = f" ({row.stated})" if row.stated else ""
             self.say(
                 stage,
                 f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}"
-                f"{stated}, {row.use:.1%}{'' if row.passed else '  BROKEN'}",
-                use=row.use,
+                f"{stated}, {row.utilisation:.1%}{'' if row.passed else '  BROKEN'}",
+                utilisation=row.utilisation,
             )
 
     def sizing_step(self, step: SizingStep) -> None:
@@ -105,9 +105,10 @@ class Announcer:
         self.say(
             "sizing",
             f"iteration {step.iteration}: lattice {step.mass_g:.4g} g, density "
-            f"{step.mean_density:.4f}, use {step.use:.1%}, change {step.change:.2%}",
+            f"{step.mean_density:.4f}, utilisation {step.utilisation:.1%}, "
+            f"change {step.change:.2%}",
             mass_g=step.mass_g,
-            use=step.use,
+            utilisation=step.utilisation,
         )
 
     def round(self, done: Round, *, resumed: bool = False) -> None:
@@ -116,33 +117,37 @@ class Announcer:
         if not resumed:
             for name, seconds in it.timing_s.items():
                 self.took(name, seconds)
-        gaps = "".join(f", {kind} gap {gap:+.1%}" for kind, gap in governing_gaps(done).items())
+        discrepancies = "".join(
+            f", {kind} discrepancy {value:+.1%}"
+            for kind, value in governing_discrepancies(done).items()
+        )
         self.say(
             "round",
             f"round {it.round}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g (lattice "
-            f"{it.lattice_mass_g:.4g} g), use {it.use:.1%}{gaps}, "
+            f"{it.lattice_mass_g:.4g} g), utilisation {it.utilisation:.1%}{discrepancies}, "
             f"{it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
             mass_g=it.mass_g,
-            use=it.use,
+            utilisation=it.utilisation,
         )
 
     def window(self, result: SubmodelResult) -> None:
-        """Report one accepted window."""
+        """Report one analysed submodel."""
         self.say(
             "acceptance",
             f"window at {tuple(round(c, 1) for c in result.window.centre)} mm: "
             f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the explicit "
-            f"analysis; force {result.force_gap:.1%}, energy {result.energy_gap:.1%}, "
+            f"analysis; force {result.force_discrepancy:.1%}, "
+            f"energy {result.energy_discrepancy:.1%}, "
             f"{result.tets} tets, mesher {result.seconds:.0f} s",
         )
 
 
-def governing_gaps(done: Round) -> dict[str, float]:
-    """Gap of the most used limit of every kind that an explicit analysis measures."""
-    use = {row.key: row.use for row in done.rows}
-    gaps: dict[str, tuple[float, float]] = {}
+def governing_discrepancies(done: Round) -> dict[str, float]:
+    """Discrepancy of the most used limit of every kind that an explicit analysis measures."""
+    utilisation = {row.key: row.utilisation for row in done.rows}
+    discrepancies: dict[str, tuple[float, float]] = {}
     for one in done.iteration.limits:
-        if one.gap is not None:
-            kind, found = one.key.kind, (use[one.key], one.gap)
-            gaps[kind] = max(found, gaps.get(kind, found))
-    return {kind: gap for kind, (_, gap) in gaps.items()}
+        if one.discrepancy is not None:
+            kind, found = one.key.kind, (utilisation[one.key], one.discrepancy)
+            discrepancies[kind] = max(found, discrepancies.get(kind, found))
+    return {kind: discrepancy for kind, (_, discrepancy) in discrepancies.items()}

@@ -1,4 +1,4 @@
-"""What ended the loop, and what more of it would bring.
+"""Reason why the loop ended, and advice on how to go further.
 
 Budgets end a run and say so; they do not steer it. So the clock is read here only, and the only
 answer that it gives is that no further round is begun.
@@ -29,7 +29,7 @@ TIME_STEP = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """Why no further round is played.
+    """Reason why no further iteration is made, and advice.
 
     Attributes
     ----------

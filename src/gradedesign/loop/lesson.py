@@ -1,4 +1,4 @@
-"""What an explicit analysis teaches the homogenised model."""
+"""Correction of the homogenised model by an explicit analysis."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from gradedesign.loop.round import Prediction, predict
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.verify.correction import (
     Correction,
-    Gap,
+    Discrepancy,
     damped,
     damping_for,
-    gap_between,
+    discrepancy_between,
     stiffness_exponent,
     stiffness_update,
 )
@@ -26,10 +26,10 @@ from gradedesign.verify.explicit import ExplicitResult
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prior:
-    """What earlier rounds taught: the correction that sizing used, and their gaps in order."""
+    """Correction that sizing used, and the discrepancies of earlier iterations in order."""
 
     correction: Correction
-    gaps: tuple[Gap, ...]
+    discrepancies: tuple[Discrepancy, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,14 +42,14 @@ class Lesson:
         Every limit by the explicit analysis, or by its prediction where that measures nothing.
     explicit : dict of LimitKey to float
         Of the limits that it measures.
-    gap : Gap
+    discrepancy : Discrepancy
     correction : Correction
         For the next round.
     """
 
     rows: tuple[LimitRow, ...]
     explicit: dict[LimitKey, float]
-    gap: Gap
+    discrepancy: Discrepancy
     correction: Correction
 
 
@@ -64,16 +64,16 @@ def learn(
     """Compare an explicit analysis with its prediction and correct the model by the difference."""
     rows = judged_rows(limits, result, predicted)
     explicit = {row.key: row.value for row in rows if not row.homogenised}
-    gap = gap_between(
+    discrepancy = discrepancy_between(
         {key: found.value for key, found in predicted.values.items()},
         explicit,
         governing=_most_used(limits, explicit),
     )
-    prior = replace(prior, gaps=(*prior.gaps, gap))
+    prior = replace(prior, discrepancies=(*prior.discrepancies, discrepancy))
     return Lesson(
         rows=rows,
         explicit=explicit,
-        gap=gap,
+        discrepancy=discrepancy,
         correction=_corrected(model, limits, prior, predicted, explicit, rho),
     )
 
@@ -111,13 +111,13 @@ def _corrected(
     rho: FloatArray,
 ) -> Correction:
     """Factors that make the homogenised model agree with this explicit analysis."""
-    correction, gap = prior.correction, prior.gaps[-1]
-    damping = damping_for(prior.gaps)
+    correction, discrepancy = prior.correction, prior.discrepancies[-1]
+    damping = damping_for(prior.discrepancies)
     factors = {limit.key: correction.factor(limit.key) for limit in limits if limit.explicit}
     bounds = [one.key for one in limits if one.explicit and not one.by_gradient]
     for key in bounds:
-        factors[key] = damped(factors[key], factors[key] * (1.0 + gap.of(key)), damping)
-    worst = gap.governing
+        factors[key] = damped(factors[key], factors[key] * (1.0 + discrepancy.of(key)), damping)
+    worst = discrepancy.governing
     if worst is None:
         return replace(correction, factors=tuple(factors.items()))
     before = {key: found.value for key, found in predicted.values.items()}

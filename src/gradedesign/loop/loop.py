@@ -17,7 +17,7 @@ from gradedesign.loop.rounds import Analysed, Round
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Stages:
-    """What the loop does with designs.
+    """Stages of the loop, injected as functions.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Stages:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Progress:
-    """What a run knows so far, and a resumed one begins with.
+    """State of a run between iterations, with which a resumed run begins.
 
     Attributes
     ----------

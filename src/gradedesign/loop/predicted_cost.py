@@ -1,4 +1,4 @@
-"""What a run will cost: unknowns, memory and seconds, before it and after its first round.
+"""Cost of a run in unknowns, memory and seconds, before it and after its first iteration.
 
 Every stage takes a number of seconds for each unit of its work, measured on two cores of an
 otherwise idle machine. After its first round a run replaces them by what its own stages took.
@@ -25,7 +25,7 @@ WITHIN = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunWork:
-    """What a run has to do, in plain numbers.
+    """Amount of work of a run, in plain numbers.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ def predict_cost(
 
 
 def iterations_of(played: int) -> int:
-    """Sizing iterations of the round after ``played`` others."""
+    """Sizing iterations of the round after ``played`` finished ones."""
     return FIRST_ITERATIONS[played] if played < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
 
 

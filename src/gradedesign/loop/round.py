@@ -43,7 +43,7 @@ from gradedesign.verify.correction import Correction
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
 
-#: Sizing aims a little below each limit, so that a small gap does not break it.
+#: Sizing aims a little below each limit, so that a small discrepancy does not break it.
 TARGET = 0.985
 #: Sizing iterations of the first rounds. Each goes on from the last one's variables. The first
 #: design only teaches the correction, which changes more than further iterations would win.
@@ -56,7 +56,7 @@ NODES_PER_CELL = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """What the corrected homogenised model says of a design before its explicit analysis.
+    """Prediction of the corrected homogenised model for a design, before its explicit analysis.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Prediction:
 
 
 def corrected_model(model: HomogenisedModel, correction: Correction) -> HomogenisedModel:
-    """The homogenised model with the stiffness that explicit analyses taught."""
+    """Homogenised model with the stiffness corrected by explicit analyses."""
     return replace(
         model,
         stiffness_factor=correction.stiffness,
@@ -103,13 +103,13 @@ def design_filter(setup: Setup) -> csr_matrix:
     if setup.problem.case.lattice.grading == "uniform":
         return uniform_filter(mesh.tets.shape[1])
     radius = setup.problem.case.lattice.filter_radius * setup.cells.layout.typical
-    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_share, 1e-6)
+    weights = setup.model.volumes * np.maximum(1 - setup.model.solid_fraction, 1e-6)
     return cone_filter(centroids(mesh), weights, radius)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingPlan:
-    """How one sizing is run.
+    """Settings of one sizing.
 
     Attributes
     ----------
@@ -259,7 +259,7 @@ def lattice_share(
     worst, _ = max(found, key=lambda pair: pair[0].value / pair[1])
     adjoint = solve_adjoints(model, system, [worst])[0]
     u = state.displacement(worst.load_case)
-    lattice = as_stiffness(model, (1 - model.solid_share) * lattice_stiffness(model, rho))
+    lattice = as_stiffness(model, (1 - model.solid_fraction) * lattice_stiffness(model, rho))
     shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
     if worst.value <= 0 or shared.sum() <= 0:
         return 0.0, mean

@@ -35,7 +35,7 @@ from gradedesign.sizing.size import SizingResult, SizingStep
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.correction import (
     Correction,
-    Gap,
+    Discrepancy,
     kept_share,
 )
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
@@ -50,7 +50,7 @@ AT_BOUND = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Round:
-    """A finished round: its design, what it taught and how it compares.
+    """Finished iteration: its design, the correction learned from it and its discrepancies.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Round:
     rho : (M,) array
         Density of every tetrahedron.
     at_lower_bound : bool
-    gap : Gap
+    discrepancy : Discrepancy
     """
 
     iteration: Iteration
@@ -73,7 +73,7 @@ class Round:
     variables: FloatArray
     rho: FloatArray
     at_lower_bound: bool
-    gap: Gap
+    discrepancy: Discrepancy
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,)))
@@ -144,7 +144,7 @@ def play_round(
     on_step: Callable[[SizingStep], None] | None = None,
     on_event: Listener = ignore,
 ) -> tuple[Round, Analysed]:
-    """Size with what earlier rounds taught, analyse explicitly, and learn.
+    """Size with the correction so far, analyse explicitly and update the correction.
 
     ``factors`` are accepted over explicit values: sizing leaves that much room. ``matrix`` is the
     design filter.
@@ -171,7 +171,7 @@ def play_round(
     lesson = learn(
         setup.model,
         setup.problem.limits,
-        Prior(correction=correction, gaps=tuple(done.gap for done in previous)),
+        Prior(correction=correction, discrepancies=tuple(done.discrepancy for done in previous)),
         predicted,
         analysed.result,
         sized.rho,
@@ -189,7 +189,7 @@ def play_round(
         variables=sized.variables,
         rho=sized.rho,
         at_lower_bound=touches_lower_bound(setup, sized.rho),
-        gap=lesson.gap,
+        discrepancy=lesson.discrepancy,
     )
     return done, analysed
 
@@ -203,7 +203,7 @@ def sizing_plan(previous: Sequence[Round]) -> SizingPlan:
             FIRST_ITERATIONS[number] if number < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
         ),
         target=aim_of(previous),
-        keep=kept_share([done.gap for done in previous]),
+        keep=kept_share([done.discrepancy for done in previous]),
     )
 
 
@@ -217,7 +217,7 @@ def compared(
 ) -> Iteration:
     """Predicted beside explicit values of a design; its number and seconds are not known here."""
     result, rows = analysed.result, lesson.rows
-    explicit, gaps = lesson.explicit, dict(lesson.gap.values)
+    explicit, discrepancies = lesson.explicit, dict(lesson.discrepancy.values)
     masses, division = result.masses_g, result.solved.division
     weights = setup.model.lattice_volumes
     follows = explicit_spacing(setup.problem, setup.cells, analysed.grid)
@@ -233,12 +233,12 @@ def compared(
                 unit=limit.unit,
                 predicted=float(predicted.values[limit.key].value),
                 explicit=explicit.get(limit.key),
-                gap=gaps.get(limit.key),
+                discrepancy=discrepancies.get(limit.key),
                 factor=correction.factor(limit.key),
             )
             for limit in setup.problem.limits
         ),
-        use=max((row.use for row in rows), default=0.0),
+        utilisation=max((row.utilisation for row in rows), default=0.0),
         passed=all(row.passed for row in rows),
         dofs=division.unknowns,
         mesh_size_mm=division.mesh_size,
@@ -258,14 +258,14 @@ def touches_lower_bound(setup: Setup, rho: FloatArray) -> bool:
 
 
 def aim_of(previous: Sequence[Round]) -> float:
-    """Use of the limits that the next sizing aims at.
+    """Utilisation of the limits that the next sizing aims at.
 
     `TARGET`; after three rounds whose last one breaks a limit less, by what its prediction was off:
     designs of one mass then differ by as much, and rounds that aim at the limit miss it again.
     """
     if len(previous) < SCATTERED_ROUNDS or previous[-1].iteration.passed:
         return TARGET
-    gap = previous[-1].gap
-    others = max((abs(value) for _, value in gap.values), default=0.0)
-    off = others if gap.governing is None else abs(gap.of(gap.governing))
+    discrepancy = previous[-1].discrepancy
+    others = max((abs(value) for _, value in discrepancy.values), default=0.0)
+    off = others if discrepancy.governing is None else abs(discrepancy.of(discrepancy.governing))
     return TARGET * (1.0 - min(off, MOST_ROOM))

@@ -1,4 +1,4 @@
-"""What a prepared case will ask of the machine, in the plain numbers of `predicted_cost`."""
+"""Amount of work of a prepared case, in the plain numbers of `predicted_cost`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     """
     case = setup.problem.case
     density = guessed_density(setup, solid)
-    share = setup.model.solid_share
+    share = setup.model.solid_fraction
     volume = float(setup.model.volumes @ (share + (1 - share) * density))
     points = setup.problem.part.surface.vertices
     x, y, z = np.ptp(points, axis=0).tolist()
@@ -77,7 +77,7 @@ def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> fl
 
 
 def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
-    """Mean density at which the law loses what the solid part has to spare."""
+    """Mean density at which the lattice, by the law, uses up the margin of the solid part."""
     low, high = setup.cells.bounds
     if not solid:
         return low + (high - low) * USUAL_SHARE
@@ -86,6 +86,6 @@ def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
     strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
     stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
-    soft = max((row.use for row in solid if row.key.kind in stiff), default=0.0)
-    weak = max((row.use for row in solid if row.key.kind not in stiff), default=0.0)
+    soft = max((row.utilisation for row in solid if row.key.kind in stiff), default=0.0)
+    weak = max((row.utilisation for row in solid if row.key.kind not in stiff), default=0.0)
     return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))

@@ -51,14 +51,14 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
     judged = [
         row
         for row in with_factors(done.rows, factors)
-        if not row.passed and row.key in limits and row.use > limits[row.key].scatter
+        if not row.passed and row.key in limits and row.utilisation > limits[row.key].scatter
     ]
     if not judged:
         return None
     solved = _solved(setup, done)
-    for row in sorted(judged, key=lambda r: -r.use):
+    for row in sorted(judged, key=lambda r: -r.utilisation):
         gain = _gain(setup, solved, row.key, factors)
-        if gain is not None and row.use * (1.0 - SAFETY * gain) > 1.0:
+        if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
             return sentence(setup, row, gain)
     return None
 
@@ -118,7 +118,7 @@ def density_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]
 
 def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
     """Whether tetrahedra ask for more density than they have, and all are at the upper bound."""
-    lattice = setup.model.solid_share < 1
+    lattice = setup.model.solid_fraction < 1
     needy = lattice & (wanted > rho * (1 + AT_BOUND))
     return bool(needy.any() and (rho[needy] >= setup.cells.bounds[1] * (1 - AT_BOUND)).all())
 

@@ -1,4 +1,4 @@
-"""The final design at a second mesh size: what the first one's values may be off by."""
+"""Mesh-convergence check: the final design at a second grid spacing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rounds in the run folder: what a killed run resumes from."""
+"""Finished iterations in the run folder, from which an interrupted run resumes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gradedesign.limits.verdict import Factors
 from gradedesign.loop.rounds import Round
 from gradedesign.output.result import iteration_from_json
 from gradedesign.resolve.setup import Setup
-from gradedesign.verify.correction import Correction, Gap
+from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
@@ -66,7 +66,7 @@ def save_round(out: RunFolder, setup: Setup, done: Round) -> None:
 
 
 def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
-    """Store what acceptance taught: rounds whose design it refused, and factors on limits."""
+    """Store the outcome of acceptance: iterations that it refused, and factors on limits."""
     meta = {
         "refused": list(refused),
         "factors": [[asdict(key), value] for key, value in factors.items()],
@@ -105,17 +105,17 @@ def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
         "rows": [asdict(row) for row in done.rows],
         "correction": asdict(done.correction),
         "at_lower_bound": done.at_lower_bound,
-        "gap": asdict(done.gap),
+        "discrepancy": asdict(done.discrepancy),
     }
     return {"variables": done.variables, "rho": done.rho}, meta
 
 
 def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) -> Round:
     """The round that `round_to_stage` stored."""
-    correction, gap = dict(meta["correction"]), dict(meta["gap"])
+    correction, discrepancy = dict(meta["correction"]), dict(meta["discrepancy"])
     correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
     correction["factors"] = keyed_from_json(correction["factors"])
-    governing = gap["governing"]
+    governing = discrepancy["governing"]
     return Round(
         iteration=iteration_from_json(meta["iteration"]),
         rows=tuple(row_from_json(row) for row in meta["rows"]),
@@ -123,8 +123,8 @@ def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) 
         variables=arrays["variables"],
         rho=arrays["rho"],
         at_lower_bound=bool(meta["at_lower_bound"]),
-        gap=Gap(
-            values=keyed_from_json(gap["values"]),
+        discrepancy=Discrepancy(
+            values=keyed_from_json(discrepancy["values"]),
             governing=None if governing is None else LimitKey(**governing),
         ),
     )

@@ -1,4 +1,4 @@
-"""Sizing found again in the user's cache: of the same case, whatever its grids and budgets."""
+"""Results of sizing in the user's cache, reused for the same model whatever grids and budgets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gradedesign.workspace.program_key import program_key
 
 KIND = "sizing"
 #: Fields of a step of the history that are one number, beside its own.
-_NUMBERS = ("mass_g", "mean_density", "change", "move")
+_NUMBERS = ("mass_g", "mean_density", "change")
 
 
 def stored_sizing(
@@ -88,10 +88,10 @@ def sizing_key(
         law.strength(densities),
         model.space.mesh.points,
         model.space.mesh.tets,
-        model.solid_share,
+        model.solid_fraction,
         np.asarray(model.rotation),
         np.zeros(0) if model.walls is None else model.walls.kind,
-        np.zeros(0) if model.fill is None else model.fill.held,
+        np.zeros(0) if model.fill is None else model.fill.effective,
         repr(correction),
         repr(limits),
         repr((*problem.bounds, problem.target, max_iterations, keep)),
@@ -113,16 +113,20 @@ def _packed(result: SizingResult) -> dict[str, FloatArray]:
     return {
         "variables": result.variables,
         "steps": np.array([[float(s[name]) for name in _NUMBERS] for s in steps]),
-        "uses": np.array([s["uses"] for s in steps]).reshape(len(steps), -1),
+        "utilisations": np.array([s["utilisations"] for s in steps]).reshape(len(steps), -1),
         "flags": np.array([result.converged, result.feasible]),
     }
 
 
 def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingResult:
     history = []
-    for number, (row, uses) in enumerate(zip(found["steps"], found["uses"], strict=True)):
+    for number, (row, utilisations) in enumerate(
+        zip(found["steps"], found["utilisations"], strict=True)
+    ):
         fields = dict(zip(_NUMBERS, map(float, row), strict=True))
-        history.append(SizingStep(iteration=number, uses=tuple(map(float, uses)), **fields))
+        history.append(
+            SizingStep(iteration=number, utilisations=tuple(map(float, utilisations)), **fields)
+        )
     return SizingResult(
         rho=np.asarray(problem.filter @ found["variables"]).ravel(),
         variables=found["variables"],

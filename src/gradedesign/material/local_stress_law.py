@@ -139,8 +139,8 @@ class LocalStressLaw:
                 middle = 0.5 * (low + high)
                 enough = _on_curves(curves, middle) <= permitted
                 low, high = np.where(enough, low, middle), np.where(enough, middle, high)
-            found = np.clip(np.exp(high), *bounds)
-            rho[part] = np.where(strong, bounds[0], np.where(beyond, bounds[1], found))
+            least = np.clip(np.exp(high), *bounds)
+            rho[part] = np.where(strong, bounds[0], np.where(beyond, bounds[1], least))
         return rho
 
     @property

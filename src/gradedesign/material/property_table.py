@@ -181,15 +181,15 @@ def read_property_table(text: str) -> PropertyTable:
     """
     try:
         data: dict[str, Any] = json.loads(text)
-        found = data["gradedesign property table"]
+        stated = data["gradedesign property table"]
     except (ValueError, KeyError, TypeError) as error:
         raise PluginError(
             f"this is no property table of gradedesign ({type(error).__name__}: {error}); "
             f"expected JSON with the key 'gradedesign property table'"
         ) from error
-    if found != FORMAT:
+    if stated != FORMAT:
         raise PluginError(
-            f"property table '{data.get('name')}' has format {found!r}, this version of "
+            f"property table '{data.get('name')}' has format {stated!r}, this version of "
             f"gradedesign reads {FORMAT}; compute it again, or install the matching plugin"
         )
     try:

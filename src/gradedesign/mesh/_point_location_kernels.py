@@ -57,14 +57,14 @@ def barycentric(points, tets, t, x, y, z):
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def find_tets(points, tets, lower, size, shape, first, members, queries, found):
+def find_tets(points, tets, lower, size, shape, first, members, queries, owner):
     """Tetrahedron of every query point (3, n), the lowest number of several; -1 outside."""
     for q in prange(queries.shape[1]):
         x, y, z = queries[0, q], queries[1, q], queries[2, q]
         i = int(np.floor((x - lower[0]) / size))
         j = int(np.floor((y - lower[1]) / size))
         k = int(np.floor((z - lower[2]) / size))
-        found[q] = -1
+        owner[q] = -1
         if i < -1 or j < -1 or k < -1 or i > shape[0] or j > shape[1] or k > shape[2]:
             continue
         i = min(max(i, 0), shape[0] - 1)
@@ -77,17 +77,17 @@ def find_tets(points, tets, lower, size, shape, first, members, queries, found):
             wa, wb, wc, wd = barycentric(points, tets, t, x, y, z)
             least = min(min(wa, wb), min(wc, wd))
             if least >= 0.0:
-                found[q] = t
+                owner[q] = t
                 break
             if least > best:
                 best = least
-                found[q] = t
+                owner[q] = t
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def weigh(points, tets, found, queries, weights):
+def weigh(points, tets, owner, queries, weights):
     """Barycentric coordinates of every query point in its tetrahedron, (4, n)."""
     for q in prange(queries.shape[1]):
-        w = barycentric(points, tets, found[q], queries[0, q], queries[1, q], queries[2, q])
+        w = barycentric(points, tets, owner[q], queries[0, q], queries[1, q], queries[2, q])
         for c in range(4):
             weights[c, q] = w[c]

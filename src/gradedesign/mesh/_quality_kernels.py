@@ -132,17 +132,17 @@ def label_pieces(
     for t in range(count):
         for k in range(4):
             a, b, c = _facet(tets, t, k)
-            found = False
+            joined = False
             for slot in range(starts[a], fill[a]):
                 if middle[slot] == b and last[slot] == c:
-                    found = True
+                    joined = True
                     if meetings[slot] == 1:
                         crowded += 1
                     meetings[slot] = 1
                     r, s = _root(parent, owner[slot]), _root(parent, t)
                     parent[max(r, s)] = min(r, s)
                     break
-            if not found:
+            if not joined:
                 middle[fill[a]], last[fill[a]], owner[fill[a]] = b, c, t
                 fill[a] += 1
     labels = np.full(count, -1, dtype=np.int64)

@@ -114,11 +114,11 @@ def require_enclosed(sign: NDArray[np.int8], values: FloatArray, lattice: Lattic
                 )
 
 
-def outside_grid(lattice: Lattice, found: str) -> MeshError:
+def outside_grid(lattice: Lattice, reason: str) -> MeshError:
     """Error of a solid that leaves the grid."""
     low = lattice.lower + lattice.h
     high = low + lattice.h * (np.array(lattice.dims) - 3)
     return MeshError(
-        f"the solid reaches out of the stuffing grid {low} to {high} mm: {found}; enlarge the "
+        f"the solid reaches out of the stuffing grid {low} to {high} mm: {reason}; enlarge the "
         "grid or trim the field"
     )

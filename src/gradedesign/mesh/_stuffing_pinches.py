@@ -91,10 +91,10 @@ class _Patch:
 
     def halve(self, row: int, v: int, w: int, middle: int) -> None:
         """Split a tetrahedron at the middle of its edge v, w."""
-        other = [middle if x == v else x for x in self.tets[row]]
+        second = [middle if x == v else x for x in self.tets[row]]
         self.swap(row, w, middle)
-        self.tets.append(other)
-        self._use(len(self.tets) - 1, other)
+        self.tets.append(second)
+        self._use(len(self.tets) - 1, second)
 
     def groups(self, *shared: int) -> list[list[int]]:
         """Tetrahedra that contain ``shared``, grouped by common facets that contain it too."""
@@ -102,9 +102,9 @@ class _Patch:
         label = {row: row for row in star}
         owner: dict[tuple[int, ...], int] = {}
         for row in star:
-            others = sorted(set(self.tets[row]).difference(shared))
-            for left_out in others:
-                facet = tuple(x for x in others if x != left_out)
+            apices = sorted(set(self.tets[row]).difference(shared))
+            for left_out in apices:
+                facet = tuple(x for x in apices if x != left_out)
                 old, new = label[row], label[owner.setdefault(facet, row)]
                 if old != new:
                     label = {r: new if g == old else g for r, g in label.items()}

@@ -184,9 +184,9 @@ def _emit(ni, no, a, surface, cuts, u, w, diagonal, out, n, points, extra):
         _put(out, n, u[0], u[1], u[2], u[3])
         return n + 1, extra
     if ni == 2 and no == 1:
-        one = _first_diagonal(points, a[0], a[1], cuts[0], cuts[1])
-        p, q = (a[0], cuts[1]) if one else (a[1], cuts[0])
-        r, s = (a[1], cuts[0]) if one else (a[0], cuts[1])
+        first = _first_diagonal(points, a[0], a[1], cuts[0], cuts[1])
+        p, q = (a[0], cuts[1]) if first else (a[1], cuts[0])
+        r, s = (a[1], cuts[0]) if first else (a[0], cuts[1])
         _put(out, n, p, q, r, surface[0])
         _put(out, n + 1, p, q, s, surface[0])
         return n + 2, extra

@@ -1,4 +1,4 @@
-"""What two closed surfaces have in common."""
+"""Intersection of two closed surfaces."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from gradedesign.workspace.progress import report_step
 
 
 def intersection(
-    one: SurfaceMesh, other: SurfaceMesh, *, what: str, shortest: float = 0.0
+    first: SurfaceMesh, second: SurfaceMesh, *, what: str, shortest: float = 0.0
 ) -> SurfaceMesh:
     """Closed surface of the volume that both enclose.
 
     Parameters
     ----------
-    one, other : SurfaceMesh
+    first, second : SurfaceMesh
         Closed, manifold, outward oriented.
     what : str
         Names the result in messages.
@@ -32,7 +32,7 @@ def intersection(
     """
     # The kernel holds the interpreter's lock in each of its calls.
     report_step("reading the surfaces", blocking=True)
-    solids = _manifold(one, what), _manifold(other, what)
+    solids = _manifold(first, what), _manifold(second, what)
     report_step("intersection", blocking=True)
     common = solids[0] ^ solids[1]
     empty = common.is_empty()  # the kernel computes when it is asked

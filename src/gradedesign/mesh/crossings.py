@@ -45,5 +45,5 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
         margin,
         crossed,
     )
-    found = np.flatnonzero(crossed >= 0)
-    return np.stack([found, crossed[found]], axis=1)
+    rows = np.flatnonzero(crossed >= 0)
+    return np.stack([rows, crossed[rows]], axis=1)

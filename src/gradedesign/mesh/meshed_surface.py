@@ -133,14 +133,14 @@ def tetrahedralize(
         mesher.worker,
         LONGEST_EDGE,
     )
-    found = _from_cache(question, key) if cache else None
-    if found is None:
+    cached = _from_cache(question, key) if cache else None
+    if cached is None:
         log.info("meshing %s", question.what)
         mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, mesher)
         log.info("meshed: %d tetrahedra in %.1f s", report.count, clock.elapsed())
     else:
-        mesh, report, attempts = found
-    if cache and found is None:
+        mesh, report, attempts = cached
+    if cache and cached is None:
         lines = np.frombuffer(json.dumps(attempts).encode("utf-8"), dtype=np.uint8)
         store_arrays(_KIND, key, points=mesh.points, tets=mesh.tets, attempts=lines)
     return MeshedSurface(
@@ -195,10 +195,10 @@ def _given_up(question: MeshQuestion, key: str, attempts: list[str]) -> MeshErro
         faces=question.faces,
         options=np.frombuffer(json.dumps(dict(question.options)).encode("utf-8"), dtype=np.uint8),
     )
-    told = "; ".join(f"attempt {number}: {text}" for number, text in enumerate(attempts, start=1))
+    tried = "; ".join(f"attempt {number}: {text}" for number, text in enumerate(attempts, start=1))
     return MeshError(
         f"meshing {question.what} failed, attempts with the same tolerance: {len(attempts)}; "
-        f"{told}; repair the surface, choose another mesh size, or raise run.time; to reproduce: "
+        f"{tried}; repair the surface, choose another mesh size, or raise run.time; to reproduce: "
         f"{entry_path(_FAILED_KIND, key)}"
     )
 

@@ -121,17 +121,17 @@ def locate(
         raise ValueError(f"{np.count_nonzero(~np.isfinite(queries))} coordinates are not finite")
     at = build_locator(mesh) if locator is None else locator
     n = queries.shape[1]
-    found = np.zeros(n, dtype=np.int64)
+    owner = np.zeros(n, dtype=np.int64)
     kernels.find_tets(
-        at.points, at.tets, at.lower, at.size, at.shape, at.first, at.members, queries, found
+        at.points, at.tets, at.lower, at.size, at.shape, at.first, at.members, queries, owner
     )
     distance = np.zeros(n)
-    outside = np.flatnonzero(found < 0)
+    outside = np.flatnonzero(owner < 0)
     if len(outside):
         far, facet, nearest = closest_triangles(at.tree, queries[:, outside])
-        found[outside] = at.owners[facet]
+        owner[outside] = at.owners[facet]
         distance[outside] = far
         queries[:, outside] = nearest
     weights = np.zeros((4, n))
-    kernels.weigh(at.points, at.tets, found, queries, weights)
-    return found, weights, distance
+    kernels.weigh(at.points, at.tets, owner, queries, weights)
+    return owner, weights, distance

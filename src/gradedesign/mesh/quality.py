@@ -14,7 +14,7 @@ from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TetReport:
-    """What a tet mesh is like.
+    """Quality of a tetrahedral mesh.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ def require_sound(
     if pieces is not None and report.pieces != pieces:
         faults.append(
             f"it has {report.pieces} pieces connected through faces, expected {pieces}; mesh "
-            "finer, make walls thicker, or remove loose pieces"
+            "finer, make walls thicker, or remove disconnected components"
         )
     if min_dihedral is not None and not report.min_dihedral >= min_dihedral:
         faults.append(

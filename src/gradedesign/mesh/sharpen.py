@@ -26,14 +26,14 @@ LEAST_ANGLE, LARGEST_ANGLE = 9.0, 165.0
 STEP = 1e-3
 
 
-def sharpen(mesh: TetMesh, one: Field, other: Field, cube: float) -> TetMesh:
+def sharpen(mesh: TetMesh, first: Field, second: Field, cube: float) -> TetMesh:
     """Move vertices onto the edge where two fields vanish together.
 
     Parameters
     ----------
     mesh : TetMesh
         Stuffed from ``max(one, other)``.
-    one, other : callable
+    first, second : callable
         Fields in about mm, negative inside.
     cube : float, mm
         Grid of the stuffing.
@@ -43,11 +43,11 @@ def sharpen(mesh: TetMesh, one: Field, other: Field, cube: float) -> TetMesh:
     TetMesh
         Same connectivity; a vertex whose move would spoil a tetrahedron stays where it was.
     """
-    movers = _vertices_to_move(mesh, one, other, cube)
+    movers = _vertices_to_move(mesh, first, second, cube)
     if len(movers) == 0:
         return mesh
     start = mesh.points[:, movers]
-    target, sound = _onto_both(start, one, other, cube)
+    target, sound = _onto_both(start, first, second, cube)
     keep = sound & (np.linalg.norm(target - start, axis=0) <= FARTHEST * cube)
     points = np.array(mesh.points)
     points[:, movers[keep]] = target[:, keep]
@@ -66,11 +66,13 @@ def sharpen(mesh: TetMesh, one: Field, other: Field, cube: float) -> TetMesh:
     return TetMesh(points=points, tets=mesh.tets)
 
 
-def _vertices_to_move(mesh: TetMesh, one: Field, other: Field, cube: float) -> IntArray:
+def _vertices_to_move(
+    mesh: TetMesh, first_field: Field, second_field: Field, cube: float
+) -> IntArray:
     """Of every triangle side from one face to the other, the end nearer to their edge."""
     facets, _ = boundary_facets(mesh)
     used = np.unique(facets)
-    first, second = one(mesh.points[:, used]), other(mesh.points[:, used])
+    first, second = first_field(mesh.points[:, used]), second_field(mesh.points[:, used])
     near = np.full(mesh.points.shape[1], np.inf)
     # Distance to the edge: the field that does not vanish here.
     near[used] = np.maximum(np.abs(first), np.abs(second))
@@ -85,12 +87,12 @@ def _vertices_to_move(mesh: TetMesh, one: Field, other: Field, cube: float) -> I
 
 
 def _onto_both(
-    points: FloatArray, one: Field, other: Field, cube: float
+    points: FloatArray, first: Field, second: Field, cube: float
 ) -> tuple[FloatArray, BoolArray]:
     """Newton steps of least length onto both zero sets; the mask says where they arrive."""
     position = np.array(points)
     for _ in range(4):
-        value, gram, slopes = _linearised(position, one, other, cube)
+        value, gram, slopes = _linearised(position, first, second, cube)
         det = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
         steep = det > np.maximum(1e-2 * gram[0, 0] * gram[1, 1], 1e-12)
         det = np.where(steep, det, 1.0)
@@ -100,24 +102,24 @@ def _onto_both(
         length = np.linalg.norm(step, axis=0)
         step *= np.minimum(1.0, 0.5 * cube / np.maximum(length, 1e-300))
         position += np.where(steep, step, 0.0)
-    value, _, slopes = _linearised(position, one, other, cube)
+    value, _, slopes = _linearised(position, first, second, cube)
     size = np.linalg.norm(slopes, axis=1)
     reached = np.abs(value) <= 0.02 * cube * size
     return position, np.asarray((reached & (size > 0)).all(axis=0))
 
 
 def _linearised(
-    points: FloatArray, one: Field, other: Field, cube: float
+    points: FloatArray, first: Field, second: Field, cube: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Values ``(2, n)``, products of gradients ``(2, 2, n)`` and gradients ``(2, 3, n)``."""
     step = STEP * cube
     slopes = np.zeros((2, *points.shape))
-    for k, field in enumerate((one, other)):
+    for k, field in enumerate((first, second)):
         for d in range(3):
             shift = np.zeros((3, 1))
             shift[d] = step
             slopes[k, d] = (field(points + shift) - field(points - shift)) / (2 * step)
-    value = np.stack([one(points), other(points)])
+    value = np.stack([first(points), second(points)])
     return value, np.einsum("adn,bdn->abn", slopes, slopes), slopes
 
 

@@ -151,8 +151,8 @@ def _find_cuts(
         points = np.zeros((3, len(near)))
         for _ in range(refine):
             kernels.cut_points(*ends, share[part], Y, Z, lattice.lower, lattice.h, points)
-            found = evaluate(field, points)
-            kernels.tighten(share[part], found, near, far, near_value, far_value)
+            value = evaluate(field, points)
+            kernels.tighten(share[part], value, near, far, near_value, far_value)
     outer = kernels.count_outer_violations(owner, direction, share, X, Y, Z, lattice.ahead)
     if outer:
         raise outside_grid(lattice, f"the surface passes close to {outer} points around it")

@@ -71,7 +71,7 @@ def winding_volumes(corners: FloatArray, rays: int = RAYS) -> WindingVolumes:
     rays : int
         Along each axis, about.
     """
-    found = np.zeros((3, 3))
+    enclosed = np.zeros((3, 3))
     torn = 0.0
     for axis in range(3):
         turned = np.roll(corners, 2 - axis, axis=2)
@@ -84,7 +84,7 @@ def winding_volumes(corners: FloatArray, rays: int = RAYS) -> WindingVolumes:
         shape = np.clip(np.ceil(extent * share), 16, max(16, rays // 16)).astype(np.int64)
         step = np.maximum(extent, 1e-300) / shape
         *lengths, lost = kernels.ray_lengths(turned, step * _OFFSET, step, shape)
-        found[axis] = np.array(lengths) * np.prod(step)
+        enclosed[axis] = np.array(lengths) * np.prod(step)
         torn += lost / np.prod(shape) / 3.0
-    solid, excess, backward = found.mean(axis=0)
+    solid, excess, backward = enclosed.mean(axis=0)
     return WindingVolumes(float(solid), float(excess), float(backward), float(torn))

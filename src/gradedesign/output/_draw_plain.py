@@ -40,7 +40,7 @@ def draw_plain(scene: Scene) -> bytes:
     _add_layers(axes, scene.layers, scene.bar)
     # Strokes know no depth here: beside a coloured surface they stand behind it.
     under = 0 if scene.bar else 2
-    for lines in (found for found in scene.lines if len(found.segments)):
+    for lines in (group for group in scene.lines if len(group.segments)):
         width, order = (4, 3) if lines.radius > 0 else (1, under)
         axes.add_collection3d(
             Line3DCollection(lines.segments, colors=lines.colour, linewidths=width, zorder=order)

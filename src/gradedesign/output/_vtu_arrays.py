@@ -99,14 +99,14 @@ def read_vtu_pieces(path: Path, memory_limit_bytes: int) -> list[VtuPiece]:
 def _parse(raw: bytes) -> tuple[ElementTree.Element, bytes, str]:
     """The tree without appended data, and that data with its encoding."""
     appended, encoding = b"", "base64"
-    found = _APPENDED.search(raw)
-    if found:
-        named = _ENCODING.search(found[1])
+    section = _APPENDED.search(raw)
+    if section:
+        named = _ENCODING.search(section[1])
         end = raw.rfind(_END)
-        if named is None or end < found.end():
+        if named is None or end < section.end():
             raise Damaged("appended data that do not end, or neither raw nor base64")
-        appended, encoding = raw[found.end() : end], named[1].decode("ascii")
-        raw = raw[: found.end() - 1] + raw[end:]
+        appended, encoding = raw[section.end() : end], named[1].decode("ascii")
+        raw = raw[: section.end() - 1] + raw[end:]
     if b"<!" in raw.replace(b"<!--", b"").replace(b"<![CDATA[", b""):
         raise Damaged("it declares a document type, which a VTU file has not")
     try:

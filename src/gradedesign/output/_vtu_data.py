@@ -32,7 +32,7 @@ class Damaged(Exception):  # noqa: N818 - becomes a CaseError that names the fil
 
 @dataclass(slots=True, kw_only=True)
 class VtuFile:
-    """What all arrays of a file share, and the bytes of memory that are left for them."""
+    """State that all arrays of a file share, with the bytes of memory left for them."""
 
     name: str
     order: str

@@ -1,4 +1,4 @@
-"""What acts on the part as pictures mark it: arrows by size, one colour for each load case."""
+"""Marks of loads and supports in pictures: arrows by size, one colour for each load case."""
 
 from __future__ import annotations
 
@@ -166,10 +166,10 @@ def _against(action: ActionMark, length: float, colour: str, apart: float) -> tu
 
 def _turn(centre: FloatArray, axis: FloatArray, radius: float, colour: str) -> tuple[Lines, Arrow]:
     """Three quarters of a circle about an axis, right-handed, and the head at its end."""
-    one = _aside(axis)
-    other = np.cross(axis, one)
+    first = _aside(axis)
+    second = np.cross(axis, first)
     angle = np.linspace(0.0, 1.5 * np.pi, 37)
-    points = centre + radius * (np.outer(np.cos(angle), one) + np.outer(np.sin(angle), other))
+    points = centre + radius * (np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second))
     along = np.cross(axis, points[-1] - centre)
     along *= 0.8 * radius / np.linalg.norm(along)
     segments = np.stack([points[:-1], points[1:]], axis=1)

@@ -95,5 +95,5 @@ def _free_shift(box: FloatArray, placed: Sequence[FloatArray]) -> FloatArray:
     return inward
 
 
-def _overlap(one: FloatArray, other: FloatArray) -> bool:
-    return bool(np.all((one[:, 0] < other[:, 1]) & (other[:, 0] < one[:, 1])))
+def _overlap(first: FloatArray, second: FloatArray) -> bool:
+    return bool(np.all((first[:, 0] < second[:, 1]) & (second[:, 0] < first[:, 1])))

@@ -141,8 +141,8 @@ def _loads_legend(
     regions: Sequence[RegionMark], drawn: Sequence[DrawnAction]
 ) -> tuple[LegendEntry, ...]:
     """The roles and load cases that the picture shows, and no others."""
-    found = {mark.role for mark in regions}
-    roles = [LegendEntry(text=ROLES[r], colour=COLOURS[r]) for r in COLOURS if r in found]
+    shown_roles = {mark.role for mark in regions}
+    roles = [LegendEntry(text=ROLES[r], colour=COLOURS[r]) for r in COLOURS if r in shown_roles]
     cases = {action.action.load_case: action.colour for action in drawn}
     return (*roles, *(LegendEntry(text=name, colour=colour) for name, colour in cases.items()))
 

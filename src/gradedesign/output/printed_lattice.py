@@ -12,7 +12,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PrintedLattice:
-    """What is printed: its surface, the field that the surface came from, and what files may say.
+    """Printed lattice: its surface, the field behind that surface, and metadata for files.
 
     More attributes may follow; those that are there keep their meaning.
 
@@ -33,7 +33,8 @@ class PrintedLattice:
         Of what the surface encloses, g; None where the case states no material.
     field : callable or None
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
-        when it is first called. Loose pieces, which the surface leaves out, are still in it.
+        when it is first called. Disconnected components, which the surface leaves out, are still in
+        it.
     unit : str
         Always ``"mm"``.
     """
@@ -55,7 +56,7 @@ class PrintedLattice:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What a file may say in words, by name; empty entries are left out."""
+        """Metadata for a file as text, by name; empty entries are left out."""
         words = {
             "name": self.name,
             "unit": self.unit,

@@ -93,7 +93,11 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
             for label, name, form in _MASSES
             if (value := getattr(result, name)) is not None
         ],
-        gap_names=[f"gap of {one.label}" for it in result.iterations[:1] for one in it.measured],
+        discrepancy_names=[
+            f"discrepancy of {limit.label}"
+            for iteration in result.iterations[:1]
+            for limit in iteration.measured
+        ],
         scope_words=scope_words(result.acceptance),
         stresses=stresses,
         judged_stresses=[
@@ -145,17 +149,17 @@ def _plain(value: Any) -> str:
 def _run_words(result: RunResult) -> str:
     """How long the run took, what it was allowed, and what ended it."""
     budget, timing = result.budget, result.timing_s
-    said = []
+    words = []
     if rounds := len(result.iterations):
         most = f" of {budget['max_rounds']} at most" if "max_rounds" in budget else ""
-        said.append(f"{rounds} round{'' if rounds == 1 else 's'}{most}")
+        words.append(f"{rounds} round{'' if rounds == 1 else 's'}{most}")
     if timing:
         stages = [s for s in _STAGES if s in timing] or list(timing)
         seconds = sum(timing[s] for s in stages)
         if "round" not in timing:
             seconds += timing.get("sizing", 0.0)
         allowed = f" of {budget['time_s']:.0f} s" if "time_s" in budget else ""
-        said.append(f"{seconds:.0f} s{allowed}")
+        words.append(f"{seconds:.0f} s{allowed}")
     if result.ended_by:
-        said.append(f"ended because {_ENDED.get(result.ended_by, result.ended_by)}")
-    return "; ".join(said)
+        words.append(f"ended because {_ENDED.get(result.ended_by, result.ended_by)}")
+    return "; ".join(words)

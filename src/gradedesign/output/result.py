@@ -1,4 +1,4 @@
-"""What a run returns and writes to result.json."""
+"""Result that a run returns and writes to result.json."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class LimitIteration:
         By the corrected homogenised part, before the analysis.
     explicit : float or None
         None where no explicit analysis measures it.
-    gap : float or None
+    discrepancy : float or None
         explicit / predicted - 1.
     factor : float
         Correction of the prediction that this round's sizing used.
@@ -34,7 +34,7 @@ class LimitIteration:
     unit: str
     predicted: float
     explicit: float | None
-    gap: float | None
+    discrepancy: float | None
     factor: float
 
     @property
@@ -56,7 +56,7 @@ class Iteration:
     mean_density : float
         That sizing asked of the lattice phase.
     limits : tuple of LimitIteration
-    use : float
+    utilisation : float
         Largest value over limit.
     passed : bool
     dofs : int
@@ -78,7 +78,7 @@ class Iteration:
     mass_g: float
     mean_density: float
     limits: tuple[LimitIteration, ...]
-    use: float
+    utilisation: float
     passed: bool
     dofs: int
     mesh_size_mm: float
@@ -92,7 +92,7 @@ class Iteration:
     @property
     def measured(self) -> tuple[LimitIteration, ...]:
         """Limits that the explicit analysis measures."""
-        return tuple(one for one in self.limits if one.explicit is not None)
+        return tuple(limit for limit in self.limits if limit.explicit is not None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,10 +106,10 @@ class RunResult:
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design that uses a limit was accepted. ``rounds``, ``time``: that budget.
-        ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice can
-        hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
-        breaks a limit. ``stop_after``: as the case asks. ``error``.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``rounds``, ``time``: that
+        budget. ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice
+        can hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid
+        part breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
@@ -177,11 +177,11 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     KeyError, TypeError, ValueError
         If the data is of another layout.
     """
-    known = {one.name for one in fields(RunResult)}
+    known = {entry.name for entry in fields(RunResult)}
     plain = {name: value for name, value in data.items() if name in known}
     for name in ("limits", "solid"):
         plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
-    plain["iterations"] = tuple(iteration_from_json(one) for one in data["iterations"])
+    plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
     for name in ("warnings", "plugins"):
         plain[name] = tuple(data[name])
     return RunResult(**{**plain, "folder": Path(data["folder"])})
@@ -190,7 +190,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
 def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
     """The round that ``dataclasses.asdict`` made plain data of."""
     limits = tuple(
-        LimitIteration(**{**one, "key": LimitKey(**one["key"])}) for one in data["limits"]
+        LimitIteration(**{**entry, "key": LimitKey(**entry["key"])}) for entry in data["limits"]
     )
     return Iteration(**{**data, "limits": limits})
 
@@ -200,5 +200,7 @@ def as_json(result: RunResult) -> dict[str, Any]:
     data = asdict(result)
     data["folder"] = str(result.folder)
     for key, rows in (("limits", result.limits), ("solid", result.solid)):
-        data[key] = [{**asdict(row), "use": row.use, "passed": row.passed} for row in rows]
+        data[key] = [
+            {**asdict(row), "utilisation": row.utilisation, "passed": row.passed} for row in rows
+        ]
     return data

@@ -1,4 +1,4 @@
-"""What a picture shows, apart from how it is drawn."""
+"""Content of a picture, apart from how it is drawn."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LegendEntry:
-    """What a colour stands for."""
+    """Entry of a legend: a colour and its meaning."""
 
     text: str
     colour: str

@@ -1,4 +1,4 @@
-"""What of a verdict rests on the printed surface, in a sentence."""
+"""Sentence on the share of a verdict that rests on the printed surface."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def scope_words(acceptance: Mapping[str, Any]) -> str:
-    """What of the verdict rests on the printed surface, as plain text; empty before acceptance."""
+    """Scope of acceptance on the printed surface, as plain text; empty before acceptance."""
     if not acceptance:
         return ""
     share = f"{acceptance['share_of_volume']:.1%} of the printed volume"

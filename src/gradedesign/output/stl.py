@@ -102,18 +102,18 @@ def _records(corners: FloatArray) -> np.ndarray:
 def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> None:
     """Compare size, count and enclosed volume of the file with what was meant."""
     size = path.stat().st_size
-    found, enclosed = -1, 0.0
+    triangles, enclosed = -1, 0.0
     if size == 84 + 50 * count:
         with path.open("rb") as handle:
             handle.seek(80)
-            found = int(np.frombuffer(handle.read(4), dtype="<u4")[0])
+            triangles = int(np.frombuffer(handle.read(4), dtype="<u4")[0])
             while block := handle.read(50 * _BATCH):
                 corners = np.frombuffer(block, dtype=_RECORD)["corners"].astype(np.float64)
                 a, b, c = np.moveaxis(corners - middle, 1, 0)
                 enclosed += float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-    if found != count or abs(enclosed - volume) > VOLUME_TOLERANCE * abs(volume):
+    if triangles != count or abs(enclosed - volume) > VOLUME_TOLERANCE * abs(volume):
         raise ResourceError(
-            f"{path} reads back as {size} bytes, {found} triangles, {enclosed:g} mm^3; expected "
-            f"{84 + 50 * count} bytes, {count} triangles, {volume:g} mm^3 within 0.1 %; check "
-            f"the disk and write it again"
+            f"{path} reads back as {size} bytes, {triangles} triangles, {enclosed:g} mm^3; "
+            f"expected {84 + 50 * count} bytes, {count} triangles, {volume:g} mm^3 within 0.1 %; "
+            f"check the disk and write it again"
         )

@@ -70,9 +70,9 @@ def export_glb(path: Path, lattice: PrintedLattice) -> None:
 
 
 def _lines(lattice: PrintedLattice) -> list[str]:
-    """What is known of a lattice, one printable line each."""
-    said = [f"{key}: {value}" for key, value in lattice.metadata.items()]
-    return ["".join(c if c.isprintable() else " " for c in line) for line in said]
+    """Metadata of a lattice, one printable line each."""
+    lines = [f"{key}: {value}" for key, value in lattice.metadata.items()]
+    return ["".join(c if c.isprintable() else " " for c in line) for line in lines]
 
 
 def _encoded(
@@ -101,12 +101,12 @@ def _require_same(
     corners = raw.corners * UNIT_MM[raw.unit or "mm"]
     meant = enclosed_volume(lattice.surface)
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    found = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    enclosed = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
     if len(corners) != len(lattice.surface.faces) or not (
-        abs(found - meant) <= VOLUME_TOLERANCE * abs(meant)
+        abs(enclosed - meant) <= VOLUME_TOLERANCE * abs(meant)
     ):
         raise ResourceError(
-            f"{path} reads back as {len(corners)} triangles, {found:g} mm^3; expected "
+            f"{path} reads back as {len(corners)} triangles, {enclosed:g} mm^3; expected "
             f"{len(lattice.surface.faces)} triangles, {meant:g} mm^3 within 0.1 %; check the disk "
             "and write it again"
         )

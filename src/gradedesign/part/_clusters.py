@@ -123,15 +123,15 @@ def connected_sets(clusters: Clusters, members: Iterable[int]) -> list[list[int]
     result = []
     while waiting:
         start = min(waiting)
-        found, front = {start}, [start]
+        component, front = {start}, [start]
         waiting.discard(start)
         while front:
-            for other in clusters.neighbours[front.pop()].tolist():
-                if other in waiting:
-                    waiting.discard(other)
-                    found.add(other)
-                    front.append(other)
-        result.append(sorted(found))
+            for neighbour in clusters.neighbours[front.pop()].tolist():
+                if neighbour in waiting:
+                    waiting.discard(neighbour)
+                    component.add(neighbour)
+                    front.append(neighbour)
+        result.append(sorted(component))
     return result
 
 

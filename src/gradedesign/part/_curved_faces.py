@@ -93,12 +93,12 @@ def _grow_cylinders(clusters: Clusters, members: list[int]) -> tuple[list[Piece]
         for seed in _strip_seeds(clusters, k, free):
             if k in tried:
                 break
-            found, cylinder = _grow(clusters, seed, free)
+            group, cylinder = _grow(clusters, seed, free)
             if cylinder is not None:
-                pieces.append(("cylinder", sorted(found), cylinder))
-                free.difference_update(found)
+                pieces.append(("cylinder", sorted(group), cylinder))
+                free.difference_update(group)
                 break
-            tried.update(found)
+            tried.update(group)
     return pieces, sorted(free)
 
 
@@ -123,42 +123,42 @@ def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[set[int]
     cylinder : Cylinder or None
         None unless what was found is large enough to be sure.
     """
-    found = set(seed)
+    members = set(seed)
     rough = fit_cylinder(patch_of(clusters, seed))
-    if rough is None or _is_band(clusters, found, rough):
+    if rough is None or _is_band(clusters, members, rough):
         return set(), None
     width = min(_width(clusters, k, rough) for k in seed)
-    cylinder = _fit(clusters, found, width)
+    cylinder = _fit(clusters, members, width)
     if cylinder is None:
         return set(), None
-    fitted, front = len(found), list(seed)
+    fitted, front = len(members), list(seed)
     while front:
-        candidates = {j for k in front for j in clusters.neighbours[k].tolist()} & free - found
+        candidates = {j for k in front for j in clusters.neighbours[k].tolist()} & free - members
         front = [j for j in sorted(candidates) if _belongs(clusters, j, cylinder, width)]
-        found.update(front)
-        if len(found) > 1.5 * fitted:
-            cylinder, fitted = _fit(clusters, found, width) or cylinder, len(found)
-    better = _fit(clusters, found, width)
-    if better is not None and not _is_band(clusters, found, better):
-        span = angular_span(patch_of(clusters, found).points, better)
-        if (len(found) >= 4 and span >= 30.0) or (len(found) == 3 and span >= 60.0):
-            return found, better
-    return (found if len(found) > len(seed) else set()), None
+        members.update(front)
+        if len(members) > 1.5 * fitted:
+            cylinder, fitted = _fit(clusters, members, width) or cylinder, len(members)
+    better = _fit(clusters, members, width)
+    if better is not None and not _is_band(clusters, members, better):
+        span = angular_span(patch_of(clusters, members).points, better)
+        if (len(members) >= 4 and span >= 30.0) or (len(members) == 3 and span >= 60.0):
+            return members, better
+    return (members if len(members) > len(seed) else set()), None
 
 
-def _is_band(clusters: Clusters, found: set[int], cylinder: Cylinder) -> bool:
+def _is_band(clusters: Clusters, members: set[int], cylinder: Cylinder) -> bool:
     """Whether a short cylinder is one row of facets of a sphere or torus.
 
     Then the surface goes on smoothly along the axis, in facets of about the same length.
     """
-    beside = sorted({j for k in found for j in clusters.neighbours[k].tolist()} - found)
-    width = np.median([_width(clusters, k, cylinder) for k in found])
+    beside = sorted({j for k in members for j in clusters.neighbours[k].tolist()} - members)
+    width = np.median([_width(clusters, k, cylinder) for k in members])
     limit = min(_SQUARE, _TILT * width / cylinder.radius)
     tilted = np.abs(clusters.normal[beside] @ cylinder.axis) > limit
     if not tilted.any():
         return False
     rows = [k for k, tilt in zip(beside, tilted, strict=True) if tilt]
-    length = np.median([np.ptp(_vertices(clusters, k) @ cylinder.axis) for k in found])
+    length = np.median([np.ptp(_vertices(clusters, k) @ cylinder.axis) for k in members])
     next_length = np.median([np.ptp(_vertices(clusters, k) @ cylinder.axis) for k in rows])
     return bool(length < _LONGER * next_length and length < _SLENDER * width)
 

@@ -47,7 +47,7 @@ class FacedPart:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Match:
-    """What one key of a region says about every face.
+    """Match of every face with one key of a region.
 
     Attributes
     ----------

@@ -68,18 +68,18 @@ def _chunks(data: bytes, source: str) -> tuple[dict[str, Any], bytes]:
             f"declares glTF {version} and {length} bytes, holds {len(data)}; expected glTF 2 and "
             "the size of the file; export or copy it again",
         )
-    found: dict[bytes, bytes] = {}
+    chunks: dict[bytes, bytes] = {}
     at = 12
     while at < len(data):
         size, kind = struct.unpack_from("<I4s", data, at)
         if at + 8 + size > len(data):
             _refuse(source, f"a chunk of {size} bytes is cut; export or copy the file again")
-        found.setdefault(kind, data[at + 8 : at + 8 + size])
+        chunks.setdefault(kind, data[at + 8 : at + 8 + size])
         at += 8 + size
-    header = json.loads(found[_JSON])
+    header = json.loads(chunks[_JSON])
     if not isinstance(header, dict):
         _refuse(source, "its description is no table; export it again")
-    return header, found.get(_BIN, b"")
+    return header, chunks.get(_BIN, b"")
 
 
 def _require_held(plain: dict[str, Any], held: int, source: str) -> None:

@@ -71,11 +71,11 @@ def uncross_shells(
     """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     outward = [part if shell_volume(vertices, part) >= 0.0 else part[:, ::-1] for part in parts]
-    found = [winding_volumes(vertices[part], _rays(vertices[part], size)) for part in outward]
-    largest = max(max(f.solid, f.reversed) for f in found)
+    enclosed = [winding_volumes(vertices[part], _rays(vertices[part], size)) for part in outward]
+    largest = max(max(f.solid, f.reversed) for f in enclosed)
     points, shells, notes = [vertices], [], []
     count, united = len(vertices), 0
-    for original, part, volumes in zip(parts, outward, found, strict=True):
+    for original, part, volumes in zip(parts, outward, enclosed, strict=True):
         pairs = crossing_triangles(vertices, part, margin)
         surplus = volumes.excess + volumes.reversed
         if surplus <= NEGLIGIBLE * largest:
@@ -112,11 +112,11 @@ def require_simple(vertices: FloatArray, faces: IntArray, source: str) -> None:
     PartError
         With the volumes by winding number.
     """
-    found = winding_volumes(vertices[faces])
-    if found.excess + found.reversed > NEGLIGIBLE * found.solid:
+    volumes = winding_volumes(vertices[faces])
+    if volumes.excess + volumes.reversed > NEGLIGIBLE * volumes.solid:
         raise PartError(
             f"{source}: shells overlap in a way that could not be settled: "
-            f"{_in_words(found)}; unite the solids in CAD and export the part again"
+            f"{_in_words(volumes)}; unite the solids in CAD and export the part again"
         )
 
 
@@ -129,17 +129,17 @@ def _place(vertices: FloatArray, part: IntArray, pairs: IntArray) -> str:
     return f"at {len(pairs)} facets or more around ({p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g}) mm"
 
 
-def _in_words(found: WindingVolumes) -> str:
+def _in_words(volumes: WindingVolumes) -> str:
     return (
-        f"{found.solid:.6g} mm^3 are enclosed, {found.excess:.4g} mm^3 of them counted again and "
-        f"{found.reversed:.4g} mm^3 inside out"
+        f"{volumes.solid:.6g} mm^3 are enclosed, {volumes.excess:.4g} mm^3 of them counted again "
+        f"and {volumes.reversed:.4g} mm^3 inside out"
     )
 
 
 def _united(
     vertices: FloatArray,
     part: IntArray,
-    found: WindingVolumes,
+    volumes: WindingVolumes,
     margin: float,
     pairs: IntArray,
     source: str,
@@ -148,14 +148,14 @@ def _united(
     import manifold3d
 
     place = _place(vertices, part, pairs)
-    solid = manifold_of(vertices, part, 1.0) if _is_outward(found) else None
+    solid = manifold_of(vertices, part, 1.0) if _is_outward(volumes) else None
     pieces = None if solid is None else _pieces(solid, margin)
     whole = manifold3d.Manifold.batch_boolean(pieces or [], manifold3d.OpType.Add)
     before, after = shell_volume(vertices, part), whole.volume()
-    if not pieces or not np.isclose(after, before - found.excess, rtol=_AGREEMENT):
+    if not pieces or not np.isclose(after, before - volumes.excess, rtol=_AGREEMENT):
         raise PartError(
             f"{source}: a shell passes through itself {place}, and what it encloses is "
-            f"unclear: {_in_words(found)}; repair the part in CAD"
+            f"unclear: {_in_words(volumes)}; repair the part in CAD"
         )
     note = (
         f"{source}: a shell passes through itself {place}; united with itself it holds "
@@ -164,8 +164,8 @@ def _united(
     return *mesh_of(whole), note
 
 
-def _is_outward(found: WindingVolumes) -> bool:
-    return found.reversed <= NEGLIGIBLE * found.solid
+def _is_outward(volumes: WindingVolumes) -> bool:
+    return volumes.reversed <= NEGLIGIBLE * volumes.solid
 
 
 def _pieces(solid: Any, margin: float) -> list[Any] | None:
@@ -178,9 +178,9 @@ def _pieces(solid: Any, margin: float) -> list[Any] | None:
             if piece.volume() < 0.0 or len(pieces) + len(waiting) > _MOST_PIECES:
                 return None
             points, facets = mesh_of(piece)
-            found = winding_volumes(points[facets])
+            volumes = winding_volumes(points[facets])
             simple = len(crossing_triangles(points, facets, margin)) == 0
-            if simple and found.excess + found.reversed <= 1e-6 * found.solid:
+            if simple and volumes.excess + volumes.reversed <= 1e-6 * volumes.solid:
                 pieces.append(piece)
                 continue
             if cuts == _MOST_CUTS:

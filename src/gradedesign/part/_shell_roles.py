@@ -1,4 +1,4 @@
-"""What each closed shell is to the part: solid, void, hole, crumb, or nothing."""
+"""Role of each closed shell in the part: solid, void, hole, crumb, or nothing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._nesting import Nesting
 
-#: A loose piece below this share of the largest one's volume is a crumb.
+#: A disconnected component below this share of the largest one's volume is a crumb.
 CRUMB_SHARE = 1e-3
 #: Crumbs above this share of the other volume together are no crumbs.
 CRUMBS_SHARE = 1e-2
@@ -67,7 +67,7 @@ def _clusters(nesting: Nesting) -> IntArray:
 
 
 def _crumbs(cluster: IntArray, volumes: FloatArray) -> BoolArray:
-    """Loose pieces too small to be meant, unless together they are a part of the volume."""
+    """Mask of disconnected components too small to be meant, unless together they matter."""
     size = np.bincount(cluster, np.abs(volumes))
     small = size < CRUMB_SHARE * size.max()
     if size[small].sum() > CRUMBS_SHARE * size[~small].sum():

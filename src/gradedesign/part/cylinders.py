@@ -56,7 +56,7 @@ class CylinderGroup:
 
     @property
     def selector(self) -> str:
-        """What a region writes to select these faces."""
+        """Selector by which a region of the case file selects these faces."""
         axis = "" if self.axis_name is None else f', axis = "{self.axis_name}"'
         return f'cylinder = {{diameter = "{self.diameter:.4g} mm"{axis}}}'
 
@@ -86,14 +86,19 @@ def cylinder_groups(faces: SmoothFaces) -> tuple[CylinderGroup, ...]:
     return tuple(sorted(gathered, key=lambda g: (not g.concave, g.diameter, *g.axis)))
 
 
-def _alike(one: SmoothFace, other: SmoothFace) -> bool:
+def _alike(first: SmoothFace, second: SmoothFace) -> bool:
     """Whether two cylindrical faces have one diameter, direction and sense."""
-    if one.axis is None or other.axis is None or one.diameter is None or other.diameter is None:
+    if (
+        first.axis is None
+        or second.axis is None
+        or first.diameter is None
+        or second.diameter is None
+    ):
         return False
-    off = float(np.linalg.norm(np.cross(one.axis, other.axis)))
+    off = float(np.linalg.norm(np.cross(first.axis, second.axis)))
     return (
-        one.concave == other.concave
-        and abs(one.diameter / other.diameter - 1.0) <= _SAME_DIAMETER
+        first.concave == second.concave
+        and abs(first.diameter / second.diameter - 1.0) <= _SAME_DIAMETER
         and off <= np.sin(np.radians(AXIS_ANGLE))
     )
 

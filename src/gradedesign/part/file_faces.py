@@ -91,11 +91,11 @@ def carried(
     """
     a, b, c = np.moveaxis(corners, 1, 0)
     solid = np.flatnonzero(np.cross(b - a, c - a).any(axis=1))
-    found = closest_features(
+    nearest = closest_features(
         build_triangle_tree(corners[solid]), corner_points(surface).mean(axis=1).T
     )
-    label = faces.label[solid][found.triangle]
-    label = np.where(found.distance <= tolerance, label, NO_FACE)
+    label = faces.label[solid][nearest.triangle]
+    label = np.where(nearest.distance <= tolerance, label, NO_FACE)
     kept = set(np.unique(label).tolist())
     return FileFaces(
         label=label,

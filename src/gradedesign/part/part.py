@@ -143,6 +143,6 @@ def _read_file(
         )
     scaled = in_mm(raw, unit, path.name)
     if raw.unit not in (None, unit):
-        said = f"{path.name}: read in {unit} as [part] units says, though its unit is {raw.unit}"
-        scaled = replace(scaled, warnings=(*scaled.warnings, said))
+        warning = f"{path.name}: read in {unit} as [part] units says, though its unit is {raw.unit}"
+        scaled = replace(scaled, warnings=(*scaled.warnings, warning))
     return scaled, unit

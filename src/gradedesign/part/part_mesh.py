@@ -165,15 +165,15 @@ def _border(corners: FloatArray) -> tuple[BoolArray, BoolArray]:
 
 
 def _beyond_border(
-    corners: FloatArray, normals: FloatArray, centres: FloatArray, found: ClosestPoints
+    corners: FloatArray, normals: FloatArray, centres: FloatArray, nearest: ClosestPoints
 ) -> FloatArray:
     """How far centres ``(3, n)`` lie beyond the border of the patch, along it, mm; 0 within."""
     edges, rims = _border(corners)
     on_border = np.concatenate([np.zeros((len(corners), 1), dtype=bool), edges, rims], axis=1)
-    gap = centres - found.point
-    normal = normals[found.triangle].T
+    gap = centres - nearest.point
+    normal = normals[nearest.triangle].T
     along = gap - normal * (gap * normal).sum(axis=0)
-    outside = on_border[found.triangle, found.feature]
+    outside = on_border[nearest.triangle, nearest.feature]
     return np.where(outside, np.linalg.norm(along, axis=0), 0.0)
 
 
@@ -211,14 +211,14 @@ def region_facets(
     vectors = 0.5 * np.cross(b - a, c - a, axis=0)
     areas = np.linalg.norm(vectors, axis=0)
     centres = (a + b + c) / 3.0
-    found = closest_features(tree, centres)
+    nearest = closest_features(tree, centres)
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    cosine = (vectors * normals[found.triangle].T).sum(axis=0)
+    cosine = (vectors * normals[nearest.triangle].T).sum(axis=0)
     chosen = (
-        (found.distance <= tolerance)
+        (nearest.distance <= tolerance)
         & (cosine >= math.cos(math.radians(angle_deg)) * areas)
-        & (_beyond_border(triangles, normals, centres, found) <= BEYOND * np.sqrt(areas))
+        & (_beyond_border(triangles, normals, centres, nearest) <= BEYOND * np.sqrt(areas))
     )
     area = float(areas[chosen].sum())
     centroid = (centres * areas)[:, chosen].sum(axis=1) / area if area > 0.0 else np.zeros(3)
@@ -226,13 +226,13 @@ def region_facets(
 
 
 def check_region_area(
-    found: RegionFacets, expected: float, *, name: str = "region", rel: float = 0.05
+    region: RegionFacets, expected: float, *, name: str = "region", rel: float = 0.05
 ) -> None:
     """Refuse facets whose area differs from the region's.
 
     Parameters
     ----------
-    found : RegionFacets
+    region : RegionFacets
     expected : float, mm^2
     name : str
         Used in the message.
@@ -243,9 +243,9 @@ def check_region_area(
     ------
     MeshError
     """
-    if not abs(found.area - expected) <= rel * expected:
+    if not abs(region.area - expected) <= rel * expected:
         raise MeshError(
-            f"region '{name}': its {len(found.facets)} facets on the mesh have {found.area:.6g} "
+            f"region '{name}': its {len(region.facets)} facets on the mesh have {region.area:.6g} "
             f"mm^2, the region has {expected:.6g} mm^2, allowed is a difference of "
             f"{100 * rel:.3g} %; use a smaller part.mesh_size"
         )

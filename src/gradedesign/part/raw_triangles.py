@@ -137,6 +137,6 @@ def _require_sane_range(corners: FloatArray, unit: str, source: str) -> None:
 
 def _facet_list(mask: BoolArray, most: int = 8) -> str:
     """Name the facets of a mask, the first few of them."""
-    found = np.flatnonzero(mask)
-    names = ", ".join(str(k) for k in found[:most])
-    return f"facets {names}" + (f" and {len(found) - most} more" if len(found) > most else "")
+    numbers = np.flatnonzero(mask)
+    names = ", ".join(str(k) for k in numbers[:most])
+    return f"facets {names}" + (f" and {len(numbers) - most} more" if len(numbers) > most else "")

@@ -125,29 +125,29 @@ def _resolve(
         raise CaseError(f"region.{above[-1]}: names the region {name!r}; there are {known}")
     spec = specs[name]
     named = {
-        other: _resolve(part, specs, other, done, (*above, name), file_faces)
-        for other in spec.names
+        operand: _resolve(part, specs, operand, done, (*above, name), file_faces)
+        for operand in spec.names
     }
-    found = [*matches(part, spec), *_combined(part, spec, named, name)]
+    filters = [*matches(part, spec), *_combined(part, spec, named, name)]
     triangles = np.ones(len(part.faces.label), dtype=bool)
     if spec.face or spec.name or spec.color:
         triangles = marked_triangles(spec, file_faces, name)
-        found.append(_touched(part, triangles, "face, name and color of the file"))
+        filters.append(_touched(part, triangles, "face, name and color of the file"))
     triangles &= _combined_triangles(spec, named, len(triangles))
-    fits = np.asarray(np.all([match.fits for match in found] or [_everything(part)], axis=0))
-    miss = np.sum([match.miss for match in found], axis=0) if found else np.zeros(len(fits))
+    fits = np.asarray(np.all([match.fits for match in filters] or [_everything(part)], axis=0))
+    miss = np.sum([match.miss for match in filters], axis=0) if filters else np.zeros(len(fits))
     if not fits.any():
-        raise CaseError(nothing_found(part, name, found, miss))
+        raise CaseError(nothing_found(part, name, filters, miss))
     if spec.nearest is not None:
         fits = _nearest(part, fits, np.array(spec.nearest))
-    clips = tuple(box for other in spec.all for box in named[other].clips)
+    clips = tuple(box for operand in spec.all for box in named[operand].clips)
     if len(spec.any) == 1:
         clips += named[spec.any[0]].clips
     if spec.clip and spec.box is not None:
         clips += (spec.box,)
     triangles &= fits[part.faces.label]
     if not triangles.any():
-        raise CaseError(nothing_found(part, name, found, miss))
+        raise CaseError(nothing_found(part, name, filters, miss))
     done[name] = _Selection(faces=fits, triangles=triangles, clips=clips)
     return done[name]
 
@@ -165,12 +165,12 @@ def _touched(part: FacedPart, triangles: BoolArray, key: str) -> Match:
 def _combined_triangles(spec: RegionSpec, named: Mapping[str, _Selection], count: int) -> BoolArray:
     """Triangles ``(m,)`` that the regions leave which a region names."""
     result = np.ones(count, dtype=bool)
-    for other in spec.all:
-        result &= named[other].triangles
+    for member in spec.all:
+        result &= named[member].triangles
     if spec.any:
-        result &= np.any([named[other].triangles for other in spec.any], axis=0)
-    for other in spec.not_:
-        result &= ~named[other].triangles
+        result &= np.any([named[member].triangles for member in spec.any], axis=0)
+    for member in spec.not_:
+        result &= ~named[member].triangles
     return result
 
 
@@ -179,19 +179,19 @@ def _combined(
 ) -> list[Match]:
     """Judge faces by the regions that a region names."""
     loose = spec.not_ if len(spec.any) < 2 else (*spec.any, *spec.not_)
-    clipped = [other for other in loose if named[other].clips]
+    clipped = [member for member in loose if named[member].clips]
     if clipped:
         raise CaseError(
             f"region.{name}: {', '.join(clipped)} are cut by a box, and cut faces cannot be "
             "united or excluded; name such regions one by one where they are used"
         )
     result = []
-    for word, others in (("any", spec.any), ("all", spec.all), ("not", spec.not_)):
-        if others:
-            taken = np.array([named[other].triangles for other in others])
+    for word, members in (("any", spec.any), ("all", spec.all), ("not", spec.not_)):
+        if members:
+            taken = np.array([named[member].triangles for member in members])
             left = taken.all(axis=0) if word == "all" else taken.any(axis=0)
             left = np.asarray(~left if word == "not" else left)
-            result.append(_touched(part, left, f"{word} of {', '.join(others)}"))
+            result.append(_touched(part, left, f"{word} of {', '.join(members)}"))
     return result
 
 

@@ -39,7 +39,7 @@ _FAR = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairReport:
-    """What was changed between the file and the surface.
+    """Report on the changes between the file and the surface.
 
     Attributes
     ----------
@@ -57,7 +57,8 @@ class RepairReport:
     shells_united : int
         Shells that overlapped each other or themselves, or that a reversed shell cut.
     fragments_dropped : int
-        Loose pieces under 0.1 % of the volume of the largest, together under 1 % of the part's.
+        Disconnected components under 0.1 % of the volume of the largest, together under 1 % of the
+        part's.
     holes_filled : int
     touching_edges : int
         Edges at which more than two facets meet.

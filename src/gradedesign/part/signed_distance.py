@@ -100,10 +100,10 @@ def surface_distance(surface: SurfaceMesh) -> Field:
     def distance(points: FloatArray) -> FloatArray:
         points = np.asarray(points, dtype=np.float64)
         flat = points.reshape(3, -1)
-        found = closest_features(tree, flat)
-        normal = normals[found.triangle, found.feature]
-        side = np.einsum("in,ni->n", flat - found.point, normal)
-        return np.where(side < 0.0, -found.distance, found.distance).reshape(points.shape[1:])
+        nearest = closest_features(tree, flat)
+        normal = normals[nearest.triangle, nearest.feature]
+        side = np.einsum("in,ni->n", flat - nearest.point, normal)
+        return np.where(side < 0.0, -nearest.distance, nearest.distance).reshape(points.shape[1:])
 
     return distance
 

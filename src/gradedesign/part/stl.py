@@ -77,9 +77,9 @@ def parse_stl(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
         return _parse_binary(data, source)
     if _is_ascii_stl(data):
         return parse_ascii(data, source), []
-    other = _looks_like(data)
-    if other is not None:
-        raise PartError(f"{source}: not STL, looks like {other}; export the part as STL")
+    format_name = _looks_like(data)
+    if format_name is not None:
+        raise PartError(f"{source}: not STL, looks like {format_name}; export the part as STL")
     if len(data) < _HEADER:
         raise PartError(
             f"{source}: truncated header: the file has {len(data)} bytes, "

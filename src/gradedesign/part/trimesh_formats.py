@@ -104,9 +104,9 @@ def read_glb(path: Path) -> RawTriangles:
     """
     data = _bytes(path)
     with _decoding(path, "a GLB file"):
-        plain, names, said = plain_glb(data, path.name)
+        plain, names, remarks = plain_glb(data, path.name)
         scene = _scene(plain, "glb")
-        return _triangles(path, scene, None, name_of=names.get, unit=_GLB_UNIT, said=said)
+        return _triangles(path, scene, None, name_of=names.get, unit=_GLB_UNIT, remarks=remarks)
 
 
 def _require_three_corners(data: Any, source: str) -> None:
@@ -153,7 +153,7 @@ def _triangles(
     *,
     name_of: Callable[[str], str | None] | None = None,
     unit: str | None = None,
-    said: tuple[str, ...] = (),
+    remarks: tuple[str, ...] = (),
 ) -> RawTriangles:
     """Triangles of every body where it is placed; ``count`` of them, where that is known."""
     corners, label = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=np.int64)]
@@ -177,10 +177,10 @@ def _triangles(
             node = scene.graph.transforms.parents[node]
         name = None if name_of is None else name_of(body if unit is None else node)
         label.append(_labels(name, _colors(mesh), marks))
-    found = np.concatenate(corners)
-    if count is not None and len(found) != count:
+    soup = np.concatenate(corners)
+    if count is not None and len(soup) != count:
         raise PartError(
-            f"{path.name}: declares {count} faces, {len(found)} triangles are there; export it "
+            f"{path.name}: declares {count} faces, {len(soup)} triangles are there; export it "
             "triangulated, or copy the file again"
         )
     faces_of_file = None
@@ -190,7 +190,7 @@ def _triangles(
             names={n: name for (name, _), n in marks.items() if name is not None},
             colors={n: color for (_, color), n in marks.items() if color is not None},
         )
-    return raw_triangles(found, source=path.name, unit=unit, faces=faces_of_file, warnings=said)
+    return raw_triangles(soup, source=path.name, unit=unit, faces=faces_of_file, warnings=remarks)
 
 
 def _labels(

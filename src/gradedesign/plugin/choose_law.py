@@ -52,9 +52,9 @@ def choose_law(
             _require_overlap([for_family[law]], family, density)
             return for_family[law]
         if law in registry.scaling_laws:
-            others = ", ".join(registry.scaling_laws[law].families)
+            families = ", ".join(registry.scaling_laws[law].families)
             raise CaseError(
-                f"law '{law}' describes {others}, not '{family}'; "
+                f"law '{law}' describes {families}, not '{family}'; "
                 f"{instead(law, ['auto', *for_family])}"
             )
         if registry.notes:

@@ -1,4 +1,4 @@
-"""What readers and exporters must agree on beside their names: suffixes."""
+"""Checks of the suffixes of readers and exporters across plugins."""
 
 from __future__ import annotations
 

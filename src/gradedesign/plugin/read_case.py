@@ -43,5 +43,5 @@ def load_case(
 
 
 def entries_of(registry: Registry | None) -> Mapping[str, type[LimitEntry]]:
-    """What the kinds of a registry, or else the installed ones, add to ``[limits]``."""
+    """Entries of ``[limits]`` from the kinds of a registry, or else from the installed ones."""
     return limit_entries((build_registry() if registry is None else registry).limits)

@@ -1,4 +1,4 @@
-"""What the registry holds: records by name, where they came from, and what failed."""
+"""Records of the registry: entries by name, their sources, and failures to load."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ Kind = Literal[
 
 
 class _Shelf(NamedTuple):
-    """What a hook must return, how its names look and what a person calls it."""
+    """Kind of entry of a hook: its record type, the form of its names and its title."""
 
     record: type
     names: re.Pattern[str]
@@ -124,24 +124,24 @@ def build_registry(
         raise PluginError(
             f"plugin of {source}: {error}; hooks that exist: {', '.join(sorted(hook_names()))}"
         ) from error
-    found, more = _collect(manager, sources)
-    check_formats(found["readers"], found["exporters"])
-    check_limit_keys(found["limits"])
+    shelves, more = _collect(manager, sources)
+    check_formats(shelves["readers"], shelves["exporters"])
+    check_limit_keys(shelves["limits"])
     failures = tuple(sorted([*failures, *more], key=str))
     unmarked = tuple(unmarked_hooks(manager, sources))
     for failure in failures:
         log.warning("disabled %s", failure)
-    orphans = _orphan_laws(found)
+    orphans = _orphan_laws(shelves)
     for warning in (*unmarked, *orphans):
         log.warning("%s", warning)
     if strict and (failures or unmarked or orphans):
         raise PluginError("; ".join([*map(str, failures), *unmarked, *orphans]))
     failed = {failure.entry_point for failure in failures}
     return Registry(
-        **{kind: _by_name(kind, found[kind]) for kind in _SHELVES},
+        **{kind: _by_name(kind, shelves[kind]) for kind in _SHELVES},
         sources=MappingProxyType(
             {
-                kind: MappingProxyType({n: str(s) for n, (_, s) in sorted(found[kind].items())})
+                kind: MappingProxyType({n: str(s) for n, (_, s) in sorted(shelves[kind].items())})
                 for kind in _SHELVES
             }
         ),
@@ -191,14 +191,14 @@ def absent(registry: Registry, message: str) -> CaseError | PluginError:
     return CaseError(message)
 
 
-_Found = dict[str, dict[str, tuple[Any, PluginSource]]]
+_Entries = dict[str, dict[str, tuple[Any, PluginSource]]]
 
 
 def _collect(
     manager: pluggy.PluginManager, sources: Mapping[str, PluginSource]
-) -> tuple[_Found, list[PluginFailure]]:
+) -> tuple[_Entries, list[PluginFailure]]:
     """Call every hook of every plugin; one that raises loses all of its records."""
-    found: _Found = {kind: {} for kind in _SHELVES}
+    shelves: _Entries = {kind: {} for kind in _SHELVES}
     failures: list[PluginFailure] = []
     for plugin_name, source in sorted(sources.items()):
         records: list[tuple[Kind, Any]] = []
@@ -213,11 +213,11 @@ def _collect(
             failures.append(failure_of(source, error))
             continue
         for kind, record in records:
-            _add(found, kind, record, source)
-    return found, failures
+            _add(shelves, kind, record, source)
+    return shelves, failures
 
 
-def _add(found: _Found, kind: Kind, record: Any, source: PluginSource) -> None:
+def _add(shelves: _Entries, kind: Kind, record: Any, source: PluginSource) -> None:
     """Check one record and put it on its shelf."""
     shelf = _SHELVES[kind]
     if not isinstance(record, shelf.record):
@@ -231,29 +231,29 @@ def _add(found: _Found, kind: Kind, record: Any, source: PluginSource) -> None:
             f"{shelf.noun} {name!r} of plugin '{source.entry_point}' ({source}) has an invalid "
             f"name; use lower-case letters and digits joined by dashes, such as 'my-cell'"
         )
-    if name in found[kind]:
+    if name in shelves[kind]:
         raise PluginError(
-            f"{shelf.noun} '{name}' is supplied by both {found[kind][name][1]} and {source}; "
+            f"{shelf.noun} '{name}' is supplied by both {shelves[kind][name][1]} and {source}; "
             f"uninstall one, or rename the record, for example to '<vendor>-{name}'"
         )
-    found[kind][name] = (record, source)
+    shelves[kind][name] = (record, source)
 
 
-def _orphan_laws(found: _Found) -> list[str]:
+def _orphan_laws(shelves: _Entries) -> list[str]:
     """Say which laws describe cells that nothing supplies: misspelt, or of a missing plugin."""
-    cells = found["cell_families"]
-    said = []
-    for name, (law, source) in sorted(found["scaling_laws"].items()):
+    cells = shelves["cell_families"]
+    remarks = []
+    for name, (law, source) in sorted(shelves["scaling_laws"].items()):
         for family in law.families:
             if family not in cells:
                 guess = nearest(family, cells)
-                said.append(
+                remarks.append(
                     f"law '{name}' of {source} describes cell '{family}', which no installed "
                     f"plugin supplies: "
                     + (f'did you mean "{guess}"? Or ' if guess is not None else "")
                     + "install the plugin of that cell"
                 )
-    return said
+    return remarks
 
 
 def _by_name(kind: Kind, shelf: Mapping[str, tuple[Any, PluginSource]]) -> Mapping[str, Any]:

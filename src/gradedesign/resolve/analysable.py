@@ -51,7 +51,7 @@ class Analysable:
 
 
 def solid_layers(case: Case) -> list[float]:
-    """Thicknesses of the skin and of the margins of kept regions, mm."""
+    """Thicknesses of the skin and of the margins of passive regions, mm."""
     skin = case.lattice.skin
     return [k.margin for k in case.keep if k.margin > 0] + ([skin] if skin else [])
 
@@ -152,7 +152,7 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
 def _refusal(
     case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray, analysis: ExplicitAnalysis
 ) -> str:
-    """What does not fit, and what would."""
+    """Sentence about what does not fit the memory, and what would."""
     best = int(np.argmin(need))
     layers = min(solid_layers(case), default=np.inf)
     larger = (need[best] / case.run.memory) ** (1 / 3)

@@ -51,7 +51,7 @@ class LatticeFile:
 
     @property
     def key(self) -> str:
-        """What ``files`` of the result calls it."""
+        """Name of the file in ``files`` of the result."""
         return "stl" if self.name == STL_NAME else f"lattice_{self.exporter.name}"
 
 

@@ -1,4 +1,4 @@
-"""What the loads of a case add up to, on the solid part and before any mesh."""
+"""Resultants of the loads of a case, on the solid part and before any mesh."""
 
 from __future__ import annotations
 

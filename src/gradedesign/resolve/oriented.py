@@ -108,7 +108,7 @@ def constant_size(case: Case | GenerateCase) -> Field:
 def alignment(
     case: Case | GenerateCase, cell_map: CellMap, tensor_of: Field, places: FloatArray
 ) -> dict[str, Any]:
-    """How far the largest principal direction is from the nearest cell axis, plain data.
+    """Angles between the largest principal direction and the nearest cell axis, plain data.
 
     Weighted by the principal value; beside it the same of straight cells.
     """

@@ -43,7 +43,7 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
 
 
 def _blamed(reader: PartReader, source: str) -> Reader:
-    """Read a file; what is wrong with the file is told as the reader tells it."""
+    """Read a file; errors of the reader about the file are passed on."""
 
     def read(path: Path) -> RawTriangles:
         who = f"part reader '{reader.name}' of {source} on {path.name}"

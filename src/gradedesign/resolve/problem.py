@@ -1,4 +1,4 @@
-"""What is sized: the part with its loads and limits, which no round changes."""
+"""Design problem: the part with its loads and limits, which no iteration changes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Problem:
     domain : DesignDomain
     space : TetSpace
         Quadratic tetrahedra of the part.
-    solid_share : (M,) array
+    solid_fraction : (M,) array
         Share of each tetrahedron that stays fully dense, 0 to 1.
     facets : dict of region to (k, 3) int array
     loads : tuple of PartLoadCase
@@ -55,7 +55,7 @@ class Problem:
     part: Part
     domain: DesignDomain
     space: TetSpace
-    solid_share: FloatArray
+    solid_fraction: FloatArray
     facets: dict[str, IntArray]
     loads: tuple[PartLoadCase, ...]
     solver: LinearSolver

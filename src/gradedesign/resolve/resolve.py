@@ -1,4 +1,4 @@
-"""What a case names or states, as records: material, parameters of the cell, densities."""
+"""Records that a case names or states: material, parameters of the cell, densities."""
 
 from __future__ import annotations
 

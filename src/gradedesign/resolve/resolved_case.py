@@ -41,7 +41,7 @@ from gradedesign.workspace.progress import report_step
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedCase:
-    """What a case names, as records; its part with regions, and where its cells lie.
+    """Records that a case names, its part with regions, and the layout of its cells.
 
     Attributes
     ----------

@@ -66,7 +66,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     bounds, narrowed = density_bounds(case, known.cell, law, known.layout.least)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, known.part, known.mesher)
-    report_step("supports, loads and solid shares of the part")
+    report_step("supports, loads and solid volume fractions of the part")
     shares = solid_fraction(known.domain, mesh)
     analysable = affordable(known, bounds, signed_volumes(mesh), shares)
     cells = CellChoice(
@@ -157,7 +157,7 @@ def placed_problem(
         part=part,
         domain=known.domain,
         space=space,
-        solid_share=shares,
+        solid_fraction=shares,
         facets=facets,
         loads=loads,
         solver=known.solver,

@@ -80,7 +80,7 @@ def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
 
 
 def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
-    """Say what it means that few cells across the part are taken for a periodic lattice.
+    """Warning on walls of few cells that sizing takes for a periodic lattice.
 
     Nothing where the case wants it so, or half of the lattice has `FEW_CELLS` cells across.
     """
@@ -97,7 +97,7 @@ def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -
 
 
 def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
-    """The setup whose model knows its walls of few cells, with warnings where it does not.
+    """Setup with size effects in its model, and warnings where they are left out.
 
     Beside walls, cells are as full as passive regions leave them: a sleeve in the void of a cell
     leaves its struts whole, in less room.
@@ -123,7 +123,7 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
             problem.part,
             domain,
             mesh,
-            model.solid_share < 1,
+            model.solid_fraction < 1,
             wall_material(cells.cell, cells.bounds, model.material.poissons_ratio),
             lambda wall: on_event(
                 Event(stage="walls", message=f"computing {wall}; later runs find it in the cache")

@@ -1,4 +1,4 @@
-"""The fully solid part, which must hold every limit before any lattice is worth making."""
+"""Analysis of the fully solid part, which must hold every limit."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class SolidStress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidAnalysis:
-    """What limits read of the fully solid part.
+    """Analysis of the fully solid part, as limits read it.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
 
 
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """The setup with what the solid part shows: its rows, and limits relative to it resolved.
+    """Setup with the rows of the solid part, and with limits relative to it resolved.
 
     Raises
     ------

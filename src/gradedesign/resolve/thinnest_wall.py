@@ -20,7 +20,7 @@ def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> flo
     if layout.cell_map.name == "uniform":
         least = float(grid.values.min())
         return float(wall_mm(cells.cell, least, layout.least))
-    lattice = problem.solid_share < 1
+    lattice = problem.solid_fraction < 1
     if not lattice.any():
         return float(wall_mm(cells.cell, cells.bounds[0], layout.typical))
     places = centroids(problem.space.mesh)[:, lattice]

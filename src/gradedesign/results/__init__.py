@@ -1,1 +1,1 @@
-"""What a run leaves behind: verdict, files, report, log of iterations."""
+"""Output of a run: verdict, files, report, log of iterations."""

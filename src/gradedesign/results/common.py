@@ -73,7 +73,7 @@ def size_effects_data(setup: Setup) -> dict[str, Any]:
             problem.case, cells.law.kind, cells.cell, cells.bounds[0], problem.part, cells.layout
         )
         return {"mode": "periodic", **({"reason": reason} if reason else {})}
-    weight = setup.model.volumes * (setup.model.solid_share < 1)
+    weight = setup.model.volumes * (setup.model.solid_fraction < 1)
     return {
         "mode": "walls",
         "kinds": len(walls.classes),

@@ -78,7 +78,7 @@ def write_outputs(
     rho: FloatArray | None = None,
     shown: Shown | None = None,
 ) -> RunResult:
-    """Write what exists at this point and return the result with its files named."""
+    """Write the files of what was computed, and return the result with their names."""
     problem = setup.problem
     files: dict[str, str] = {}
     warnings: list[str] = list(result.warnings)
@@ -161,7 +161,7 @@ def _solid_vtu(
 def _density_files(
     out: RunFolder, problem: Problem, rho: FloatArray, files: dict[str, str]
 ) -> tuple[str, ...]:
-    shown = np.where(problem.solid_share >= 1.0, 1.0, rho)
+    shown = np.where(problem.solid_fraction >= 1.0, 1.0, rho)
     files["density"] = "density.png"
     warnings = picture_density(out.path_of("density.png"), problem.space.mesh, shown)
     _adopt_drawn(out, files, "density")
@@ -173,7 +173,7 @@ def _density_files(
             problem.space.mesh,
             cell_data={
                 "relative_density [-]": rho,
-                "solid_share [-]": problem.solid_share,
+                "solid_volume_fraction [-]": problem.solid_fraction,
             },
         )
         out.adopt("density.vtu")

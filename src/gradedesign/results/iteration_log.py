@@ -15,7 +15,7 @@ _COLUMNS = (
     ("mass [g]", "mass_g"),
     ("lattice mass [g]", "lattice_mass_g"),
     ("mean density [-]", "mean_density"),
-    ("largest use [-]", "use"),
+    ("largest utilisation [-]", "utilisation"),
     ("every limit holds [-]", "passed"),
     ("stiffness factor [-]", "stiffness_factor"),
     ("unknowns [-]", "dofs"),
@@ -29,13 +29,13 @@ def iteration_log(iterations: Sequence[Iteration]) -> str:
     """One line per round, comma separated, one value in a field and its unit in the header.
 
     Every limit has columns of its own: the prediction before the analysis, the explicit value, the
-    gap, the latter over the former less one, and the factor on the prediction.
+    discrepancy, the latter over the former less one, and the factor on the prediction.
     """
     each = [
         (
             f"predicted {one.label} [{one.unit}]",
             f"explicit {one.label} [{one.unit}]",
-            f"gap of {one.label} [-]",
+            f"discrepancy of {one.label} [-]",
             f"factor on {one.label} [-]",
         )
         for one in (iterations[0].limits if iterations else ())
@@ -44,7 +44,7 @@ def iteration_log(iterations: Sequence[Iteration]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*(header for header, _ in _COLUMNS), *chain.from_iterable(each)])
     for it in iterations:
-        found = ((one.predicted, one.explicit, one.gap, one.factor) for one in it.limits)
+        found = ((one.predicted, one.explicit, one.discrepancy, one.factor) for one in it.limits)
         values = [getattr(it, attribute) for _, attribute in _COLUMNS]
         writer.writerow([_cell(v) for v in (*values, *chain.from_iterable(found))])
     return text.getvalue()

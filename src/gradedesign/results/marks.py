@@ -1,4 +1,4 @@
-"""What the picture of the loading marks: regions of a case and what acts on them."""
+"""Marks in the picture of the loading: regions of a case with their loads and supports."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gradedesign.part.regions import Region
 
 
 def region_marks(case: Case, regions: Mapping[str, Region]) -> list[RegionMark]:
-    """Supports, loaded and kept regions; one that is several is drawn as the first of these."""
+    """Supports, loaded and passive regions; one that is several is drawn as the first of these."""
     roles: dict[str, Role] = {fix.region: "support" for one in case.load_case for fix in one.fix}
     for one in case.load_case:
         for load in one.load:

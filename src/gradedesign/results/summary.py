@@ -1,4 +1,4 @@
-"""From what the loop found to the result that is written."""
+"""Result records from the outcome of the loop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from gradedesign.arrays import FloatArray
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, is_tight, worst_use
+from gradedesign.limits.verdict import all_hold, is_tight, worst_utilisation
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.round import predict
@@ -28,14 +28,14 @@ from gradedesign.verify.correction import Correction
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
     """The fully solid part breaks a limit."""
-    worst = max(rows, key=lambda row: row.use)
+    worst = max(rows, key=lambda row: row.utilisation)
     return RunResult(
         status="infeasible",
         lightest=False,
         ended_by="solid",
         reason=(
             f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
-            f"{worst.value:.4g} {worst.unit}, {worst.use:.2f} times the allowed "
+            f"{worst.value:.4g} {worst.unit}, {worst.utilisation:.2f} times the allowed "
             f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
             f"smaller load or a wider limit would help, a lattice cannot"
         ),
@@ -58,8 +58,9 @@ def partial_result(
     common = common_entries(setup, registry)
     if sized is not None and not sized.feasible:
         common["warnings"] += (
-            f"the sized lattice breaks a limit: the most used one to {sized.history[-1].use:.1%}, "
-            f"by the homogenised prediction; a higher upper density or a wider limit would help",
+            f"the sized lattice breaks a limit: the most used one to "
+            f"{sized.history[-1].utilisation:.1%}, by the homogenised prediction; a "
+            f"higher upper density or a wider limit would help",
         )
     if sized is not None:
         model = setup.model
@@ -115,7 +116,7 @@ def verdict_result(
             status = "met"
             reason = (
                 f"every limit holds in the accepted analysis; the most used one to "
-                f"{worst_use(rows):.1%}"
+                f"{worst_utilisation(rows):.1%}"
             )
             if tight:
                 ended = TIGHT_END
@@ -151,18 +152,18 @@ def verdict_result(
 
 
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
-    """What limits say about the densities of a design."""
+    """Remarks of the limits on the densities of a design."""
     volumes = setup.model.lattice_volumes
     return [said for limit in setup.problem.limits for said in limit.notes(volumes, rho)]
 
 
 def best_round(rounds: Sequence[Round]) -> Round:
     """The round whose worst limit is used least."""
-    return min(rounds, key=lambda r: r.iteration.use)
+    return min(rounds, key=lambda r: r.iteration.utilisation)
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
-    """What the verdict rests on, per limit."""
+    """Analyses that the verdict rests on, per limit."""
     a, analysed = accepted.acceptance, accepted.analysed
     division = analysed.result.solved.division
     sizes = [division.mesh_size]
@@ -198,8 +199,8 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
                 "load_case": w.window.load_case,
                 "value_MPa": w.value,
                 "explicit_MPa": w.driving_value,
-                "force_gap": w.force_gap,
-                "energy_gap": w.energy_gap,
+                "force_discrepancy": w.force_discrepancy,
+                "energy_discrepancy": w.energy_discrepancy,
                 "matches": w.matches,
                 "tets": w.tets,
                 "mesher_seconds": w.seconds,
@@ -226,8 +227,8 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
         if not w.matches:
             warnings.append(
                 f"the window at {tuple(round(c, 1) for c in w.window.centre)} mm differs from the "
-                f"explicit analysis by {w.force_gap:.1%} in boundary force and "
-                f"{w.energy_gap:.1%} in strain energy, more than 3 %"
+                f"explicit analysis by {w.force_discrepancy:.1%} in boundary force and "
+                f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
             )
     warnings += accepted.second.refused
     if accepted.second.mesh_size is None:
@@ -244,8 +245,8 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     """Which limit fails, what ended the loop, and what would help."""
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
-    worst = max(rows, key=lambda row: row.use)
+    worst = max(rows, key=lambda row: row.utilisation)
     return (
         f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
-        f"{worst.use:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
+        f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
     )

@@ -1,1 +1,1 @@
-"""What few cells across a wall do to stiffness and strength."""
+"""Size effects: stiffness and strength of walls with few cells through the thickness."""

@@ -61,8 +61,8 @@ def passive_fill(
     if to_cells.inverse is None:
         raise LatticeError(f"the {to_cells.name} cell map has no straight cells to count in")
     inside = _outside_passive(axes, to_cells.inverse, domain)
-    one = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
-    samples = np.array(np.meshgrid(one, one, one, indexing="ij"))
+    axis = (np.arange(PER_CELL * period) + 0.5) / PER_CELL
+    samples = np.array(np.meshgrid(axis, axis, axis, indexing="ij"))
     shape = evaluate_shape(cell.family, cell.parameters, samples)
     # A mean over an even number of samples stands for the face between its two middle ones.
     index = (to_cells(centroids(mesh)) - low[:, None]) * PER_CELL
@@ -72,15 +72,16 @@ def passive_fill(
         return np.asarray(map_coordinates(mean, index, order=1), dtype=np.float64)
 
     share = near(inside)
-    asked = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
-    held = np.zeros((asked.size, share.size))
-    for row, rho in zip(held, asked, strict=True):
+    nominal = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
+    held = np.zeros((nominal.size, share.size))
+    for row, rho in zip(held, nominal, strict=True):
         solid = shape <= cell.level_of(np.asarray(rho))
         there = near(np.tile(solid, cells // period) & inside)
         # Against the same samples of the whole cell, which hold not quite the density.
-        found = np.where(share > _NO_LATTICE, there / np.maximum(share, _NO_LATTICE), solid.mean())
-        row[:] = rho * np.maximum(found / solid.mean(), LEAST_SHARE)
-    return LocalFill(asked=asked, held=_increasing(held))
+        lattice_share = np.maximum(share, _NO_LATTICE)
+        held_share = np.where(share > _NO_LATTICE, there / lattice_share, solid.mean())
+        row[:] = rho * np.maximum(held_share / solid.mean(), LEAST_SHARE)
+    return LocalFill(nominal=nominal, effective=_increasing(held))
 
 
 def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:

@@ -44,7 +44,7 @@ _KIND = "wall-ratios"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WallMaterial:
-    """What all walls of a part are made of, at the densities between which sizing chooses."""
+    """Properties that all walls of a part share, at the densities between which sizing chooses."""
 
     cell: Cell
     density: FloatArray
@@ -103,20 +103,20 @@ def wall_factors(
         hang together at a density that sizing may choose.
     """
     points, weights = collapsed_rule(RULE)
-    faces, found = wall_faces(cell_map, part, domain, mesh, lattice)
-    kinds, kind = wall_kinds(faces, found, signed_volumes(mesh) * lattice, cells.cell.family)
+    faces, axes = wall_faces(cell_map, part, domain, mesh, lattice)
+    kinds, kind = wall_kinds(faces, axes, signed_volumes(mesh) * lattice, cells.cell.family)
     classes: list[WallClass] = []
     warnings = []
     # The last entry stands for no wall.
     known = np.full(len(kinds) + 1, -1)
-    for number, one in enumerate(counted(kinds, "wall", len(kinds))):
-        before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(one)}")
+    for number, wall in enumerate(counted(kinds, "wall", len(kinds))):
+        before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(wall)}")
         try:
-            classes.append(_class(cells, one, before))
+            classes.append(_class(cells, wall, before))
         except (DensityError, LatticeError, ResourceError, SolverError) as error:
-            at = centroids(mesh)[:, np.flatnonzero(kind[one.axis] == number)[0]]
+            at = centroids(mesh)[:, np.flatnonzero(kind[wall.axis] == number)[0]]
             warnings.append(
-                f"walls of {_words(one)}, as near ({', '.join(f'{v:.3g}' for v in at)}) mm, count "
+                f"walls of {_words(wall)}, as near ({', '.join(f'{v:.3g}' for v in at)}) mm, count "
                 f"as periodic lattice in sizing, which explicit analyses correct: {error}"
             )
         else:
@@ -146,11 +146,11 @@ def wall_resolution(cell: Cell, low: float) -> int | None:
     return None
 
 
-def _words(one: WallKind) -> str:
-    return f"{one.upper - one.lower:.2f} cells across {'xyz'[one.axis]}"
+def _words(wall: WallKind) -> str:
+    return f"{wall.upper - wall.lower:.2f} cells across {'xyz'[wall.axis]}"
 
 
-def _class(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> WallClass:
+def _class(cells: WallMaterial, wall: WallKind, before: Callable[[], None]) -> WallClass:
     """Ratios of one kind of wall at all densities; `before` is called where any is computed.
 
     Raises
@@ -161,10 +161,10 @@ def _class(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> Wa
         If it has no ratios.
     """
     along = cells.cell.family.period * cells.resolution
-    voxels = along**2 * (one.upper - one.lower) * cells.resolution
+    voxels = along**2 * (wall.upper - wall.lower) * cells.resolution
     if voxels > MOST_VOXELS:
         raise ResourceError(f"they take {voxels:.2g} voxels, more than {MOST_VOXELS:g}")
-    rows = _ratios(cells, one, before)
+    rows = _ratios(cells, wall, before)
     return wall_class(
         np.array([r.solid for r in rows]),
         np.array([r.membrane for r in rows]),
@@ -173,17 +173,17 @@ def _class(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> Wa
     )
 
 
-def _ratios(cells: WallMaterial, one: WallKind, before: Callable[[], None]) -> list[WallRatios]:
+def _ratios(cells: WallMaterial, wall: WallKind, before: Callable[[], None]) -> list[WallRatios]:
     """Ratios by density from the user's cache, or computed and stored there."""
-    axis = 0 if _cyclic(cells) else one.axis
-    keys = [_key(cells, one, axis, float(rho)) for rho in cells.density]
+    axis = 0 if _cyclic(cells) else wall.axis
+    keys = [_key(cells, wall, axis, float(rho)) for rho in cells.density]
     rows = [_stored(key) for key in keys]
     if None in rows:
         before()
-    asked = zip(rows, cells.density, keys, strict=True)
+    steps = zip(rows, cells.density, keys, strict=True)
     return [
-        row or _computed(cells, one, axis, float(rho), key)
-        for row, rho, key in counted(asked, "density", len(keys))
+        row or _computed(cells, wall, axis, float(rho), key)
+        for row, rho, key in counted(steps, "density", len(keys))
     ]
 
 
@@ -200,13 +200,13 @@ def _cyclic(cells: WallMaterial) -> bool:
     return bool(np.allclose(values, turned, rtol=0, atol=1e-9 * np.ptp(values)))
 
 
-def _key(cells: WallMaterial, one: WallKind, axis: int, rho: float) -> str:
+def _key(cells: WallMaterial, wall: WallKind, axis: int, rho: float) -> str:
     return content_key(
         cells.cell.name,
         repr(sorted(cells.cell.parameters.items())),
         cells.cell.family.period,
         _samples(cells),
-        np.round([rho, one.lower, one.upper, cells.poissons_ratio], 9),
+        np.round([rho, wall.lower, wall.upper, cells.poissons_ratio], 9),
         axis,
         cells.resolution,
         METHOD_VERSION,
@@ -225,22 +225,22 @@ def _stored(key: str) -> WallRatios | None:
     )
 
 
-def _computed(cells: WallMaterial, one: WallKind, axis: int, rho: float, key: str) -> WallRatios:
-    found = wall_ratios(
+def _computed(cells: WallMaterial, wall: WallKind, axis: int, rho: float, key: str) -> WallRatios:
+    ratios = wall_ratios(
         cells.cell,
         rho,
         axis=axis,
-        lower=one.lower,
-        upper=one.upper,
+        lower=wall.lower,
+        upper=wall.upper,
         resolution=cells.resolution,
         poissons_ratio=cells.poissons_ratio,
     )
     store_arrays(
         _KIND,
         key,
-        solid=np.array(found.solid),
-        membrane=found.membrane,
-        bending=found.bending,
-        shear=found.shear,
+        solid=np.array(ratios.solid),
+        membrane=ratios.membrane,
+        bending=ratios.bending,
+        shear=ratios.shear,
     )
-    return found
+    return ratios

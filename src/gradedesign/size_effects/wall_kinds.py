@@ -91,8 +91,8 @@ def _settled(
 ) -> tuple[FloatArray, BoolArray]:
     """Faces of the free wall of median thickness near every tetrahedron of lattice."""
     faces = np.zeros((2, 3, points.shape[1]))
-    found = np.zeros((3, points.shape[1]), dtype=np.bool_)
-    asked = np.flatnonzero(lattice)
+    has_wall = np.zeros((3, points.shape[1]), dtype=np.bool_)
+    tets = np.flatnonzero(lattice)
     for k in range(3):
         walls = np.flatnonzero(free[k])
         if not walls.size:
@@ -102,7 +102,7 @@ def _settled(
         walls = walls[:: max(int(ball / _MOST_NEIGHBOURS), 1)]
         tree = cKDTree(points[:, known[walls]].T)
         thick = ends[1, k] - ends[0, k]
-        for tet in asked:
+        for tet in tets:
             some = tree.query_ball_point(points[:, tet], _NEIGHBOURHOOD * edge)
             if not some:
                 continue
@@ -111,19 +111,19 @@ def _settled(
             total = np.cumsum(volumes[known[order]])
             chosen = order[np.searchsorted(total, 0.5 * total[-1])]
             faces[:, k, tet] = ends[:, k, chosen]
-            found[k, tet] = True
-    return faces, found
+            has_wall[k, tet] = True
+    return faces, has_wall
 
 
 def wall_kinds(
-    faces: FloatArray, found: BoolArray, volumes: FloatArray, family: CellFamily
+    faces: FloatArray, has_wall: BoolArray, volumes: FloatArray, family: CellFamily
 ) -> tuple[tuple[WallKind, ...], IntArray]:
     """Kinds of walls, the most frequent first, and the kind at every tetrahedron."""
-    kind = np.full(found.shape, -1, dtype=np.int64)
+    kind = np.full(has_wall.shape, -1, dtype=np.int64)
     kinds: list[WallKind] = []
     least = _LEAST_SHARE * volumes.sum()
     for axis in range(3):
-        tets = np.flatnonzero(found[axis])
+        tets = np.flatnonzero(has_wall[axis])
         low, high = faces[0, axis, tets], faces[1, axis, tets]
         start = np.floor(low / family.period + 1e-6) * family.period
         place = np.stack([low - start, high - start])
@@ -150,7 +150,7 @@ def wall_kinds(
             kinds.append(WallKind(axis=axis, lower=lower, upper=upper))
             left[chosen] = False
         if len(kinds) > first:
-            mine = np.array([[one.lower, one.upper] for one in kinds[first:]])
+            mine = np.array([[wall.lower, wall.upper] for wall in kinds[first:]])
             off, index = cKDTree(mine).query(place.T, p=np.inf)
             near = off <= _NEAREST
             kind[axis, tets[near]] = first + index[near]

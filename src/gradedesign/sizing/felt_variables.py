@@ -47,3 +47,23 @@ def felt_variables(problem: SizingProblem) -> FeltVariables:
         filter=problem.filter if active.all() else problem.filter[:, active],
         sums=np.asarray(problem.filter.sum(axis=0)).ravel(),
     )
+
+
+def first_variables(
+    problem: SizingProblem, felt: FeltVariables, start: FloatArray | None
+) -> FloatArray:
+    """Variables to begin from; those that no lattice feels stay at the lower bound."""
+    lo, hi = problem.bounds
+    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start
+    return np.where(felt.active, np.clip(x, lo, hi), lo)
+
+
+def variable_floor(
+    matrix: csr_matrix, sums: FloatArray, floor: FloatArray, lo: float
+) -> FloatArray:
+    """Lower bound of each variable: the filter-weighted mean of what its elements need.
+
+    ``sums`` are the filter's column sums.
+    """
+    mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
+    return np.maximum(np.where(sums > 0, mean, lo), floor)

@@ -33,7 +33,7 @@ def solid_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def mass_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Mass per volume of every tetrahedron, ``(M,)``, t/mm^3."""
-    share = model.solid_share
+    share = model.solid_fraction
     return model.material.density * (share + (1 - share) * solid_held(model, rho))
 
 

@@ -1,8 +1,9 @@
 """The part as a homogenised solid: its tetrahedra, material, law and cell axes.
 
-Every tetrahedron holds a share ``solid_share`` of fully dense material (skin, kept regions) and
-the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin loaded
-in its plane; what it misses elsewhere is part of the gap that the correction measures.
+Every tetrahedron holds a share ``solid_fraction`` of fully dense material (skin, passive regions)
+and the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin
+loaded in its plane; what it misses elsewhere is part of the discrepancy that the correction
+measures.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class HomogenisedModel:
     space : TetSpace
         Quadratic tetrahedra of the part.
     volumes : (M,) array, mm^3
-    solid_share : (M,) array
+    solid_fraction : (M,) array
         Share of each tetrahedron that stays fully dense, 0 to 1.
     material : Material
     law : ScalingLaw
@@ -58,7 +59,7 @@ class HomogenisedModel:
 
     space: TetSpace
     volumes: FloatArray
-    solid_share: FloatArray
+    solid_fraction: FloatArray
     material: Material
     law: ScalingLaw
     rotation: FloatArray
@@ -75,7 +76,7 @@ class HomogenisedModel:
         count = self.space.elements.shape[1]
         object.__setattr__(self, "volumes", locked(self.volumes, (count,), name="volumes"))
         object.__setattr__(
-            self, "solid_share", locked(self.solid_share, (count,), name="solid_share")
+            self, "solid_fraction", locked(self.solid_fraction, (count,), name="solid_fraction")
         )
         bond = (6, 6) if np.ndim(self.rotation) == 2 else (6, 6, 4, count)
         object.__setattr__(self, "rotation", locked(self.rotation, bond, name="rotation"))
@@ -85,12 +86,12 @@ class HomogenisedModel:
     @property
     def lattice_volumes(self) -> FloatArray:
         """Volume of each tetrahedron that is lattice, not solid, ``(M,)``, mm^3."""
-        return np.asarray(self.volumes * (1 - self.solid_share))
+        return np.asarray(self.volumes * (1 - self.solid_fraction))
 
 
 def homogenised_model(
     space: TetSpace,
-    solid_share: FloatArray,
+    solid_fraction: FloatArray,
     material: Material,
     law: ScalingLaw,
     cases: Sequence[PartLoadCase],
@@ -103,7 +104,7 @@ def homogenised_model(
     return HomogenisedModel(
         space=space,
         volumes=signed_volumes(space.mesh),
-        solid_share=solid_share,
+        solid_fraction=solid_fraction,
         material=material,
         law=law,
         rotation=bond_matrix(np.eye(3) if rotation is None else rotation),

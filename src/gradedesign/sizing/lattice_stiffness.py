@@ -32,7 +32,7 @@ def solid_stiffness(model: HomogenisedModel) -> FloatArray:
 
 
 def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Corrected stiffness of the endless lattice in global axes, ``(6, 6, [4,] M)``, MPa.
+    """Corrected stiffness of the periodic lattice in global axes, ``(6, 6, [4,] M)``, MPa.
 
     What local stress follows from: a member in a face of a wall is strained as the wall is there.
     """
@@ -59,7 +59,7 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
 
 
 def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
-    """What an array of this module stands for, to be assembled or evaluated."""
+    """Stiffness record of an array of this module, to be assembled or evaluated."""
     if C.ndim == 3:
         return AnisotropicStiffness(C=C)
     return GaussStiffness(C=C) if model.rotation.ndim == 4 else MomentStiffness(C=C)
@@ -76,7 +76,7 @@ def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Stiffness of both phases in parallel, shaped as `lattice_stiffness`, MPa."""
-    share = model.solid_share
+    share = model.solid_fraction
     lattice = (1 - share) * lattice_stiffness(model, rho)
     solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
     if model.walls is not None:
@@ -85,13 +85,13 @@ def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 
 def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """What explicit analyses taught about the lattice's stiffness, ``(M,)``."""
+    """Correction of the lattice's stiffness by explicit analyses, ``(M,)``."""
     grown = (rho / model.reference_density) ** model.stiffness_exponent
     return np.asarray(model.stiffness_factor * grown)
 
 
 def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """What the law's relative stiffness is multiplied by, ``(M,)``, MPa."""
+    """Factor on the law's relative stiffness, ``(M,)``, MPa."""
     return model.material.youngs_modulus * correction_factor(model, rho)
 
 
@@ -107,7 +107,7 @@ def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 def _law_stiffness(model: HomogenisedModel, held: FloatArray) -> FloatArray:
     """Stiffness of the law, in proportion to the solid beyond the ends of its window.
 
-    Only densities held beside kept regions leave the window; what is asked for never does.
+    Only densities held beside passive regions leave the window; what is asked for never does.
     """
     if model.fill is None:
         return model.law.stiffness(held)

@@ -22,7 +22,7 @@ _VOIGT = ((0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1))
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LatticeStress:
-    """What the lattice phase of every tetrahedron carries in one load case.
+    """Stress demand of the lattice phase of every tetrahedron in one load case.
 
     Attributes
     ----------
@@ -31,8 +31,8 @@ class LatticeStress:
         any macroscopic one, its profile over the k densities of the law; else one row, the
         macroscopic von Mises stress.
     buckling : (b, M) array
-        Use of the resistance against buckling at the b densities of the law of buckling, mean over
-        the quadrature points; no rows without such a law.
+        Utilisation of the resistance against buckling at the b densities of the law of buckling,
+        mean over the quadrature points; no rows without such a law.
     """
 
     demand: FloatArray
@@ -119,4 +119,4 @@ def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: flo
     else:
         window = model.law.window
         held = model.law.local_stress.least_density(stress.demand, permitted, window)
-    return held if model.fill is None else model.fill.asked_for(held)
+    return held if model.fill is None else model.fill.nominal_for(held)

@@ -79,7 +79,7 @@ def _best_multiplier(
 ) -> float:
     """Multiplier j that makes its constraint just hold, by bisection of its logarithm.
 
-    The dual is concave, so taking its coordinates in turn climbs to its maximum.
+    The dual is concave, so taking its coordinates in turn leads to its maximum.
     """
 
     def excess(log_mu: float) -> float:

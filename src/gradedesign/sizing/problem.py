@@ -1,4 +1,4 @@
-"""What sizing is asked, one line of its history, and what it answers."""
+"""Problem, history and result of sizing."""
 
 from __future__ import annotations
 
@@ -19,23 +19,26 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SizingStep:
-    """One line of the history; ``uses`` are values over their limits, in the problem's order."""
+    """One iteration of the history.
+
+    ``utilisations`` are values over their limits, in the problem's order.
+    """
 
     iteration: int
     mass_g: float
     mean_density: float
-    uses: tuple[float, ...]
+    utilisations: tuple[float, ...]
     change: float
 
     @property
-    def use(self) -> float:
-        """Largest use of any limit."""
-        return max(self.uses, default=0.0)
+    def utilisation(self) -> float:
+        """Largest utilisation of any limit."""
+        return max(self.utilisations, default=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SizingProblem:
-    """What is minimised and what must hold.
+    """Sizing problem: least mass at which all limits hold.
 
     Attributes
     ----------
@@ -47,7 +50,7 @@ class SizingProblem:
         From design variables to element densities, rows summing to 1. One column is a uniform
         density.
     target : float
-        Use of the governing limit that sizing aims at, just below 1.
+        Utilisation of the governing limit that sizing aims at, just below 1.
 
     Raises
     ------
@@ -93,9 +96,9 @@ class SizingResult:
     converged : bool
         Iteration ended because nothing changed any more, not because iterations ran out.
     feasible : bool
-        Every limit holds at ``rho`` on the homogenised part with its corrections: each use is at
-        most 1. The aim, `SizingProblem.target`, does not enter: a design between aim and limit is
-        feasible, one a thousandth beyond a limit is not.
+        Every limit holds at ``rho`` on the homogenised part with its corrections: each utilisation
+        is at most 1. The aim, `SizingProblem.target`, does not enter: a design between aim and
+        limit is feasible, one a thousandth beyond a limit is not.
     """
 
     rho: FloatArray
@@ -119,5 +122,5 @@ def sizing_result(
         variables=x,
         history=tuple(history),
         converged=converged,
-        feasible=history[-1].use <= 1.0,
+        feasible=history[-1].utilisation <= 1.0,
     )

@@ -55,7 +55,7 @@ def solve_adjoints(
 
 def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
     """Derivative of the stiffness of every tetrahedron by its density, MPa."""
-    share = 1 - model.solid_share
+    share = 1 - model.solid_fraction
     return as_stiffness(model, share * lattice_stiffness_derivative(model, rho))
 
 

@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.state import Response
-from gradedesign.sizing.felt_variables import FeltVariables, felt_variables
+from gradedesign.sizing.felt_variables import (
+    FeltVariables,
+    felt_variables,
+    first_variables,
+    variable_floor,
+)
 from gradedesign.sizing.homogenised import homogenised_system, lattice_mass
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
@@ -60,11 +64,11 @@ def size(
     start : (n,) array, optional
         Design variables to begin from; the middle of the bounds by default.
     max_iterations : int
-        Three times as many while a use is above its aim.
+        Three times as many while a utilisation is above its aim.
     tolerance : float
-        Converged when no density changes by more, relative to the upper bound, or mass and uses
-        stand still, and no use is farther above its aim; or when nothing moves at all, as where
-        bounds keep a limit from being met. Whether the limits hold is `SizingResult.feasible`.
+        Converged when no density changes by more, relative to the upper bound, or mass and
+        utilisations stand still, none farther above its aim; or when nothing moves at all.
+        Whether the limits hold is `SizingResult.feasible`.
     move : float
         Largest relative change of a variable per iteration.
     keep : float
@@ -95,7 +99,7 @@ def size(
     weights = model.lattice_volumes
     felt = felt_variables(problem)
     active = felt.active
-    x = _first_variables(problem, felt, start)
+    x = first_variables(problem, felt, start)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
     allowances = [1.0] * len(problem.limits)
@@ -105,26 +109,20 @@ def size(
     for iteration in range(INSISTENCE * max_iterations):
         rho = np.asarray(problem.filter @ x).ravel()
         with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
-            uses, pointwise, state = _evaluate(problem, rho, memories)
+            utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
-        floor = _density_floor(problem, uses, state, allowances)
-        floor = np.maximum(_variable_floor(problem.filter, felt.sums, floor, lo), kept)
+        floor = _density_floor(problem, utilisations, state, allowances)
+        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
         lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
         upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
         exponent = _mean_exponent(model, rho, weights)
         new = _new_variables(problem, felt, x, pointwise, (lower, upper), exponent)
         change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
-        step = SizingStep(
-            iteration=iteration,
-            mass_g=lattice_mass(model, rho) * 1e6,
-            mean_density=float(weights @ rho / weights.sum()),
-            uses=uses,
-            change=change,
-        )
+        step = _step(problem, rho, iteration, utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
-        holds = step.use <= _near_enough(problem, tolerance)
+        holds = step.utilisation <= _near_enough(problem, tolerance)
         if iteration > 2 and _stands_still(history, tolerance, holds=holds):
             return sizing_result(problem, x, history, converged=True)
         if holds and iteration + 1 >= max_iterations:
@@ -138,13 +136,21 @@ def size(
     return sizing_result(problem, x, history, converged=False)
 
 
-def _first_variables(
-    problem: SizingProblem, felt: FeltVariables, start: FloatArray | None
-) -> FloatArray:
-    """Variables to begin from; those that no lattice feels stay at the lower bound."""
-    lo, hi = problem.bounds
-    x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start
-    return np.where(felt.active, np.clip(x, lo, hi), lo)
+def _step(
+    problem: SizingProblem,
+    rho: FloatArray,
+    iteration: int,
+    utilisations: tuple[float, ...],
+    change: float,
+) -> SizingStep:
+    weights = problem.model.lattice_volumes
+    return SizingStep(
+        iteration=iteration,
+        mass_g=lattice_mass(problem.model, rho) * 1e6,
+        mean_density=float(weights @ rho / weights.sum()),
+        utilisations=utilisations,
+        change=change,
+    )
 
 
 def _new_variables(
@@ -164,7 +170,7 @@ def _new_variables(
     new[active] = optimality_step(
         x[active],
         felt.cost[active],
-        pointwise.use / problem.target,
+        pointwise.utilisation / problem.target,
         (pointwise.gradients / problem.target) @ felt.filter,
         lower[active],
         upper[active],
@@ -175,23 +181,23 @@ def _new_variables(
 
 def _density_floor(
     problem: SizingProblem,
-    uses: tuple[float, ...],
+    utilisations: tuple[float, ...],
     state: SolvedState,
     allowances: list[float],
 ) -> FloatArray:
     """Least density ``(M,)`` that the limits without gradient ask for; steers ``allowances``."""
     lo, hi = problem.bounds
     floor = np.full(state.rho.shape, lo)
-    for k, (limit, use) in enumerate(zip(problem.limits, uses, strict=True)):
+    for k, (limit, utilisation) in enumerate(zip(problem.limits, utilisations, strict=True)):
         if not limit.by_gradient:
-            allowances[k] = _next_allowance(limit, allowances[k], problem.target, use)
+            allowances[k] = _next_allowance(limit, allowances[k], problem.target, utilisation)
             wanted = limit.least_density(state, allowances[k])
             floor = np.maximum(floor, np.clip(wanted, lo, hi))
     return floor
 
 
 def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
-    """Nothing moves at all, or densities, mass and uses settle where the limits hold."""
+    """Nothing moves at all, or densities, mass and utilisations settle where the limits hold."""
     change = history[-1].change
     settled = change < tolerance or _mass_settled(history, tolerance)
     return change < STILL * tolerance or (settled and holds)
@@ -201,33 +207,33 @@ def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: boo
 class _Pointwise:
     """Uses ``(k,)`` and gradients ``(k, M)`` of limits at the points that govern them."""
 
-    use: FloatArray
+    utilisation: FloatArray
     gradients: FloatArray
 
 
 def _evaluate(
     problem: SizingProblem, rho: FloatArray, memories: list[tuple[int, ...]]
 ) -> tuple[tuple[float, ...], _Pointwise, SolvedState]:
-    """Use of every limit, and what governs those by gradient that are in reach.
+    """Utilisation of every limit, and what governs those by gradient that are in reach.
 
     ``memories`` are what limits remember of earlier designs; they are brought up to date.
     """
     model, limits = problem.model, problem.limits
     system = homogenised_system(model, rho)
     state = solved_state(model, rho, limits, system)
-    uses = tuple(float(limit.predict(state).value) / limit.allowed for limit in limits)
+    utilisations = tuple(float(limit.predict(state).value) / limit.allowed for limit in limits)
     responses: list[Response] = []
     allowed: list[float] = []
     for k, limit in enumerate(limits):
         if limit.by_gradient:
-            found, memories[k] = limit.responses(state, memories[k])
-            responses += found
-            allowed += [limit.allowed] * len(found)
-    held = np.array([one.value for one in responses]) / np.array(allowed)
+            predicted, memories[k] = limit.responses(state, memories[k])
+            responses += predicted
+            allowed += [limit.allowed] * len(predicted)
+    held = np.array([response.value for response in responses]) / np.array(allowed)
     reach = _in_reach(held)
-    near = [one for one, chosen in zip(responses, reach, strict=True) if chosen]
+    near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
     gradients = response_gradients(state, system, near) / np.array(allowed)[reach][:, None]
-    return uses, _Pointwise(use=held[reach], gradients=gradients), state
+    return utilisations, _Pointwise(utilisation=held[reach], gradients=gradients), state
 
 
 def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
@@ -235,47 +241,36 @@ def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray
     return max(float(weights @ growth_exponent(model, rho) / weights.sum()), 1.0)
 
 
-def _in_reach(use: FloatArray) -> BoolArray:
+def _in_reach(utilisation: FloatArray) -> BoolArray:
     """Limits that one step can make active: used to a third of the most used one.
 
     Move limits of 30 % change a displacement by less than a factor of three.
     """
-    return np.asarray(use > use.max(initial=0.0) / 3.0)
+    return np.asarray(utilisation > utilisation.max(initial=0.0) / 3.0)
 
 
-def _next_allowance(limit: Limit, allowance: float, target: float, use: float) -> float:
+def _next_allowance(limit: Limit, allowance: float, target: float, utilisation: float) -> float:
     """Steer the bound of a limit at every point so that its value lands on its target."""
-    if use <= 0:
+    if utilisation <= 0:
         return allowance
-    return float(np.clip(allowance * np.sqrt(target / use), 0.5, limit.most_allowance))
-
-
-def _variable_floor(
-    matrix: csr_matrix, sums: FloatArray, floor: FloatArray, lo: float
-) -> FloatArray:
-    """Lower bound of each variable: the filter-weighted mean of what its elements need.
-
-    ``sums`` are the filter's column sums.
-    """
-    mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
-    return np.maximum(np.where(sums > 0, mean, lo), floor)
+    return float(np.clip(allowance * np.sqrt(target / utilisation), 0.5, limit.most_allowance))
 
 
 def _near_enough(problem: SizingProblem, tolerance: float) -> float:
-    """Largest use at which a design that stands still is taken: near the aim and within limits."""
+    """Largest utilisation of a stationary design that is accepted: near the aim, within limits."""
     near = problem.target * (1 + tolerance)
     return near if problem.target >= 1.0 else min(near, 1.0)
 
 
 def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
-    """Mass and uses have stood still for five iterations."""
+    """Mass and utilisations have stood still for five iterations."""
     if len(history) < 8:
         return False
     mass = np.array([h.mass_g for h in history[-5:]])
-    uses = np.array([h.uses for h in history[-5:]])
+    utilisations = np.array([h.utilisations for h in history[-5:]])
     return bool(
         np.ptp(mass) <= 0.75 * tolerance * mass[-1]
-        and np.ptp(uses, axis=0).max(initial=0.0) <= tolerance
+        and np.ptp(utilisations, axis=0).max(initial=0.0) <= tolerance
     )
 
 

@@ -100,7 +100,7 @@ class SolvedState:
 
     def nominal_density(self, held: FloatArray) -> FloatArray:
         """Nominal density of cells that hold an effective density, ``(M,)``."""
-        return held if self.model.fill is None else self.model.fill.asked_for(held)
+        return held if self.model.fill is None else self.model.fill.nominal_for(held)
 
 
 def solved_state(
@@ -116,8 +116,8 @@ def solved_state(
     solutions = solve_homogenised(model, rho, system)
     stress: Mapping[str, LatticeStress] = {}
     if any(limit.needs_stress for limit in limits):
-        found = lattice_stress(model, rho, solutions)
-        stress = {case.name: one for case, one in zip(model.cases, found, strict=True)}
+        stresses = lattice_stress(model, rho, solutions)
+        stress = {case.name: value for case, value in zip(model.cases, stresses, strict=True)}
     return SolvedState(
         model=model,
         rho=rho,
@@ -138,4 +138,4 @@ def force_slope(
     if not np.any(case.acceleration):
         return np.zeros(len(rho))
     work = body_force_work(model.space, case.acceleration, displacement)
-    return work * model.material.density * (1 - model.solid_share) * solid_slope(model, rho)
+    return work * model.material.density * (1 - model.solid_fraction) * solid_slope(model, rho)

@@ -20,19 +20,19 @@ from gradedesign.sizing.state import solved_state
 
 log = logging.getLogger(__name__)
 
-#: Use falls about as this power of density; only the first steps of the search rest on it.
+#: Utilisation falls about as this power of density; only the first steps of the search rest on it.
 EXPONENT = 1.5
 #: A step beyond the density that `EXPONENT` predicts, so that it lands on the other side.
 BEYOND = 1.03
-#: Densities are told apart by this share: where a use jumps, the search ends there.
+#: Densities are told apart by this share: where a utilisation jumps, the search ends there.
 SAME_DENSITY = 1e-5
-#: A use that grows with density by more than this share is no rounding of the solver.
+#: A utilisation that grows with density by more than this share is no rounding of the solver.
 RISE = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _End:
-    """One end of the bracket: density, logarithm of its use over the target, rounds it stayed."""
+    """End of the bracket: density, logarithm of utilisation over target, iterations it stayed."""
 
     density: float
     value: float
@@ -69,13 +69,13 @@ def size_uniform(
 
     Notes
     -----
-    Brackets the density at which the largest use crosses the target and closes in by regula falsi
-    in the logarithms (Illinois variant), in which a power law is a straight line. Where loads do
-    not grow with density the work of the loads falls with it; displacements of regions and stress
-    percentiles usually do, without proof. Under inertia or thermal loads beside solid regions uses
-    may rise first: the lower bound is looked at before anything else, and otherwise the crossing
-    found is one from broken below to held above, not surely the lowest. A history in which a use
-    rises with density is logged as a warning.
+    Brackets the density at which the largest utilisation crosses the target and closes in by regula
+    falsi in the logarithms (Illinois variant), in which a power law is a straight line. Where loads
+    do not grow with density the work of the loads falls with it; displacements of regions and
+    stress percentiles usually do, without proof. Under inertia or thermal loads beside solid
+    regions utilisations may rise first: the lower bound is looked at before anything else, and
+    otherwise the crossing found is one from broken below to held above, not surely the lowest. A
+    history in which a utilisation rises with density is logged as a warning.
 
     References
     ----------
@@ -85,16 +85,16 @@ def size_uniform(
     history: list[SizingStep] = []
 
     def excess(density: float) -> float:
-        """Logarithm of the largest use over the target; -inf where nothing is used."""
+        """Logarithm of the largest utilisation over the target; -inf where nothing is used."""
         before = history[-1].mean_density if history else density
         step = _evaluate(problem, density, len(history), abs(density - before) / hi)
         history.append(step)
         if on_step is not None:
             on_step(step)
         with np.errstate(divide="ignore"):
-            return float(np.log(step.use / problem.target))
+            return float(np.log(step.utilisation / problem.target))
 
-    def found(density: float, *, converged: bool) -> SizingResult:
+    def result_at(density: float, *, converged: bool) -> SizingResult:
         if history[-1].mean_density != density:
             excess(density)
         _warn_of_rises(history)
@@ -102,22 +102,22 @@ def size_uniform(
 
     low = _End(density=lo, value=excess(lo))
     if low.value <= 0 or lo == hi:
-        return found(lo, converged=True)
+        return result_at(lo, converged=True)
     # `low` breaks a limit from here on; `high`, once known, holds every one.
     high: _End | None = None
     trial = _beyond(low, hi) if start is None or start <= lo else min(start, hi)
     while len(history) < max_iterations:
         value = excess(trial)
         if -tolerance <= value <= 0 or (value > 0 and trial == hi):
-            return found(trial, converged=True)
+            return result_at(trial, converged=True)
         if value > 0:
             low, high = _End(density=trial, value=value), None if high is None else _kept(high)
         else:
             low, high = _kept(low), _End(density=trial, value=value)
         if high is not None and high.density - low.density <= SAME_DENSITY * high.density:
-            return found(high.density, converged=True)
+            return result_at(high.density, converged=True)
         trial = _beyond(low, hi) if high is None else _between(low, high, -0.5 * tolerance)
-    return found(low.density if high is None else high.density, converged=False)
+    return result_at(low.density if high is None else high.density, converged=False)
 
 
 def _kept(end: _End) -> _End:
@@ -140,7 +140,7 @@ def _between(low: _End, high: _End, aim: float) -> float:
 
 
 def _evaluate(problem: SizingProblem, density: float, number: int, change: float) -> SizingStep:
-    """Every use at one density."""
+    """Every utilisation at one density."""
     model = problem.model
     rho = np.full(model.space.element_count, density)
     state = solved_state(model, rho, problem.limits)
@@ -148,19 +148,21 @@ def _evaluate(problem: SizingProblem, density: float, number: int, change: float
         iteration=number,
         mass_g=lattice_mass(model, rho) * 1e6,
         mean_density=density,
-        uses=tuple(float(limit.predict(state).value) / limit.allowed for limit in problem.limits),
+        utilisations=tuple(
+            float(limit.predict(state).value) / limit.allowed for limit in problem.limits
+        ),
         change=change,
     )
 
 
 def _warn_of_rises(history: Sequence[SizingStep]) -> None:
-    """Log where the largest use rises with density: then a lower density may hold too."""
+    """Log where the largest utilisation rises with density: then a lower density may hold too."""
     steps = sorted(history, key=lambda step: step.mean_density)
-    for one, other in pairwise(steps):
-        if other.use > one.use * (1 + RISE):
+    for earlier, later in pairwise(steps):
+        if later.utilisation > earlier.utilisation * (1 + RISE):
             log.warning(
-                "uniform sizing: the largest use rises from %.4g to %.4g between densities %.4g "
-                "and %.4g; a density below the one found may hold too",
-                one.use, other.use, one.mean_density, other.mean_density,
+                "uniform sizing: the largest utilisation rises from %.4g to %.4g between densities "
+                "%.4g and %.4g; a density below the one found may hold too",
+                earlier.utilisation, later.utilisation, earlier.mean_density, later.mean_density,
             )  # fmt: skip
             return

@@ -36,7 +36,7 @@ class WallClass:
     Attributes
     ----------
     solid : (k,) array
-        Density of the wall over that of the endless lattice.
+        Density of the wall over that of the periodic lattice.
     mean, outward, inward : (k, 3) arrays
         Uniform part of the profiles and their parts towards the faces and the middle: along the
         first in-plane axis, the second, and shear between them.
@@ -174,11 +174,11 @@ class WallFactors:
     def _moments(self, first: FloatArray, second: FloatArray) -> FloatArray:
         """Moments of the mean of ``first_i second_j`` and ``first_j second_i``."""
         turn = pair_products(self.points, self.weights)
-        found = np.zeros((6, 6, len(turn), first.shape[2]))
+        moments = np.zeros((6, 6, len(turn), first.shape[2]))
         for i, j in zip(*UPPER, strict=True):
             values = 0.5 * (first[i] * second[j] + first[j] * second[i])
-            found[i, j] = found[j, i] = turn @ values
-        return found
+            moments[i, j] = moments[j, i] = turn @ values
+        return moments
 
     def solid(self, rho: FloatArray) -> FloatArray:
         """Density of the walls over that asked for, ``(M,)``."""
@@ -221,13 +221,13 @@ class WallFactors:
 
     def _walls(self) -> list[tuple[int, IntArray, WallClass]]:
         """Axis, tetrahedra and class of every wall."""
-        found = []
+        walls = []
         for axis in range(3):
             for number, wall in enumerate(self.classes):
                 tets = np.flatnonzero(self.kind[axis] == number)
                 if tets.size:
-                    found.append((axis, tets, wall))
-        return found
+                    walls.append((axis, tets, wall))
+        return walls
 
     def _between(self, rows: FloatArray, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows ``(k, n)`` at densities ``(t,)`` and their slopes, ``(n, t)`` each."""

@@ -1,1 +1,1 @@
-"""Explicit analysis, windows, correction, limits, printability."""
+"""Explicit analysis, submodels, correction of the homogenised model, acceptance."""

@@ -38,7 +38,7 @@ MESHER_SHARE = 1.0 / 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Acceptance:
-    """What the independent route says, of the whole printed surface or of windows of it.
+    """Result of the independent analysis, of the whole printed surface or of submodels of it.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ def accept_windows(
     time_limit_s: float,
     on_window: Callable[[SubmodelResult], None] | None = None,
 ) -> Acceptance:
-    """Re-mesh and analyse the most stressed windows as submodels.
+    """Re-mesh and analyse the most stressed cells as submodels.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Space mapping: bend the homogenised prediction onto the explicit result.
+"""Space mapping: factors that map the homogenised prediction onto the explicit result.
 
 After each explicit analysis the ratio explicit over homogenised corrects what the next sizing
 believes: a factor on the lattice stiffness from the most used limit by gradient, and a factor on
@@ -22,7 +22,7 @@ from gradedesign.limits.key import KeyedValues, LimitKey
 #: Relative scatter of the stiffness factor between designs of one density, and of its exponent
 #: about the one that vanishes for dense material.
 SCATTER, SPREAD = 0.1, 1.0
-#: Gaps of the governing limit, largest first, above which a design keeps these shares.
+#: Discrepancies of the governing limit, largest first, above which a design keeps these shares.
 TRUST = ((0.10, 0.85), (0.05, 0.70))
 
 
@@ -57,7 +57,7 @@ class Correction:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gap:
+class Discrepancy:
     """Predicted against explicit values of one design, prediction made before its analysis.
 
     Attributes
@@ -72,18 +72,18 @@ class Gap:
     governing: LimitKey | None = None
 
     def of(self, key: LimitKey | None) -> float:
-        """Gap of one limit; 0 where there is none."""
+        """Discrepancy of one limit; 0 where there is none."""
         return 0.0 if key is None else dict(self.values).get(key, 0.0)
 
 
-def gap_between(
+def discrepancy_between(
     predicted: Mapping[LimitKey, float],
     explicit: Mapping[LimitKey, float],
     *,
     governing: LimitKey | None = None,
-) -> Gap:
-    """Relative gaps, explicit over predicted minus one, where both are known."""
-    return Gap(
+) -> Discrepancy:
+    """Relative discrepancies, explicit over predicted minus one, where both are known."""
+    return Discrepancy(
         values=tuple(
             (key, explicit[key] / value - 1.0)
             for key, value in predicted.items()
@@ -137,15 +137,15 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
     return float(np.clip(exponent, -0.5, 4.0))
 
 
-def kept_share(gaps: Sequence[Gap]) -> float:
+def kept_share(discrepancies: Sequence[Discrepancy]) -> float:
     """Share of its density that every variable keeps at least in the next sizing.
 
     A correction holds near the design that taught it. The first sizings may go anywhere; from the
     third on, the more the last prediction was off, the less may be taken away.
     """
-    if len(gaps) < 2:
+    if len(discrepancies) < 2:
         return 0.0
-    off = abs(gaps[-1].of(gaps[-1].governing))
+    off = abs(discrepancies[-1].of(discrepancies[-1].governing))
     return next((share for least, share in TRUST if off > least), 0.0)
 
 
@@ -154,13 +154,13 @@ def damped(old: float, new: float, damping: float) -> float:
     return float(np.exp((1 - damping) * np.log(old) + damping * np.log(new)))
 
 
-def damping_for(gaps: Sequence[Gap]) -> float:
-    """Full steps, halved once the gap of the governing limit changes its sign twice.
+def damping_for(discrepancies: Sequence[Discrepancy]) -> float:
+    """Full steps, halved once the discrepancy of the governing limit changes its sign twice.
 
     The limit by gradient that governs the last analysis is followed through all of them.
     """
-    if not gaps:
+    if not discrepancies:
         return 1.0
-    signs = [np.sign(gap.of(gaps[-1].governing)) for gap in gaps]
+    signs = [np.sign(discrepancy.of(discrepancies[-1].governing)) for discrepancy in discrepancies]
     flips = sum(1 for a, b in pairwise(signs) if a * b < 0)
     return 0.5 if flips >= 2 else 1.0

@@ -1,4 +1,4 @@
-"""What the exclusion radius around held regions leaves out of the stress limit."""
+"""Evaluation mask of stress: points within the exclusion radius of supports are left out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gradedesign.verify.measures import PHASES, shared_volumes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExclusionZone:
-    """Volume that is not judged, and the stress with it.
+    """Volume outside the evaluation mask, and the stress with and without it.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ def exclusion_zone(
     radius: float,
     percentile: float,
 ) -> ExclusionZone:
-    """Measure what a radius leaves out.
+    """Measure the volume and stress that an exclusion radius leaves out.
 
     Parameters
     ----------

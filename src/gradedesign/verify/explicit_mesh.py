@@ -25,7 +25,7 @@ from gradedesign.workspace.progress import counted, report_step, stepping
 
 log = logging.getLogger(__name__)
 
-#: Loose pieces may hold this share of the volume before the mesh is refused.
+#: Disconnected components may hold this share of the volume before the mesh is refused.
 LOOSE_SHARE = 0.01
 #: The mesh's volume may differ from the field's by this share.
 VOLUME_TOLERANCE = 0.04
@@ -64,7 +64,7 @@ class ExplicitMesh:
         The edge before it was fitted to the box of the part.
     dropped_pieces : int
     dropped_share : float
-        Volume share of the loose pieces that were removed.
+        Volume share of the disconnected components that were removed.
     field_volume : float, mm^3
         Volume of the field by sampling.
     refused : tuple of str
@@ -89,8 +89,8 @@ class CoarseGridError(MeshError):
     step : float
         Cube that should do, over the one that did not.
     pieces, volume : float
-        Share of the volume in loose pieces, and by which the volume is off; 0 where another gate
-        failed.
+        Share of the volume in disconnected components, and by which the volume is off; 0 where
+        another gate failed.
     """
 
     def __init__(
@@ -172,13 +172,15 @@ def mesh_lattice(
         stuffed = stuff(field, lower, shape, cube)
         report_step("sharp edges")
         raw = sharpen(stuffed, design.domain.distance, body_field(design), cube)
-        report_step("loose pieces")
+        report_step("disconnected components")
         mesh, dropped, share = _main_pieces(raw, bodies)
         report_step("quality")
         report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), cube)
     _require_solve(report.count, cube, memory_limit_bytes)
-    log.info("lattice mesh: %d tets, cube %.3g mm, %d loose pieces", report.count, cube, dropped)
+    log.info(
+        "lattice mesh: %d tets, cube %.3g mm, dropped %d components", report.count, cube, dropped
+    )
     return ExplicitMesh(
         mesh=mesh,
         report=report,
@@ -197,8 +199,8 @@ def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
     mesh, dropped, share = largest_pieces(raw, keep=bodies, max_share=1.0)
     if share > LOOSE_SHARE:
         raise CoarseGridError(
-            f"the lattice falls apart: {dropped} loose pieces hold {share:.2%} of its volume, at "
-            f"most {LOOSE_SHARE:.0%} may be dropped",
+            f"the lattice falls apart: {dropped} disconnected components hold {share:.2%} "
+            f"of its volume, at most {LOOSE_SHARE:.0%} may be dropped",
             step=PLAIN_STEP,
             pieces=share,
         )
@@ -221,7 +223,7 @@ def fitted_cube(box: ArrayLike, cube: float, least: float = 0.0) -> float:
 
 
 def _exact_division(size: FloatArray, cube: float) -> float:
-    """Nudge a cube so that it divides the axis it misses least exactly."""
+    """Grid spacing changed so that it divides exactly the axis it nearly divides."""
     count = size / cube
     whole = np.maximum(np.round(count), 1)
     best = int(np.argmin(np.abs(count - whole)))

@@ -56,7 +56,7 @@ def stress_measures(
     percentile: float,
     cells: CellMap | float,
 ) -> tuple[StressMeasure, ...]:
-    """Measure every phase that has considered volume.
+    """Measure stress in every phase with volume inside the evaluation mask.
 
     Parameters
     ----------

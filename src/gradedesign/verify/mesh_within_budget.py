@@ -26,8 +26,8 @@ log = logging.getLogger(__name__)
 #: Where the grid of the thinnest wall does not fit the memory, one this much coarser is tried; the
 #: mesh must hold its volume on it as on any other.
 COARSEST = 1.25
-#: What keeps this share on a finer grid, loose pieces or a difference of volume, is no fault of the
-#: grid.
+#: What keeps this share on a finer grid, disconnected components or a difference of volume, is no
+#: fault of the grid.
 SAME_LOSS = 0.8
 
 

@@ -35,7 +35,7 @@ class Neighbourhood:
 
 
 def neighbourhood_cells(design: LatticeDesign) -> CellMap | float:
-    """What a neighbourhood of a lattice is: a cube of its size where cells are equal cubes.
+    """Neighbourhoods of a lattice: cubes of the cell size where cells are equal cubes.
 
     Returns
     -------

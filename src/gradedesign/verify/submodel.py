@@ -1,4 +1,4 @@
-"""A window of the exported surface, meshed anew and driven by the explicit displacements.
+"""Submodel of the exported surface, meshed anew, driven by displacements of the explicit analysis.
 
 Above 300 lines: cut, mesh, drive and compare are one method, and nothing else uses its parts.
 """
@@ -60,10 +60,10 @@ class SubmodelResult:
         Stress percentile in the judged cube.
     driving_value : float, MPa
         The same percentile of the driving analysis in the same cube.
-    force_gap, energy_gap : float
+    force_discrepancy, energy_discrepancy : float
         Relative difference of cut-face forces and strain energy from the driving analysis.
     matches : bool
-        Both gaps are within 3 %.
+        Both discrepancies are within 3 %.
     volume : float, mm^3
         Solid in the judged cube.
     tets : int
@@ -76,8 +76,8 @@ class SubmodelResult:
     window: Window
     value: float
     driving_value: float
-    force_gap: float
-    energy_gap: float
+    force_discrepancy: float
+    energy_discrepancy: float
     matches: bool
     volume: float
     tets: int
@@ -94,7 +94,7 @@ def analyse_window(
     *,
     time_limit_s: float,
 ) -> SubmodelResult:
-    """Cut, mesh, drive and compare one window.
+    """Cut, mesh and solve one submodel, and compare it with the driving analysis.
 
     Parameters
     ----------
@@ -143,16 +143,16 @@ def analyse_window(
         space, material, solution.displacement, material.thermal_expansion * warming
     )
     coarse = driving.stress_within(name, *box)
-    force_gap = _force_gap(fine, coarse, box, cube)
+    force_discrepancy = _force_discrepancy(fine, coarse, box, cube)
     energy = [float((f.volumes * energy_density(f, material)).sum()) for f in (fine, coarse)]
-    energy_gap = abs(energy[0] / energy[1] - 1.0)
+    energy_discrepancy = abs(energy[0] / energy[1] - 1.0)
     return SubmodelResult(
         window=window,
         value=_percentile(fine, window, solid.percentile),
         driving_value=_percentile(coarse, window, solid.percentile),
-        force_gap=force_gap,
-        energy_gap=energy_gap,
-        matches=force_gap <= MATCH and energy_gap <= MATCH,
+        force_discrepancy=force_discrepancy,
+        energy_discrepancy=energy_discrepancy,
+        matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
         volume=float(fine.volumes[inside_cube(fine.points, window)].sum()),
         tets=mesh.tets.shape[1],
         mesh_size=1.2 * cube,
@@ -177,7 +177,7 @@ def energy_density(sample: StressSample, material: Material) -> FloatArray:
 def _held_pieces(
     mesh: TetMesh, driving: SolvedSolid, load_case: str, box: Box, cube: float
 ) -> TetMesh:
-    """Drop pieces that the driving analysis does not hold: they carry nothing."""
+    """Drop components that no driven boundary holds: they carry nothing."""
     labels = piece_labels(mesh)
     facets, _ = boundary_facets(mesh)
     cut, _ = cut_facets(mesh.points, facets, *box, 2 * ENVELOPE * cube)
@@ -228,11 +228,11 @@ def _slab_force(field: StressSample, inside: BoolArray, axis: int, thickness: fl
     return field.stress[:, axis][:, inside] @ field.volumes[inside] / thickness
 
 
-def _force_gap(fine: StressSample, coarse: StressSample, box: Box, cube: float) -> float:
+def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, cube: float) -> float:
     """Difference of the forces through the six cut planes over the largest of them."""
     lower, upper = box
     thickness = 2 * cube
-    gaps, sizes = [], []
+    discrepancies, sizes = [], []
     for axis in range(3):
         for bound, sign in ((lower[axis], 1.0), (upper[axis], -1.0)):
             forces = []
@@ -241,9 +241,9 @@ def _force_gap(fine: StressSample, coarse: StressSample, box: Box, cube: float) 
                 forces.append(
                     _slab_force(field, (depth >= 0) & (depth <= thickness), axis, thickness)
                 )
-            gaps.append(float(np.linalg.norm(forces[0] - forces[1])))
+            discrepancies.append(float(np.linalg.norm(forces[0] - forces[1])))
             sizes.append(float(np.linalg.norm(forces[1])))
-    return max(gaps) / max(sizes) if max(sizes) > 0 else float("inf")
+    return max(discrepancies) / max(sizes) if max(sizes) > 0 else float("inf")
 
 
 def _percentile(field: StressSample, window: Window, percentile: float) -> float:

@@ -1,4 +1,4 @@
-"""Submodel windows: the most stressed cells, cut from the exported surface and meshed anew."""
+"""Boxes of submodels: the most stressed cells, cut from the exported surface."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MARGIN = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """A cube of one cell that is judged, and the larger box that is analysed around it.
+    """Cube of one cell whose stress is evaluated, and the larger box that is analysed around it.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ class Artefact:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manifest:
-    """What ``run.json`` holds.
+    """Content of ``run.json``.
 
     Attributes
     ----------

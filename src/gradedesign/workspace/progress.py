@@ -1,4 +1,4 @@
-"""What a run reports while it works; only the command line draws it.
+"""Progress reports of a run; only the command line draws them.
 
 Two ways lead out of a computation. An `Event` goes to the listener that the caller passed: a stage
 began or ended, a round was finished. A *step* says where a long computation stands at this moment:

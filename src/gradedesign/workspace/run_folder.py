@@ -244,12 +244,12 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
         if not overwrite:
             raise
         manifest = None
-    found = sorted(child.name for child in folder.iterdir())
-    others = [name for name in found if name not in (LOCK_NAME, OWNER_NAME, MANIFEST_NAME)]
+    names = sorted(child.name for child in folder.iterdir())
+    foreign = [name for name in names if name not in (LOCK_NAME, OWNER_NAME, MANIFEST_NAME)]
     advice = "choose another folder with -o, or discard what is there with --overwrite"
-    if manifest is None and others and not overwrite:
+    if manifest is None and foreign and not overwrite:
         raise CaseError(
-            f"{folder} is not empty ({others[0]}, ...) and not the folder of a run; {advice}"
+            f"{folder} is not empty ({foreign[0]}, ...) and not the folder of a run; {advice}"
         )
     if manifest is not None and not overwrite:
         if manifest.case_hash != case_hash:
@@ -257,12 +257,12 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
                 f"{folder} belongs to another case (hash {manifest.case_hash[:12]}, this case has "
                 f"{case_hash[:12]}): the case or its part file changed; {advice}"
             )
-        if others and not resume:
+        if foreign and not resume:
             raise CaseError(f"{folder} holds results already; go on with --resume, or {advice}")
-        if others:
+        if foreign:
             log.info("resuming the run in %s", folder)
             return
-    if overwrite and MANIFEST_NAME in found:
+    if overwrite and MANIFEST_NAME in names:
         _discard(folder, {} if manifest is None else manifest.artefacts)
     write_manifest(folder, Manifest(case_hash=case_hash, artefacts={}))
 

@@ -23,7 +23,7 @@ _BLOCK = 1 << 20
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SealedArrays:
-    """What a sealed file holds.
+    """Content of a sealed file.
 
     Attributes
     ----------

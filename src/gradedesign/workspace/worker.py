@@ -45,7 +45,7 @@ _WEIGHING_S = 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WorkerResult:
-    """What a worker returned.
+    """Arrays and wall time that a worker returned.
 
     Attributes
     ----------
@@ -164,8 +164,8 @@ def _bytes_to_start(module: str, folder: Path) -> int | None:
     """Return the address space that a worker takes before it begins; None if it does not say."""
     if _run(module, (_WEIGH,), folder, _WEIGHING_S, 0, "weigh.txt") != 0:
         return None
-    said = (folder / "weigh.txt").read_text(encoding="utf-8", errors="replace").split()
-    return int(said[-1]) if said and said[-1].isdecimal() and int(said[-1]) > 0 else None
+    words = (folder / "weigh.txt").read_text(encoding="utf-8", errors="replace").split()
+    return int(words[-1]) if words and words[-1].isdecimal() and int(words[-1]) > 0 else None
 
 
 def _run(

@@ -57,6 +57,6 @@ def displacement(size: float, width: float, *values: FloatArray) -> FloatArray:
         Added to values of the set operation.
     """
     total = np.zeros_like(values[0])
-    for one, other in combinations(values, 2):
-        total = total - size / (1 + (one / width) ** 2 + (other / width) ** 2)
+    for first, second in combinations(values, 2):
+        total = total - size / (1 + (first / width) ** 2 + (second / width) ** 2)
     return total

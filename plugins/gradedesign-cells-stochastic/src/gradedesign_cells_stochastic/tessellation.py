@@ -58,20 +58,20 @@ def tessellation(seed: float, period: int, least_distance: float) -> Tessellatio
     seeds = random_points(seed, period, least_distance)
     shifts = np.array([(0, 0, 0), *(s for s in product((-1, 0, 1), repeat=3) if any(s))])
     places = (seeds + period * shifts[:, None]).reshape(-1, 3)
-    found = Delaunay(places)
-    corners = np.asarray(found.simplices, dtype=np.int64)
+    delaunay = Delaunay(places)
+    corners = np.asarray(delaunay.simplices, dtype=np.int64)
     pairs = np.concatenate([corners[:, [a, b]] for a, b in combinations(range(4), 2)])
     pairs = np.unique(np.sort(pairs, axis=1), axis=0)
     centres = _sphere_centres(places[corners])
     own = np.repeat(np.arange(len(corners)), 4)
-    other = np.asarray(found.neighbors, dtype=np.int64).ravel()
-    once = own < other
+    neighbour = np.asarray(delaunay.neighbors, dtype=np.int64).ravel()
+    once = own < neighbour
     return Tessellation(
         period=period,
         seeds=np.array(seeds),
         delaunay_edges=_of_window(places[pairs], period),
         voronoi_edges=_of_window(
-            np.stack([centres[own[once]], centres[other[once]]], axis=1), period
+            np.stack([centres[own[once]], centres[neighbour[once]]], axis=1), period
         ),
         neighbours=_neighbours(places, pairs, len(seeds)),
     )

@@ -61,6 +61,6 @@ def _nearest_by_bin(place: FloatArray, bins: int) -> tuple[NDArray[np.int64], ND
     tree = cKDTree(place)
     # From the centre to a corner of the bin both distances change by half of its diagonal at most.
     reach = tree.query(centres)[0] + 3.0**0.5 / bins
-    found = tree.query_ball_point(centres, reach, return_sorted=True)
-    first = np.concatenate([[0], np.cumsum([len(rows) for rows in found])]).astype(np.int64)
-    return first, np.concatenate([np.asarray(rows, dtype=np.int64) for rows in found])
+    sites = tree.query_ball_point(centres, reach, return_sorted=True)
+    first = np.concatenate([[0], np.cumsum([len(rows) for rows in sites])]).astype(np.int64)
+    return first, np.concatenate([np.asarray(rows, dtype=np.int64) for rows in sites])

@@ -80,9 +80,9 @@ def nearest_distance(points, shifts, triangles, lower, upper, distance):
                     if node >= leaves:
                         best = min(best, square_to_triangle(triangles[node - leaves], x, y, z))
                         continue
-                    one = square_to_box(lower, upper, 2 * node, x, y, z)
-                    other = square_to_box(lower, upper, 2 * node + 1, x, y, z)
-                    near = 0 if one <= other else 1
+                    left = square_to_box(lower, upper, 2 * node, x, y, z)
+                    right = square_to_box(lower, upper, 2 * node + 1, x, y, z)
+                    near = 0 if left <= right else 1
                     stack[depth] = 2 * node + 1 - near
                     stack[depth + 1] = 2 * node + near
                     depth += 2

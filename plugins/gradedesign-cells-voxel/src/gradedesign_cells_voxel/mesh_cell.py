@@ -162,11 +162,11 @@ def _require_equal_faces(solid: NDArray[np.bool_], tolerance: float) -> None:
         share = float(apart.mean())
         if share > tolerance:
             place = np.argwhere(apart).mean(axis=0) / apart.shape[0]
-            others = [other for other in "xyz" if other != name]
+            axes = [letter for letter in "xyz" if letter != name]
             raise PluginError(
                 f"the mesh does not repeat along {name}: the solid at the faces {name} = 0 and "
                 f"{name} = 1 differs in {share:.1%} of the face (allowed {tolerance:.1%}), about "
-                f"({others[0]}, {others[1]}) = ({place[0]:.2f}, {place[1]:.2f}) cells; cut it to "
+                f"({axes[0]}, {axes[1]}) = ({place[0]:.2f}, {place[1]:.2f}) cells; cut it to "
                 f"exactly one period, give its box, or shift it where a face of the solid lies in "
                 f"a face of the cell"
             )

@@ -33,9 +33,9 @@ def require_volume(field: Field, density: float, steps: int) -> None:
     PluginError
         If the share of ``field <= 0`` is off by more than `VOLUME_TOLERANCE`.
     """
-    found = float(np.mean(field(spread(COUNT)) <= 0))
-    if abs(found - density) > VOLUME_TOLERANCE:
+    fraction = float(np.mean(field(spread(COUNT)) <= 0))
+    if abs(fraction - density) > VOLUME_TOLERANCE:
         raise PluginError(
-            f"the cell has density {density:.4f}, its table of {steps} steps {found:.4f}: its "
+            f"the cell has density {density:.4f}, its table of {steps} steps {fraction:.4f}: its "
             f"walls or pores are too fine for the table; give a higher resolution"
         )
