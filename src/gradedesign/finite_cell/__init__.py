@@ -10,7 +10,7 @@ A solid, its regions and load cases make a `Problem`; two spacings give a value 
     tip = extrapolated(
         *((r.spacing, displacement_on(r, "tip", "bending", None)) for r in (coarse, fine))
     )
-    print(tip.value, tip.unfavourable)
+    print(tip.value, tip.low, tip.high)
 """
 
 from gradedesign.finite_cell.analysis import Accuracy, analyse

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from gradedesign.errors import CaseError
@@ -24,16 +23,6 @@ class Estimate:
     value: float
     low: float
     high: float
-
-    @property
-    def band(self) -> float:
-        """Half the width of the band over the value."""
-        return (self.high - self.low) / (2.0 * abs(self.value)) if self.value else math.inf
-
-    @property
-    def unfavourable(self) -> float:
-        """End of the band that is larger in size: a limit holds when this one holds."""
-        return max(self.low, self.high, key=abs)
 
 
 def extrapolated(
@@ -73,14 +62,3 @@ def extrapolated(
     values = [fine[1] + change / (ratio**order - 1.0) for order in sorted(orders)]
     ends = (*values, fine[1])
     return Estimate(value=values[len(values) // 2], low=min(ends), high=max(ends))
-
-
-def observed_order(
-    coarse: tuple[float, float], middle: tuple[float, float], fine: tuple[float, float]
-) -> float | None:
-    """Order from values at three spacings in one ratio; None where they do not converge evenly."""
-    first, second = middle[1] - coarse[1], fine[1] - middle[1]
-    ratio = middle[0] / fine[0]
-    if not (second and first / second > 1.0) or abs(coarse[0] / middle[0] - ratio) > 1e-3 * ratio:
-        return None
-    return math.log(first / second) / math.log(ratio)
