@@ -40,7 +40,7 @@ from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
 from gradedesign.verify.analysis import SurfaceFields
 from gradedesign.verify.explicit import governing_load_case
-from gradedesign.verify.phases import considered_at
+from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_body import PrintedBody, measure_printed
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
@@ -219,7 +219,7 @@ def _lattice_files(
             fields.surface,
             fields.von_mises,
             limit=allowed_stress(problem.case, problem.material),
-            unjudged=~considered_at(
+            unjudged=~evaluated_at(
                 fields.surface.vertices.T, solid.clamped, solid.exclusion_radius
             ),
             title=f"Stress of the lattice, load case {load_case}",

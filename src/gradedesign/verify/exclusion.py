@@ -37,7 +37,7 @@ def exclusion_zone(
     volumes: FloatArray,
     von_mises: Mapping[str, FloatArray],
     phase: IntArray,
-    considered: BoolArray,
+    evaluated: BoolArray,
     *,
     radius: float,
     percentile: float,
@@ -51,7 +51,7 @@ def exclusion_zone(
         Each value stands for a q-th of the point's volume.
     phase : (M,) int array
         Index into `measures.PHASES`.
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Outside the radius.
     radius : float, mm
     percentile : float
@@ -66,7 +66,7 @@ def exclusion_zone(
         radius=radius,
         percentile=percentile,
         share={
-            name: float(1.0 - volumes[chosen & considered].sum() / volumes[chosen].sum())
+            name: float(1.0 - volumes[chosen & evaluated].sum() / volumes[chosen].sum())
             for name, chosen in present.items()
         },
         everywhere={
