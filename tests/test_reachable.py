@@ -31,6 +31,7 @@ ALLOWED = {
     "gradedesign.output.result.Iteration": "result.json, iterations",
     "gradedesign.output.result.RunResult": "result.json",
     "gradedesign.part.repair.RepairReport": "check --json, repairs",
+    "gradedesign.verify.body_comparison.BodyComparison": "result.json and report.html, printed",
     "gradedesign.verify.exclusion.ExclusionZone": "result.json, exclusion",
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     # Interfaces for code of others.

@@ -70,6 +70,7 @@ RESULT = RunResult(
             "percentile": 99.5,
             "share_of_volume": {"lattice": 0.381, "kept": 1.0},
             "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "kept": 12.0}},
+            "maximum_everywhere_MPa": {"pull": {"lattice": 212.0, "kept": 31.0}},
         },
     },
 )
@@ -102,7 +103,7 @@ def test_without_windows_no_factor_is_named():
 
 def test_the_exclusion_radius_stands_with_its_share_and_both_stresses(report):
     for words in ("Within 22 mm of the held regions", "lattice 38.1%, kept 100.0%",
-                  "pull lattice 40 61.5", "pull kept – 12"):  # fmt: skip
+                  "pull lattice 40 61.5 147 212", "pull kept – 12 – 31"):  # fmt: skip
         assert words in report
 
 
