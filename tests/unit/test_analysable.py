@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
@@ -13,28 +14,22 @@ from gradedesign.resolve.setup import prepare
 from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.tets import STUFFED_TETS
 
-CASE = """\
-[case]
-name = "block"
-[part]
-box = ["60 mm", "40 mm", "40 mm"]
-mesh_size = "10 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[load_case]]
-name = "shear"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+CASE = (
+    held_bar(
+        box_part(60, 40, 40, 10),
+        name="block",
+        material='name = "Ti-6Al-4V"',
+        load_case="shear",
+        force="0 N, 0 N, -400 N",
+    )
+    + """\
 [limits]
 safety_factor = 2
 [lattice]
 cell = "bcc"
 size = "10 mm"
 """
+)
 VOLUME = 60.0 * 40.0 * 40.0
 
 

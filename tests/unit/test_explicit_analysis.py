@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_parts import box_part, held_bar
 
 import gradedesign
 from gradedesign.errors import CaseError, PluginError
@@ -19,22 +20,9 @@ from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, Planne
 from gradedesign.verify.tet_fields import TetFields
 from gradedesign.verify.tets import STUFFED_TETS
 
-CASE = """\
-[case]
-name = "block"
-[part]
-box = ["30 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "pull"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+CASE = (
+    held_bar(box_part(30, 10, 10, 5), name="block")
+    + """\
 [limits]
 stress = "20 MPa"
 [lattice]
@@ -43,6 +31,7 @@ size = "5 mm"
 density = [0.2, 0.5]
 [run]
 """
+)
 
 
 def load(tmp_path, words):
