@@ -6,6 +6,7 @@ import csv
 import json
 import tomllib
 from io import BytesIO
+from pathlib import Path
 
 import pytest
 from matplotlib.image import imread
@@ -243,6 +244,15 @@ def test_what_is_wrong_with_a_study_is_told_before_anything_runs(
     assert "study.toml" in ended.err
     assert stand_in == []
     assert not (folder / "out").exists()
+
+
+def test_the_study_of_the_docs_is_one():
+    path = Path(__file__).parents[2] / "docs" / "tutorial" / "study.toml"
+    designs = module.load_study(path, module.build_registry()).designs
+    assert [d.label for d in designs] == [
+        "gyroid-sheet, 8 mm", "gyroid-sheet, 12 mm", "bcc, 8 mm", "bcc, 12 mm",
+    ]  # fmt: skip
+    assert [d.case.lattice.size for d in designs] == [(8.0,), (12.0,)] * 2
 
 
 def test_files_and_folders_that_are_none(cli, stand_in, folder):
