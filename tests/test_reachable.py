@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 
 #: Modules whose names are for others: what they list needs no user here.
-PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.testing")
+PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.finite_cell", "gradedesign.testing")
 
 #: Decorators that hand a function to a framework, which calls it.
 CALLED_BY_FRAMEWORK = {

@@ -304,9 +304,9 @@ def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
 
-    Budgets of time, memory and rounds do not count, nor do the formats that are written: with more
-    of them, or without one that cannot be written, a run that ended early resumes from the stages
-    it finished.
+    Budgets of time, memory and iterations do not count, nor do the formats that are written: with
+    more of them, or without one that cannot be written, a run that ended early resumes from the
+    stages it finished.
 
     Parameters
     ----------
@@ -327,7 +327,7 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         exclude={
             "output": True,
             "part": {"file"},
-            "run": {"time", "memory", "max_rounds"},
+            "run": {"time", "memory", "max_iterations"},
             "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},
         },
     )

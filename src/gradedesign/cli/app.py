@@ -390,7 +390,7 @@ def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
     try:
         app(words)
     except Exception as error:
-        if interruption.asked:
+        if interruption.stop_requested:
             raise Interrupted from error
         _end(error, debug=debug)
     sys.exit(0)
@@ -402,7 +402,7 @@ def _end(error: Exception, *, debug: bool) -> NoReturn:
         _fail(str(error), error.exit_code, debug=debug)
     if isinstance(error, MemoryError):
         _fail(
-            "out of memory; choose a coarser part.mesh_size or a smaller run.mesh_cubes_per_wall",
+            "out of memory; choose a coarser part.mesh_size or a smaller run.elements_per_wall",
             ResourceError.exit_code,
             debug=debug,
         )

@@ -58,7 +58,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        rounds=case.run.max_rounds,
+        iterations=case.run.max_iterations,
     )
 
 

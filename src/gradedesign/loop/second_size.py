@@ -75,7 +75,7 @@ def unresolved_warnings(rows: Sequence[LimitRow]) -> tuple[str, ...]:
     return tuple(
         f"{row.name} ({row.load_case}) changes by {row.resolution_error:+.0%} on the second mesh: "
         f"this value is not resolved, and the verdict on it may be wrong; state a larger [run] "
-        f"mesh_cubes_per_wall with more memory"
+        f"elements_per_wall with more memory"
         for row in rows
         if row.resolution_error is not None and abs(row.resolution_error) > UNRESOLVED
     )

@@ -17,10 +17,10 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
             f"meshed again by an independent mesher and analysed whole ({share})"
         )
     count = len(acceptance["windows"])
-    windows = f"{count} most stressed windows" if count != 1 else "most stressed window"
+    submodels = f"{count} most stressed submodels" if count != 1 else "most stressed submodel"
     return (
         f"displacements are judged by the explicit analysis of a mesh of the lattice's field; the "
         f"printed surface was read back and meshed again by an independent mesher only in its "
-        f"{windows} ({share}), whose stress over that of the explicit analysis scales the stress "
+        f"{submodels} ({share}), whose stress over that of the explicit analysis scales the stress "
         f"in the lattice"
     )

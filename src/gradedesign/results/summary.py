@@ -158,7 +158,7 @@ def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
 
 
 def best_round(rounds: Sequence[Round]) -> Round:
-    """The round whose worst limit is used least."""
+    """The iteration whose worst limit is used least."""
     return min(rounds, key=lambda r: r.iteration.utilisation)
 
 
@@ -209,7 +209,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
-        "loose_tet_pieces_dropped": division.dropped_pieces,
+        "tet_components_dropped": division.dropped_pieces,
     }
 
 
@@ -226,15 +226,15 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
     for w in accepted.acceptance.windows:
         if not w.matches:
             warnings.append(
-                f"the window at {tuple(round(c, 1) for c in w.window.centre)} mm differs from the "
-                f"explicit analysis by {w.force_discrepancy:.1%} in boundary force and "
+                f"the submodel at {tuple(round(c, 1) for c in w.window.centre)} mm differs from "
+                f"the explicit analysis by {w.force_discrepancy:.1%} in boundary force and "
                 f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
             )
     warnings += accepted.second.refused
     if accepted.second.mesh_size is None:
         warnings.append(
             "no second mesh size could be analysed, so the resolution error of this verdict is "
-            "unknown; raise [run] mesh_cubes_per_wall or memory"
+            "unknown; raise [run] elements_per_wall or memory"
         )
     for attempt in failed_attempts(accepted.acceptance.attempts):
         warnings.append(f"the mesher of the acceptance was asked again after: {attempt}")
