@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 
 #: Modules whose names are for others: what they list needs no user here.
-PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.testing")
+PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.finite_cell", "gradedesign.testing")
 
 #: Decorators that hand a function to a framework, which calls it.
 CALLED_BY_FRAMEWORK = {
@@ -44,6 +44,7 @@ ALLOWED = {
     "gradedesign.lattice.point_cloud.PointMap.sensitivity": "radius of the published rule",
     "gradedesign.mesh.winding.WindingVolumes.torn": "share of the rays that were not summed",
     # With the protocol of explicit analyses.
+    "gradedesign.verify.finite_cells.analyse_by_finite_cells": "finite cells of a design",
     "gradedesign.fe.field_eval.displacement_at": "displacements at the points of a submodel",
     "gradedesign.resolve.analysable.Analysable.unknowns": "estimate before an analysis",
     "gradedesign.verify.explicit_mesh.ExplicitMesh": "measures of the stuffed mesh",
