@@ -13,6 +13,7 @@ from gradedesign.loop.predicted_cost import (
     mesher_tets,
     predict_cost,
 )
+from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable, analysable_bounds
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import ResolvedCase
