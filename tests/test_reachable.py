@@ -44,7 +44,6 @@ ALLOWED = {
     "gradedesign.lattice.point_cloud.PointMap.sensitivity": "radius of the published rule",
     "gradedesign.mesh.winding.WindingVolumes.torn": "share of the rays that were not summed",
     # With the protocol of explicit analyses.
-    "gradedesign.verify.finite_cells.analyse_by_finite_cells": "finite cells of a design",
     "gradedesign.fe.field_eval.displacement_at": "displacements at the points of a submodel",
     "gradedesign.resolve.analysable.Analysable.unknowns": "estimate before an analysis",
     "gradedesign.verify.explicit_mesh.ExplicitMesh": "measures of the stuffed mesh",

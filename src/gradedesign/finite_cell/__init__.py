@@ -13,18 +13,17 @@ A solid, its regions and load cases make a `Problem`; two spacings give a value 
     print(tip.value, tip.unfavourable)
 """
 
-from gradedesign.finite_cell.analysis import (
-    Accuracy,
+from gradedesign.finite_cell.analysis import Accuracy, analyse
+from gradedesign.finite_cell.extrapolation import Estimate, extrapolated
+from gradedesign.finite_cell.grid import Plane
+from gradedesign.finite_cell.problem import Problem
+from gradedesign.finite_cell.result import (
     FiniteCellResult,
-    Problem,
     StressSample,
-    analyse,
     displacement_at,
     displacement_on,
     stress_sample,
 )
-from gradedesign.finite_cell.extrapolation import Estimate, extrapolated
-from gradedesign.finite_cell.grid import Plane
 
 __all__ = [
     "Accuracy",

@@ -37,6 +37,20 @@ POINTS = 2**18
 BLOCKS = 4
 
 
+class LoosePiecesError(LatticeError):
+    """A solid that falls apart on a grid.
+
+    Attributes
+    ----------
+    share : float
+        Of the volume, in loose pieces.
+    """
+
+    def __init__(self, message: str, *, share: float) -> None:
+        super().__init__(message)
+        self.share = share
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Elements:
     """Active elements: whole ones first, then cut ones, each in eight colours.
@@ -253,10 +267,11 @@ def _loose(labels: NDArray[np.int32], bodies: int) -> tuple[BoolArray, int, floa
     kept = 1 + np.argsort(-size, kind="stable")[:bodies]
     share = 1.0 - float(size[kept - 1].sum() / size.sum())
     if share > LOOSE_SHARE:
-        raise LatticeError(
+        raise LoosePiecesError(
             f"the solid falls apart: {len(size) - bodies} loose pieces hold {100 * share:.3g} % "
             f"of its volume, at most {100 * LOOSE_SHARE:g} % may be left out; raise the density, "
-            f"enlarge the cells or use finer finite cells"
+            f"enlarge the cells or use finer finite cells",
+            share=share,
         )
     loose = np.ones(len(size) + 1, dtype=bool)
     loose[0] = False

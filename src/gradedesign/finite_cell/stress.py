@@ -51,6 +51,16 @@ def solid_points(elements: Elements) -> SolidPoints:
     return SolidPoints(points=points, volume=volume, element=element, reference=reference)
 
 
+def select_points(at: SolidPoints, chosen: slice | IntArray) -> SolidPoints:
+    """Some of the points."""
+    return SolidPoints(
+        points=at.points[:, chosen],
+        volume=at.volume[chosen],
+        element=at.element[chosen],
+        reference=at.reference[:, chosen],
+    )
+
+
 def stress_at(
     elements: Elements,
     space: BrickSpace,
