@@ -292,11 +292,12 @@ def test_the_most_stressed_cells_are_judged():
         time_limit_s=600.0,
         on_window=told.append,
     )
-    assert (result.scope, result.whole, list(result.windows)) == ("windows", None, told)
+    assert (result.scope, result.whole) == ("windows", None)
+    assert set(map(id, result.windows)) <= set(map(id, told))  # enlarged ones are told too
     # The cell of 3 MPa first, about (7.5, 7.5, 7.5) mm; then one that does not overlap it.
     assert told[0].window.centre == pytest.approx((7.5, 7.5, 7.5))
     assert told[0].window.value == 3.0
-    assert len(told) == 2
+    assert len(result.windows) == 2
     # Two cells of 27 of the 1728 mm^3.
     assert result.share == pytest.approx(2 * 27 / SIDE**3, rel=0.3)
 

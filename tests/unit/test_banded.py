@@ -37,9 +37,7 @@ def test_three_resolutions_in_one_ratio_show_their_order():
     # An order out of the range, or none, is not believed.
     for values in ((10.0 - h**6 for h in spacings), (9.0, 9.5, 9.2)):
         points = list(zip(spacings, values, strict=True))
-        assert banded(points, ORDERS) == replace(
-            banded(points[1:], ORDERS), sizes_mm=spacings
-        )
+        assert banded(points, ORDERS) == replace(banded(points[1:], ORDERS), sizes_mm=spacings)
     assert observed_order([(3.0, 1.0), (1.5, 2.0), (1.0, 2.5)]) is None  # ratios of 2 and 1.5
 
 

@@ -65,9 +65,7 @@ def test_work_counts_where_it_is_done():
 def test_a_run_holds_its_rounds_and_one_acceptance():
     one, many = predict_cost(replace(MINI, rounds=1)), predict_cost(MINI)
     assert (one.rounds, many.rounds) == (1, 3)
-    assert one.run_s == pytest.approx(
-        MEASURED.start + one.round_s + one.whole_s + one.acceptance_s
-    )
+    assert one.run_s == pytest.approx(MEASURED.start + one.round_s + one.whole_s + one.acceptance_s)
     # Sizing plays 10, 20 and 8 iterations (`loop.round`).
     rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
     assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)

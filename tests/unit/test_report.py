@@ -168,7 +168,7 @@ def test_limits_have_value_limit_and_margin(html):
         "holds", "windows",
     ] in cells  # fmt: skip
     assert [
-        "displacement of tip", "side", "2.1 mm", "2 mm", "-5.0%", "–", "BROKEN",
+        "displacement of tip", "side", "2.1 mm", "–", "2 mm", "-5.0%", "BROKEN",
         "explicit analysis",
     ] in cells  # fmt: skip
 

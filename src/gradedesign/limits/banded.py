@@ -53,7 +53,7 @@ class Banded:
         return half / abs(self.value) if self.value else (math.inf if half else 0.0)
 
     def scaled(self, low: float, value: float, high: float) -> Banded:
-        """This value times a positive factor that has a band of its own."""
+        """The value times a positive factor that has a band of its own."""
         return Banded(
             value=self.value * value,
             low=self.low * low,
@@ -63,7 +63,7 @@ class Banded:
         )
 
     def including(self, value: float) -> Banded:
-        """This value with a band that holds another one, of an independent analysis."""
+        """The value with a band that holds another one, of an independent analysis."""
         return Banded(
             value=self.value,
             low=min(self.low, value),

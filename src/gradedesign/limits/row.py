@@ -83,11 +83,11 @@ class LimitRow:
         return self.band is not None and self.band.low <= self.limit <= self.band.high
 
     def banded(self, band: Banded) -> LimitRow:
-        """This row with the value of a band."""
+        """The row with the value of a band."""
         return replace(self, value=band.value, band=band)
 
     def scaled(self, factor: Banded, judged_by: str) -> LimitRow:
-        """This row times a factor that has a band of its own."""
+        """The row times a factor that has a band of its own."""
         if self.band is None:
             return replace(self, value=self.value * factor.value, judged_by=judged_by)
         band = self.band.scaled(factor.low, factor.value, factor.high)

@@ -12,15 +12,12 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
-from gradedesign.verify.finite_cells import FINITE_CELLS, SURFACE_PER_BRICK
+from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS, SURFACE_PER_BRICK
 from gradedesign.verify.whole_solid import WholeStage
 from gradedesign.workspace.progress import Event, Listener
 
 #: One spacing over the next finer one.
 RATIO = 1.5
-#: Order of the error of displacement and work in the spacing: the least, the usual and the most
-#: that was observed; less than 1 where plates meet sheets in re-entrant edges.
-ORDERS = (0.75, 1.5, 3.0)
 #: The field is exact within this many elements of the surface.
 BAND = 2.0
 #: Share of the stated time that one analysis may be predicted to take, beyond the first.
