@@ -24,7 +24,13 @@ from gradedesign.verify.phases import considered_at
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.tets import solve_tets
-from gradedesign.verify.windows import BUFFERS, Window, enlarged_window, most_stressed_windows
+from gradedesign.verify.windows import (
+    BUFFERS,
+    Room,
+    Window,
+    enlarged_window,
+    most_stressed_windows,
+)
 from gradedesign.workspace.progress import counted, stepping
 
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
@@ -204,8 +210,7 @@ def _chosen_windows(
             percentile=solid.percentile,
             cells=neighbourhood_cells(solid.design),
             count=solid.case.run.window_count,
-            avoid=avoid,
-            buffer=buffer,
+            room=Room(avoid=avoid, buffer=buffer),
         )
         if windows:
             return windows

@@ -60,6 +60,23 @@ def window_box(window: Window) -> tuple[FloatArray, FloatArray]:
     return centre - reach[:, 0], centre + reach[:, 1]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Room:
+    """Where windows may lie.
+
+    Attributes
+    ----------
+    avoid : sequence of (k, 3, 3) array, mm
+        Triangles that no analysed box may touch: held and loaded regions, whose supports and
+        loads a window does not carry.
+    buffer : float
+        What is analysed around the judged cube, cells.
+    """
+
+    avoid: Sequence[FloatArray] = ()
+    buffer: float = BUFFERS[0]
+
+
 def enlarged_window(window: Window, avoid: Sequence[FloatArray]) -> Window | None:
     """The window with half a cell more on every side that then touches no avoided triangle.
 
@@ -90,8 +107,7 @@ def most_stressed_windows(
     percentile: float,
     cells: CellMap | float,
     count: int,
-    avoid: Sequence[FloatArray] = (),
-    buffer: float = BUFFERS[0],
+    room: Room = Room(),
 ) -> tuple[Window, ...]:
     """Choose the cells with the highest stress percentile, none overlapping another.
 
@@ -107,11 +123,7 @@ def most_stressed_windows(
     cells : CellMap or float, mm
         Cells of a map, or the edge of cubes.
     count : int
-    avoid : sequence of (k, 3, 3) array, mm
-        Triangles that no analysed box may touch: held and loaded regions, whose supports and
-        loads a window does not carry.
-    buffer : float
-        What is analysed around the judged cube, cells.
+    room : Room
 
     Returns
     -------
@@ -135,12 +147,12 @@ def most_stressed_windows(
                     half=near.edge / 2,
                     value=value,
                     load_case=name,
-                    buffer=(buffer,) * 6,
+                    buffer=(room.buffer,) * 6,
                 )
             )
     chosen: list[Window] = []
     for window in sorted(candidates, key=lambda w: -w.value):
-        if any(_touches(window, corners) for corners in avoid):
+        if any(_touches(window, corners) for corners in room.avoid):
             continue
         apart = all(
             np.abs(np.subtract(window.centre, other.centre)).max()
