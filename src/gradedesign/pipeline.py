@@ -2,7 +2,7 @@
 
 Read this first. Part, solid analysis; then rounds of sizing on the homogenised part, explicit
 analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
-most stressed windows correct the stress of the explicit analysis; a miss goes round again.
+most stressed submodels correct the stress of the explicit analysis; a miss iterates again.
 """
 
 from __future__ import annotations
@@ -174,8 +174,8 @@ def loop_stages(
     matrix = cache(lambda: design_filter(setup))
 
     def iterate(previous: tuple[Round, ...], factors: Factors) -> tuple[Round, Analysed]:
-        number, most = len(previous) + 1, setup.problem.case.run.max_rounds
-        with announce.stage("round", f"{number} of {most} at most"):
+        number, most = len(previous) + 1, setup.problem.case.run.max_iterations
+        with announce.stage("iteration", f"{number} of {most} at most"):
             return play_round(
                 setup,
                 previous,
@@ -223,7 +223,7 @@ def judge(
     done: Round,
     analysed: Analysed | None,
 ) -> Accepted:
-    """Export the surface of a round's design and have it accepted or refused."""
+    """Export the surface of an iteration's design and have it accepted or refused."""
     if analysed is None:
         with announce.stage("explicit"):
             analysed = analyse_design(setup, done.rho, on_event=announce.listener)

@@ -43,7 +43,7 @@ cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.45, 0.60]
 [run]
-mesh_cubes_per_wall = 1.0
+elements_per_wall = 1.0
 [output]
 formats = ["stl"]
 """
@@ -90,7 +90,7 @@ def test_two_bodies_are_judged_by_their_exported_surface(cli, folder):
     # 0.0173 mm at a density of 0.58 in the run above: 0.02 mm is within reach.
     text = (folder / "case.toml").read_text(encoding="utf-8")
     text = text.replace('magnitude = "0.006 mm"', 'magnitude = "0.02 mm"')
-    text = text.replace("mesh_cubes_per_wall = 1.0", "mesh_cubes_per_wall = 1.2")
+    text = text.replace("elements_per_wall = 1.0", "elements_per_wall = 1.2")
     text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_rounds = 2')
     (folder / "case.toml").write_text(text, encoding="utf-8")
     ended = cli("run", folder, "-o", folder / "run")

@@ -8,7 +8,7 @@ from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import ResourceError
 from gradedesign.plugin.registry import build_registry, lookup
-from gradedesign.resolve.analysable import analysable_bounds, grid_cube
+from gradedesign.resolve.analysable import analysable_bounds, grid_spacing
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.tets import STUFFED_TETS
 
@@ -87,5 +87,5 @@ def test_a_block_that_never_fits_names_what_would(bounds_of):
 
 def test_layers_need_fewer_cubes_than_struts(bounds_of):
     case, _ = bounds_of('skin = {thickness = "1 mm"}\n[run]\nmemory = "900 GB"\n')
-    assert grid_cube(case, 1.0, 2.5, STUFFED_TETS) == pytest.approx(0.4)
-    assert grid_cube(case, 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
+    assert grid_spacing(case, 1.0, 2.5, STUFFED_TETS) == pytest.approx(0.4)
+    assert grid_spacing(case, 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)

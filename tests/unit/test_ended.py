@@ -16,7 +16,9 @@ from gradedesign.results.files import write_result
 from gradedesign.results.finished import finished_result
 from gradedesign.workspace.run_folder import open_run_folder
 
-BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rounds; 300 s more")
+BY_TIME = Ended(
+    by="time", words="[run] time of 1200 s ended the run after 2 iterations; 300 s more"
+)
 
 
 def row(value):
@@ -154,13 +156,13 @@ def test_the_sentence_names_what_would_help():
 STORED = RunResult(
     status="met",
     lightest=False,
-    reason="by rounds",
-    ended_by="rounds",
+    reason="by iterations",
+    ended_by="iterations",
     limits=(row(0.94),),
     mass_g=12.5,
     iterations=(
         Iteration(
-            round=1,
+            number=1,
             lattice_mass_g=1.0,
             mass_g=2.0,
             mean_density=0.3,
@@ -188,8 +190,8 @@ STORED = RunResult(
     ),
     warnings=("a", "b"),
     plugins=("p 1.0",),
-    timing_s={"round": 3.0},
-    budget={"time_s": 1200.0, "max_rounds": 1},
+    timing_s={"iteration": 3.0},
+    budget={"time_s": 1200.0, "max_iterations": 1},
     case_hash="same",
     case_name="bar",
 )
@@ -203,13 +205,13 @@ def test_a_result_survives_its_file(tmp_path):
 def resumed(tmp_path):
     """What resuming a folder with a stored result returns, for a case with these budgets."""
 
-    def call(stored, *, time=1200.0, max_rounds=1, spoil=None):
+    def call(stored, *, time=1200.0, max_iterations=1, spoil=None):
         folder = tmp_path / "run"
         with open_run_folder(folder, "same", resume=False, overwrite=True) as out:
             write_result(out, replace(stored, folder=out.path))
             if spoil is not None:
                 (folder / "result.json").write_text(spoil, encoding="utf-8")
-            run = SimpleNamespace(time=time, max_rounds=max_rounds)
+            run = SimpleNamespace(time=time, max_iterations=max_iterations)
             return finished_result(out, SimpleNamespace(run=run, case_hash="same"))
 
     return call
@@ -217,7 +219,7 @@ def resumed(tmp_path):
 
 @pytest.mark.parametrize("end", ["tight", "stuck", "saturated", "solid", "stop_after"])
 def test_a_finished_run_returns_its_result(resumed, end):
-    found = resumed(replace(STORED, ended_by=end), time=9e9, max_rounds=99)
+    found = resumed(replace(STORED, ended_by=end), time=9e9, max_iterations=99)
     assert (found.ended_by, found.limits, found.iterations) == (
         end,
         STORED.limits,
@@ -226,14 +228,14 @@ def test_a_finished_run_returns_its_result(resumed, end):
 
 
 def test_a_run_ended_by_rounds_goes_on_with_more_of_them(resumed):
-    assert resumed(STORED).reason == "by rounds"
-    assert resumed(STORED, time=9e9).reason == "by rounds"
-    assert resumed(STORED, max_rounds=2) is None
+    assert resumed(STORED).reason == "by iterations"
+    assert resumed(STORED, time=9e9).reason == "by iterations"
+    assert resumed(STORED, max_iterations=2) is None
 
 
 def test_a_run_ended_by_time_goes_on_with_more_of_it(resumed):
     by_time = replace(STORED, ended_by="time")
-    assert resumed(by_time, max_rounds=6).ended_by == "time"
+    assert resumed(by_time, max_iterations=6).ended_by == "time"
     assert resumed(by_time, time=1500.0) is None
 
 

@@ -47,7 +47,7 @@ def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
     """A played round whose explicit values are given, one load case each."""
     rows = tuple(row(v, key) for v, key in zip(values, (PULL, SIDE), strict=False))
     iteration = Iteration(
-        round=number,
+        number=number,
         lattice_mass_g=mass,
         mass_g=mass,
         mean_density=0.3,
@@ -91,10 +91,10 @@ class Faked:
         done = self.play.pop(0)
         if isinstance(done, Exception):
             raise done
-        return done, f"analysis of {done.iteration.round}"
+        return done, f"analysis of {done.iteration.number}"
 
     def accept(self, done, analysed):
-        number = done.iteration.round
+        number = done.iteration.number
         self.judged.append((number, analysed))
         ratios = self.accepts.get(number, (1.0, 1.0))
         rows = tuple(replace(r, value=r.value * f) for r, f in zip(done.rows, ratios, strict=False))
@@ -113,7 +113,7 @@ class Faked:
         return run_loop(stages, self.start)
 
 
-def after(number, by="rounds"):
+def after(number, by="iterations"):
     """Ends the loop after so many rounds."""
     return lambda rounds: Ended(by=by, words=by) if len(rounds) >= number else None
 
@@ -150,7 +150,7 @@ def test_where_a_budget_ends_the_loop_the_lightest_left_is_judged():
     plays = [a_round(1, 0.80, mass=9.0), a_round(2, 0.85, mass=8.0), a_round(3, 1.1, mass=7.0)]
     faked = Faked(plays, ends=after(3))
     outcome = faked.run()
-    assert outcome.ended.by == "rounds"
+    assert outcome.ended.by == "iterations"
     assert faked.judged == [(2, None)]  # its analysis is gone: it is made again
     assert outcome.accepted.round is plays[1]
 
@@ -195,7 +195,7 @@ def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
     faked = Faked([a_round(1, 0.8), MeshError("open")])
     outcome = faked.run()
     assert (outcome.ended.by, len(outcome.rounds)) == ("refused", 1)
-    assert "round 2 could not be analysed: open" in outcome.ended.words
+    assert "iteration 2 could not be analysed: open" in outcome.ended.words
     assert outcome.accepted.round is outcome.rounds[0]
     with pytest.raises(MeshError, match="open"):
         Faked([MeshError("open")]).run()
@@ -207,7 +207,7 @@ def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
 def ended(monkeypatch, rounds, *, left=1e6, most=6, saturated=None):
     """What ends the loop, with so many seconds left of 1200."""
     monkeypatch.setattr(ending, "saturated", lambda *_: saturated)
-    case = SimpleNamespace(run=SimpleNamespace(max_rounds=most))
+    case = SimpleNamespace(run=SimpleNamespace(max_iterations=most))
     setup = SimpleNamespace(problem=SimpleNamespace(case=case))
     deadline = Deadline(1200.0, start=time.monotonic() - (1200.0 - left))
     return ending.why_ended(setup, rounds, {}, deadline)
@@ -216,8 +216,8 @@ def ended(monkeypatch, rounds, *, left=1e6, most=6, saturated=None):
 def test_rounds_end_the_loop(monkeypatch):
     assert ended(monkeypatch, [a_round(1, 1.2)], most=2) is None
     found = ended(monkeypatch, [a_round(1, 1.2), a_round(2, 1.1)], most=2)
-    assert found.by == "rounds"
-    assert "max_rounds of 2" in found.words
+    assert found.by == "iterations"
+    assert "max_iterations of 2" in found.words
     assert "about 100 s" in found.words  # what the last round took
 
 
@@ -226,7 +226,8 @@ def test_time_ends_the_loop_and_says_what_more_of_it_brings(monkeypatch):
     found = ended(monkeypatch, [a_round(1, 1.2), a_round(2, 0.94)], left=55.0)
     assert (found.by, found.words) == (
         "time",
-        "[run] time of 1200 s ended the run after 2 rounds; about 80 s more allow another round",
+        "[run] time of 1200 s ended the run after 2 iterations; about 80 s more allow another "
+        "iteration",
     )
     # The first round is played whatever the clock says.
     assert ended(monkeypatch, [], left=0.0) is None
@@ -249,7 +250,7 @@ def test_a_lattice_that_cannot_reach_a_limit_ends_the_loop(monkeypatch):
 def a_stress_limit():
     return StressLimit(
         key=STRESS, name="stress in lattice", allowed=100.0, percentile=99.5,
-        considered=np.ones(1, dtype=bool),
+        evaluated=np.ones(1, dtype=bool),
     )  # fmt: skip
 
 
@@ -344,7 +345,7 @@ def test_a_large_lattice_has_its_stress_judged_in_windows(monkeypatch):
     # Displacements are those of the printed surface, stress carries the ratio of the windows.
     assert [r.value for r in found.rows] == pytest.approx([0.9, 0.5, 0.84])
     assert [r.decisive for r in found.rows] == pytest.approx([0.918, 0.51, 0.8568])
-    assert found.rows[2].judged_by == "explicit analysis times the ratio of 2 windows"
+    assert found.rows[2].judged_by == "explicit analysis times the ratio of 2 submodels"
     assert (found.fitted, found.holds) == ({STRESS}, True)
     # The next design is held where the unfavourable ends are.
     assert found.factors[PULL] == pytest.approx(0.918 / 0.98)

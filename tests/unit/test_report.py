@@ -50,7 +50,7 @@ RESULT = RunResult(
     lattice_density=0.175,
     iterations=(
         Iteration(
-            round=1,
+            number=1,
             mass_g=12.345,
             lattice_mass_g=8.7654,
             mean_density=0.175,
@@ -108,7 +108,7 @@ RESULT = RunResult(
     warnings=("a warning with <angle>",),
     versions={"gradedesign": "0.1.0"},
     plugins=("acme 1.2",),
-    timing_s={"round": 33.0},
+    timing_s={"iteration": 33.0},
 )
 
 
@@ -183,17 +183,17 @@ def test_every_number_is_there(html, words):
 
 
 def test_the_run_says_what_it_took_and_what_ended_it(html):
-    assert "<p>The run: 1 round; 33 s.</p>" in html
+    assert "<p>The run: 1 iteration; 33 s.</p>" in html
     ended = replace(
         RESULT,
         ended_by="time",
-        budget={"time_s": 900.0, "max_rounds": 6},
+        budget={"time_s": 900.0, "max_iterations": 6},
         # The parts of a round are not counted again.
-        timing_s={"part": 2.0, "round": 600.0, "sizing": 300.0, "acceptance": 98.0},
+        timing_s={"part": 2.0, "iteration": 600.0, "sizing": 300.0, "acceptance": 98.0},
     )
     assert (
-        "<p>The run: 1 round of 6 at most; 700 s of 900 s; ended because its time was used up.</p>"
-        in render_report(ended, {}, "")
+        "<p>The run: 1 iteration of 6 at most; 700 s of 900 s; "
+        "ended because its time was used up.</p>" in render_report(ended, {}, "")
     )
 
 
@@ -219,7 +219,7 @@ def test_a_result_without_lattice_has_no_empty_sections():
     )
     html = render_report(bare, {}, "")
     assert "INFEASIBLE" in html
-    for heading in ("Rounds", "What the verdict rests on", "Pictures", "Warnings", "Mass"):
+    for heading in ("Iterations", "What the verdict rests on", "Pictures", "Warnings", "Mass"):
         assert f"<h2>{heading}" not in html
 
 

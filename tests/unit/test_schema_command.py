@@ -32,7 +32,7 @@ def test_every_shipped_case_is_valid(schema, path):
         ("lattice", "grading", "levels"),
         ("part", "mesh_size", 12),
         ("limits", "percentile", 101.0),
-        ("run", "max_rounds", "six"),
+        ("run", "max_iterations", "six"),
         ("material", "name", ""),
     ],
 )

@@ -65,7 +65,7 @@ def test_another_grid_or_budget_finds_the_sizing_again(sized):
     first, count, heard = sized()
     assert count == 1
     for swap in (
-        ("[run]", '[run]\nmesh_cubes_per_wall = 2.5\ntime = "2 h"'),
+        ("[run]", '[run]\nelements_per_wall = 2.5\ntime = "2 h"'),
         ('formats = ["report"]', 'formats = ["vtu"]'),
     ):
         again, count, steps = sized(*swap)

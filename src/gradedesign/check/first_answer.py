@@ -18,7 +18,7 @@ from gradedesign.sizing.homogenised import total_mass
 from gradedesign.verify.correction import Correction
 from gradedesign.workspace.progress import report_step
 
-#: Iterations of the sizing: as in the second round of a run, whose mass changes little after.
+#: Iterations of the sizing: as in the second one of the loop, whose mass changes little after.
 SIZING_ITERATIONS = 20
 
 

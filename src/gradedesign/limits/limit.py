@@ -1,4 +1,4 @@
-"""The protocol of limits: what sizing, rounds, acceptance, report and check know of them.
+"""The protocol of limits: what sizing, the loop, acceptance, report and check know of them.
 
 A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
 the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density
@@ -167,7 +167,7 @@ class PlacedCase:
     case : Case
     material : Material
     law : ScalingLaw
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Tetrahedra outside the exclusion radius around clamped regions.
     lattice_volumes : (M,) array, mm^3
     exclusion_radius : float, mm
@@ -179,7 +179,7 @@ class PlacedCase:
     case: Case
     material: Material
     law: ScalingLaw
-    considered: BoolArray
+    evaluated: BoolArray
     lattice_volumes: FloatArray
     exclusion_radius: float
     nodes: Mapping[str, IntArray]

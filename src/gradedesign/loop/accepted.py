@@ -37,7 +37,7 @@ from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the surface size of the explicit analysis.
-SURFACE_PER_CUBE = 0.5
+SURFACE_PER_SPACING = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,7 +139,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
     """
     design, problem = analysed.design, setup.problem
     size = analysed.result.solved.division.surface_size
-    step = SURFACE_PER_CUBE * size
+    step = SURFACE_PER_SPACING * size
     raw = trimmed_surface(design, problem.part.surface, step)
     report_step("disconnected components of the surface")
     surface, islands = remove_islands(
@@ -156,7 +156,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit analysis holds "
             f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
-            f"for {setup.cells.cell.name}: raise [run] mesh_cubes_per_wall"
+            f"for {setup.cells.cell.name}: raise [run] elements_per_wall"
         )
     return back, islands
 
@@ -195,7 +195,7 @@ def with_windows(
     out = []
     for row in rows:
         factor = factors.get(row.key)
-        words = f"{row.judged_by} times the ratio of {len(windows)} windows"
+        words = f"{row.judged_by} times the ratio of {len(windows)} submodels"
         out.append(row if factor is None else row.scaled(factor, words))
     return tuple(out)
 

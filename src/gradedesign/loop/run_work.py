@@ -60,7 +60,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_solve_s=explicit.solve_s,
         whole_s=whole_seconds(planned, spacing),
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        rounds=case.run.max_rounds,
+        iterations=case.run.max_iterations,
     )
 
 

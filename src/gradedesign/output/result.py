@@ -13,7 +13,7 @@ from gradedesign.limits.row import LimitRow, row_from_json
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitIteration:
-    """One limit in one round.
+    """One limit in one iteration.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class LimitIteration:
     discrepancy : float or None
         explicit / predicted - 1.
     factor : float
-        Correction of the prediction that this round's sizing used.
+        Correction of the prediction that this iteration's sizing used.
     """
 
     key: LimitKey
@@ -45,11 +45,11 @@ class LimitIteration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Iteration:
-    """One round: what was predicted, what the explicit analysis said, what it taught.
+    """One iteration: what was predicted, what the explicit analysis said, what it taught.
 
     Attributes
     ----------
-    round : int
+    number : int
         From 1.
     lattice_mass_g, mass_g : float
         By the explicit mesh.
@@ -66,14 +66,14 @@ class Iteration:
         volume or pieces and was refined.
     seconds : float
     stiffness_factor : float
-        Correction of the lattice's stiffness that this round's sizing used.
+        Correction of the lattice's stiffness that this iteration's sizing used.
     sizing_iterations : int
     sizing_converged : bool
     timing_s : mapping of stage to seconds
         ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
     """
 
-    round: int
+    number: int
     lattice_mass_g: float
     mass_g: float
     mean_density: float
@@ -106,10 +106,10 @@ class RunResult:
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design with a limit at 97 % or more was accepted. ``rounds``, ``time``: that
-        budget. ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice
-        can hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid
-        part breaks a limit. ``stop_after``: as the case asks. ``error``.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``iterations``, ``time``:
+        that budget. ``stuck``: the last iteration changed nothing. ``saturated``: no density of
+        this lattice can hold a limit. ``refused``: the next design could not be analysed.
+        ``solid``: the solid part breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
@@ -128,10 +128,10 @@ class RunResult:
         ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
         mesh`` one of ``acceptance``.
     predicted : mapping
-        What ``timing_s`` compares with: a `CostPrediction` before the first round and another
+        What ``timing_s`` compares with: a `CostPrediction` before the first iteration and another
         after it.
     budget : mapping
-        Time and rounds that the run was allowed.
+        Time and iterations that the run was allowed.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -188,7 +188,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
 
 
 def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
-    """The round that ``dataclasses.asdict`` made plain data of."""
+    """The iteration that ``dataclasses.asdict`` made plain data of."""
     limits = tuple(
         LimitIteration(**{**entry, "key": LimitKey(**entry["key"])}) for entry in data["limits"]
     )

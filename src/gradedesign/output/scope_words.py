@@ -21,8 +21,8 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
             f"bands of displacements include what that mesh shows"
         )
     count = len(acceptance["windows"])
-    windows = f"{count} most stressed windows" if count != 1 else "most stressed window"
+    submodels = f"{count} most stressed submodels" if count != 1 else "most stressed submodel"
     return (
-        f"{judged}; an independent mesher meshed it again in its {windows} ({share}), whose stress "
+        f"{judged}; an independent mesher meshed it again in its {submodels} ({share}), whose stress "
         f"over that of the finite cells scales the stress in the lattice"
     )

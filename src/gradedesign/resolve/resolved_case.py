@@ -170,7 +170,7 @@ def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
         or cannot be used there.
     """
     cell_map = placed_map(case, part, domain.distance)
-    places = lattice_points(domain)
-    require_lattice_left(case, places, domain)
+    points = lattice_points(domain)
+    require_lattice_left(case, points, domain)
     with locating(case, "lattice.cell_map"):
-        return cell_layout(cell_map, places, case.lattice.edges)
+        return cell_layout(cell_map, points, case.lattice.edges)

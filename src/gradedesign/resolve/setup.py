@@ -29,7 +29,7 @@ from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
-from gradedesign.verify.phases import considered_at
+from gradedesign.verify.phases import evaluated_at
 from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
 
 
@@ -73,7 +73,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         cell=known.cell,
         law=law,
         bounds=analysable.bounds,
-        cubes_per_wall=analysable.cubes_per_wall,
+        elements_per_wall=analysable.elements_per_wall,
         layout=known.layout,
     )
     problem, limit_warnings = placed_problem(
@@ -136,7 +136,7 @@ def placed_problem(
     names = sorted({f.region for spec in case.load_case for f in spec.fix})
     clamped = tuple(region_distance(part.regions[name].corners) for name in names)
     radius = exclusion_radius(case)
-    considered = considered_at(centroids(mesh), clamped, radius)
+    evaluated = evaluated_at(centroids(mesh), clamped, radius)
     loads = held_loads(case, space, part, facets)
     limits, warnings = made_limits(
         kinds,
@@ -144,7 +144,7 @@ def placed_problem(
             case=case,
             material=known.material,
             law=law,
-            considered=considered,
+            evaluated=evaluated,
             lattice_volumes=signed_volumes(mesh) * (1 - shares),
             exclusion_radius=radius,
             nodes={name: region_nodes(space, found) for name, found in facets.items()},
@@ -162,7 +162,7 @@ def placed_problem(
         loads=loads,
         solver=known.solver,
         limits=limits,
-        considered=considered,
+        evaluated=evaluated,
         clamped=clamped,
         exclusion_radius=radius,
         analysis=known.analysis,

@@ -159,7 +159,7 @@ def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
 
 
 def best_round(rounds: Sequence[Round]) -> Round:
-    """The round whose worst limit is used least."""
+    """The iteration whose worst limit is used least."""
     return min(rounds, key=lambda r: r.iteration.utilisation)
 
 
@@ -213,7 +213,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
-        "loose_tet_pieces_dropped": accepted.analysed.result.solved.division.dropped_pieces,
+        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_pieces,
     }
 
 
@@ -244,8 +244,8 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
     for w in accepted.acceptance.windows:
         if not w.matches:
             warnings.append(
-                f"the window at {tuple(round(c, 1) for c in w.window.centre)} mm differs from the "
-                f"analysis that drives it by {w.force_discrepancy:.1%} in boundary force and "
+                f"the submodel at {tuple(round(c, 1) for c in w.window.centre)} mm differs from "
+                f"the analysis that drives it by {w.force_discrepancy:.1%} in boundary force and "
                 f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
                 f"{', enlarged too' if w.window.enlarged else ''}: stress is judged on the worse "
                 f"of the two"

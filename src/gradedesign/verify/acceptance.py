@@ -20,7 +20,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.verify.analysis import Discretisation
 from gradedesign.verify.explicit import ExplicitResult, measured
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at
+from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.tets import solve_tets
@@ -34,7 +34,7 @@ from gradedesign.verify.windows import (
 from gradedesign.workspace.progress import counted, stepping
 
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
-EDGE_PER_CUBE = 1.2
+EDGE_PER_SPACING = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
 #: Share of the stated time that the mesher may be predicted to take for the whole lattice: a design
@@ -86,7 +86,7 @@ def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
     """
     if requested != "auto":
         return requested
-    seconds = surface_tets / EDGE_PER_CUBE**3 / TETWILD_RATE
+    seconds = surface_tets / EDGE_PER_SPACING**3 / TETWILD_RATE
     return "whole" if seconds < MESHER_SHARE * time_s else "windows"
 
 
@@ -102,7 +102,7 @@ def accept_whole(
     with stepping("meshing the whole surface again"):
         meshed = tetrahedralize(
             surface,
-            edge_length=EDGE_PER_CUBE * size,
+            edge_length=EDGE_PER_SPACING * size,
             epsilon=ENVELOPE * size,
             time_limit_s=time_limit_s,
             memory_limit_bytes=solid.case.run.memory,
@@ -111,11 +111,11 @@ def accept_whole(
     mesh, dropped, _ = largest_pieces(meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01)
     division = Discretisation(
         made_by=solid.mesher.name,
-        mesh_size=EDGE_PER_CUBE * size,
+        mesh_size=EDGE_PER_SPACING * size,
         surface_size=size,
         surface_tets=mesh.tets.shape[1],
         unknowns=0,
-        requested=EDGE_PER_CUBE * size,
+        requested=EDGE_PER_SPACING * size,
         dropped_pieces=dropped,
         seconds=time.perf_counter() - began,
     )
@@ -183,7 +183,7 @@ def accept_windows(
             try:
                 result = analysed(larger)
             except (MeshError, ResourceError) as error:
-                refused.append(f"the window at {_place(window)} mm was not enlarged: {error}")
+                refused.append(f"the submodel at {_place(window)} mm was not enlarged: {error}")
         results.append(result)
     volume = sum(r.volume for r in results)
     return Acceptance(
@@ -233,5 +233,5 @@ def held_and_loaded(case: Case) -> set[str]:
 
 def eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:
     """Sample points of lattice outside the exclusion radius of clamped regions, ``(n,)``."""
-    outside = considered_at(explicit.solved.points, solid.clamped, solid.exclusion_radius)
+    outside = evaluated_at(explicit.solved.points, solid.clamped, solid.exclusion_radius)
     return (explicit.phase == LATTICE) & outside

@@ -34,7 +34,7 @@ def exclusion_zone(
     volumes: FloatArray,
     von_mises: Mapping[str, FloatArray],
     phase: IntArray,
-    considered: BoolArray,
+    evaluated: BoolArray,
     *,
     radius: float,
     percentile: float,
@@ -48,7 +48,7 @@ def exclusion_zone(
         Each value stands for a q-th of the point's volume.
     phase : (M,) int array
         Index into `measures.PHASES`.
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Outside the radius.
     radius : float, mm
     percentile : float
@@ -63,7 +63,7 @@ def exclusion_zone(
         radius=radius,
         percentile=percentile,
         share={
-            name: float(1.0 - volumes[chosen & considered].sum() / volumes[chosen].sum())
+            name: float(1.0 - volumes[chosen & evaluated].sum() / volumes[chosen].sum())
             for name, chosen in present.items()
         },
         everywhere={

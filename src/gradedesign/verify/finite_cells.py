@@ -27,9 +27,10 @@ from gradedesign.verify.analysis import (
     Resolution,
 )
 from gradedesign.verify.finite_cell_fields import FiniteCellFields
-from gradedesign.verify.grid_resolution import LAYER_CUBES, cubes_per_wall
+from gradedesign.verify.grid_resolution import LAYER_ELEMENTS
+from gradedesign.verify.grid_resolution import elements_per_wall as tets_per_wall
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.tets import TETS_PER_SOLID_CUBE
+from gradedesign.verify.tets import TETS_PER_GRID_CELL
 from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
@@ -147,7 +148,7 @@ def solve_finite_cells(
             made_by="finite cells",
             mesh_size=result.spacing,
             surface_size=surface_size,
-            surface_tets=TETS_PER_SOLID_CUBE * result.volume / surface_size**3,
+            surface_tets=TETS_PER_GRID_CELL * result.volume / surface_size**3,
             unknowns=result.unknowns,
             requested=divided.requested,
             refused=divided.refused,
@@ -275,7 +276,7 @@ def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     bricks = float(np.ceil(np.asarray(planned.box) / spacing).prod())
     active = BRICKS_PER_SOLID * planned.volume / spacing**3
     unknowns = int(UNKNOWNS_PER_BRICK * (min(active, bricks) if bricks else active))
-    surface_tets = TETS_PER_SOLID_CUBE * planned.volume / (SURFACE_PER_BRICK * spacing) ** 3
+    surface_tets = TETS_PER_GRID_CELL * planned.volume / (SURFACE_PER_BRICK * spacing) ** 3
     return AnalysisEstimate(
         unknowns=unknowns,
         memory_bytes=predict_memory(unknowns),
@@ -298,7 +299,7 @@ def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -
 
 def elements_per_wall(cell: Cell, rho: float) -> float:
     """Bricks across the thinnest wall or strut of a cell for 2 % in displacement."""
-    return SURFACE_PER_BRICK * cubes_per_wall(cell, rho)
+    return SURFACE_PER_BRICK * tets_per_wall(cell, rho)
 
 
 #: Quadratic finite cells, ``[run] analysis = "finite-cells"``.
@@ -308,6 +309,6 @@ FINITE_CELLS = ExplicitAnalysis(
     estimate=estimate,
     fitted_spacing=fitted_spacing,
     elements_per_wall=elements_per_wall,
-    elements_per_layer=SURFACE_PER_BRICK * LAYER_CUBES,
+    elements_per_layer=SURFACE_PER_BRICK * LAYER_ELEMENTS,
     coarsest=COARSEST,
 )

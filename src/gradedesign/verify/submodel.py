@@ -217,7 +217,7 @@ def _driven_supports(
         raise MeshError(
             f"{np.mean(~near):.1%} of the cut faces' nodes lie more than a cube of {cube:.3g} mm "
             f"outside the driving solid, up to {distance.max():.3g} mm; at most "
-            f"{MOST_UNDRIVEN:.0%} may; raise [run] mesh_cubes_per_wall"
+            f"{MOST_UNDRIVEN:.0%} may; raise [run] elements_per_wall"
         )
     value = np.zeros(space.nodes.shape)
     value[:, nodes[near]] = displacement[:, near]

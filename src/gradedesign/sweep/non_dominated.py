@@ -1,0 +1,40 @@
+"""The designs that no other one beats: the front of a trade-off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gradedesign.sweep.table import DesignRow
+
+
+def non_dominated(rows: Sequence[DesignRow]) -> frozenset[int]:
+    """Numbers of the designs that hold their limits and that no other such design dominates.
+
+    A design dominates another of the same limits where it is no heavier and no worse in any of
+    them, and better in something. Limits are compared by value and by utilisation: where a study
+    varies the limits themselves, a low utilisation of a wide limit is no merit, and where it varies
+    the material, a low stress of a weak one is none.
+
+    Parameters
+    ----------
+    rows : sequence of DesignRow
+    """
+    held = [row for row in rows if row.holds]
+    return frozenset(
+        row.number for row in held if not any(_dominates(other, row) for other in held)
+    )
+
+
+def _dominates(one: DesignRow, other: DesignRow) -> bool:
+    """Whether a design is no worse in anything and better in something."""
+    if set(one.limits) != set(other.limits):
+        return False
+    pairs = list(zip(_objectives(one), _objectives(other), strict=True))
+    return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
+
+
+def _objectives(row: DesignRow) -> list[float]:
+    """Mass, values and utilisations, the less the better."""
+    found = [row.limits[name] for name in sorted(row.limits)]
+    mass = float("inf") if row.mass_g is None else row.mass_g
+    return [mass, *(limit.value for limit in found), *(limit.utilisation for limit in found)]
