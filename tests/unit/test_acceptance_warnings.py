@@ -26,9 +26,9 @@ def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
     assert all(text in warning for text, warning in zip(said, warnings, strict=True))
 
 
-def a_row(name, band):
+def a_row(name, band, use=1.0):
     return SimpleNamespace(
-        name=name, load_case="pull", unit="mm", band=band, homogenised=False, value=1.0
+        name=name, load_case="pull", unit="mm", band=band, homogenised=False, utilisation=use
     )
 
 
@@ -43,6 +43,7 @@ def test_bands_windows_and_what_is_undecided_are_said():
         rows=(
             a_row("near", Banded(value=1.0, low=0.95, high=1.05)),
             a_row("far", Banded(value=1.0, low=0.8, high=1.2)),
+            a_row("idle", Banded(value=1.0, low=0.8, high=1.2), use=0.1),
             a_row("alone", None),
         ),
     )

@@ -23,6 +23,6 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
     count = len(acceptance["windows"])
     submodels = f"{count} most stressed submodels" if count != 1 else "most stressed submodel"
     return (
-        f"{judged}; an independent mesher meshed it again in its {submodels} ({share}), whose stress "
-        f"over that of the finite cells scales the stress in the lattice"
+        f"{judged}; an independent mesher meshed it again in its {submodels} ({share}), whose "
+        f"stress over that of the finite cells scales the stress in the lattice"
     )

@@ -9,7 +9,7 @@ from typing import Any
 from gradedesign.arrays import FloatArray
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, is_tight, worst_utilisation
+from gradedesign.limits.verdict import TIGHT, all_hold, is_tight, worst_utilisation
 from gradedesign.loop.accepted import Accepted, without_band
 from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.round import predict
@@ -24,7 +24,7 @@ from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.correction import Correction
 
-#: A band whose half is wider than this share of its value is warned of.
+#: A band whose half is wider than this share of its value is warned of where its limit is used.
 UNRESOLVED = 0.10
 
 
@@ -231,7 +231,7 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
         f"{row.unit}, {row.band.half_width:.0%} to either side of its middle: the verdict takes "
         f"the unfavourable end, and a finer analysis may allow a lighter design"
         for row in accepted.rows
-        if row.band is not None and row.band.half_width > UNRESOLVED
+        if row.band is not None and row.band.half_width > UNRESOLVED and row.utilisation >= TIGHT
     ]
     warnings += accepted.whole.undecided
     missing = without_band(accepted.rows)
