@@ -13,12 +13,13 @@ from gradedesign.loop.predicted_cost import (
     mesher_tets,
     predict_cost,
 )
+from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
-from gradedesign.verify.windows import MARGIN
+from gradedesign.verify.windows import BUFFERS
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -120,7 +121,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     tets = size.surface_tets
     scope = case.run.acceptance
     scope = choose_scope(scope, tets, case.run.time)
-    edges = np.minimum((1 + 2 * MARGIN) * known.layout.typical, np.ptp(_corners(known), axis=0))
+    edges = np.minimum((1 + 2 * BUFFERS[0]) * known.layout.typical, np.ptp(_corners(known), axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
@@ -130,6 +131,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
+        whole_s=whole_seconds(planned, grid.spacing) if explicit else 0.0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
         iterations=case.run.max_iterations if explicit else 1,
     )

@@ -36,6 +36,10 @@ log = logging.getLogger(__name__)
 #: cells of 1.4 walls displace a gyroid sheet within 2 % (8 bricks a cell at density 0.3), where
 #: stuffing takes cubes of 0.8 walls; what holds a strut by stuffing does so here, too.
 SURFACE_PER_BRICK = 0.56
+#: Order of the error of displacement and work in the spacing: the least, the usual and the most
+#: that was observed; less than 1 where plates meet sheets in re-entrant edges and one cell is
+#: across.
+ORDERS = (0.75, 1.5, 3.0)
 #: Bricks that hold solid per solid volume of a brick, and unknowns of each: measured 2.7 and 28 to
 #: 30 on gyroid sheets of 1.4 walls a brick; solid layers have fewer.
 BRICKS_PER_SOLID, UNKNOWNS_PER_BRICK = 2.7, 29.0
