@@ -21,9 +21,9 @@ SOURCE = ROOT / "src" / "gradedesign"
 #: Direction of imports: a module imports only from above itself, or its own package.
 ORDER = (
     "errors", "arrays", "fields", "workspace", "case", "mesh", "part", "material", "cell", "fe",
-    "voxel", "homogenise", "limits", "sizing", "lattice", "layout", "size_effects", "verify",
-    "output", "plugin", "resolve", "loop", "results", "generate", "check", "pipeline", "testing",
-    "cli", "__main__",
+    "voxel", "homogenise", "limits", "sizing", "lattice", "finite_cell", "layout", "size_effects",
+    "verify", "output", "plugin", "resolve", "loop", "results", "generate", "check", "pipeline",
+    "sweep", "testing", "cli", "__main__",
 )  # fmt: skip
 
 #: Where each heavy library may be imported at all.
@@ -114,7 +114,8 @@ def test_only_the_pipeline_and_the_command_line_use_the_registry():
         place(p) for p in MODULES if any(n.startswith("gradedesign.plugin") for n in imports(p))
     }
     assert users <= {
-        "plugin", "resolve", "loop", "results", "generate", "check", "pipeline", "cli", "__init__"
+        "plugin", "resolve", "loop", "results", "generate", "check", "pipeline", "sweep", "cli",
+        "__init__",
     }  # fmt: skip
 
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = (ROOT / "src", *sorted((ROOT / "plugins").glob("*/src")))
 
 #: Modules whose names are for others: what they list needs no user here.
-PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.testing")
+PUBLIC = ("gradedesign", "gradedesign.fields", "gradedesign.finite_cell", "gradedesign.testing")
 
 #: Decorators that hand a function to a framework, which calls it.
 CALLED_BY_FRAMEWORK = {
@@ -31,11 +31,11 @@ ALLOWED = {
     "gradedesign.output.result.Iteration": "result.json, iterations",
     "gradedesign.output.result.RunResult": "result.json",
     "gradedesign.part.repair.RepairReport": "check --json, repairs",
+    "gradedesign.verify.body_comparison.BodyComparison": "result.json and report.html, printed",
     "gradedesign.verify.exclusion.ExclusionZone": "result.json, exclusion",
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     # Interfaces for code of others.
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
-    "gradedesign.fe.linear_solver.LinearSystem.near_null_space": "linear solvers of plugins",
     # With the protocol of explicit analyses.
     "gradedesign.verify.explicit_mesh.ExplicitMesh": "measures of the stuffed mesh",
 }

@@ -252,6 +252,40 @@ def homogenise(
 
 
 @app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(help="The study: a case and values of its keys.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder; a sweep there goes on [runs/<study name>]."),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", min=1, help="Processes; several need dask [by processors and memory]."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
+    ] = None,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run many designs of one case, into one table and one plot of mass against limits."""
+    from gradedesign.cli.sweep import SweepRequest
+    from gradedesign.cli.sweep import sweep as command
+
+    request = SweepRequest(
+        workers=workers,
+        scheduler=scheduler,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
+    raise typer.Exit(command(study, output, request))
+
+
+@app.command()
 def tabulate(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for one table per cell, as JSON.")
@@ -322,11 +356,14 @@ def schema(
     stated_density: Annotated[
         bool, typer.Option("--generate", help="Of the case of `gradedesign generate`.")
     ] = False,
+    study: Annotated[
+        bool, typer.Option("--study", help="Of the study of `gradedesign sweep`.")
+    ] = False,
 ) -> None:
     """Print the JSON schema of case files, for completion and checks in editors."""
     from gradedesign.cli.schema import schema as command
 
-    command(output, stated_density=stated_density)
+    command(output, stated_density=stated_density, study=study)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,22 +59,48 @@ def inverted_diagonal(matrix: bsr_matrix, keep: FloatArray) -> SingleArray:
 
 
 def largest_eigenvalue(matrix: BlockRows, keep: FloatArray, inverse: SingleArray) -> float:
-    """Largest eigenvalue of the inverted diagonal times the matrix, with a margin.
-
-    Conjugate gradients with the block diagonal as preconditioner give Lanczos' tridiagonal matrix
-    (Saad, section 6.7.3), whose largest eigenvalue converges far faster than power iteration.
-    """
+    """Largest eigenvalue of the inverted diagonal times the matrix, with a margin."""
     mask = keep.astype(np.float32)
-    start = np.random.default_rng(20240229).standard_normal(keep.size).astype(np.float32)
-    r = start * mask
-    zero, z, p, q = (np.zeros_like(r) for _ in range(4))
+
+    def apply(p: SingleArray) -> SingleArray:
+        q = np.zeros_like(p)
+        product(matrix, p, mask, 0.0, q)
+        return q
+
+    def precondition(r: SingleArray) -> SingleArray:
+        zero, d, z = (np.zeros_like(r) for _ in range(3))
+        relax(inverse, r, zero, 0.0, 1.0, d, z)
+        return z
+
+    return largest_preconditioned(apply, precondition, mask)
+
+
+def largest_preconditioned(
+    apply: Callable[[SingleArray], SingleArray],
+    precondition: Callable[[SingleArray], SingleArray],
+    mask: SingleArray,
+) -> float:
+    """Largest eigenvalue of a preconditioner times an operator, with a margin.
+
+    Preconditioned conjugate gradients give Lanczos' tridiagonal matrix (Saad, section 6.7.3),
+    whose largest eigenvalue converges far faster than power iteration.
+
+    Parameters
+    ----------
+    apply, precondition : callable
+        Arrays of the shape of `mask` to such arrays.
+    mask : float32 array
+        0 on fixed unknowns, 1 elsewhere.
+    """
+    random = np.random.default_rng(20240229)
+    r = random.standard_normal(mask.size).astype(np.float32).reshape(mask.shape) * mask
+    p = np.zeros_like(r)
     alphas: list[float] = []
     betas: list[float] = []
     rz = 0.0
     for _ in range(min(LANCZOS_STEPS, int(np.count_nonzero(mask)))):
-        z[:] = 0.0
-        relax(inverse, r, zero, 0.0, 1.0, q, z)
-        rz_new = float(np.einsum("i,i->", r, z))
+        z = precondition(r)
+        rz_new = float(np.einsum("i,i->", r.ravel(), z.ravel()))
         if rz_new <= 1e-12 * rz or rz_new <= 0.0:
             break
         if alphas:
@@ -81,8 +108,8 @@ def largest_eigenvalue(matrix: BlockRows, keep: FloatArray, inverse: SingleArray
             p *= np.float32(betas[-1])
         p += z
         rz = rz_new
-        product(matrix, p, mask, 0.0, q)
-        alphas.append(rz / float(np.einsum("i,i->", p, q)))
+        q = apply(p)
+        alphas.append(rz / float(np.einsum("i,i->", p.ravel(), q.ravel())))
         r -= np.float32(alphas[-1]) * q
     if not alphas:
         return 1.0

@@ -156,7 +156,7 @@ def build_hierarchy(
         matrix, keep, candidates = coarse.matrix, coarse.keep, coarse.candidates
     sizes = (*(lv.smoother.keep.size for lv in levels), matrix.shape[0])
     log.info("multigrid levels of %s unknowns", ", ".join(map(str, sizes)))
-    return Hierarchy(levels=tuple(levels), coarsest=_factorised(matrix, keep), sizes=sizes)
+    return Hierarchy(levels=tuple(levels), coarsest=factorised(matrix, keep), sizes=sizes)
 
 
 def preconditioner(hierarchy: Hierarchy, columns: int) -> Callable[[FloatArray], FloatArray]:
@@ -269,7 +269,7 @@ def _edge_interpolation(space: TetSpace) -> bsr_matrix:
     return bsr_matrix((weight[:, None, None], column, row), shape=(n + edges, n))
 
 
-def _factorised(matrix: bsr_matrix, keep: FloatArray) -> Callable[[FloatArray], FloatArray]:
+def factorised(matrix: bsr_matrix, keep: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """Solver of the coarsest level; fixed and vanishing unknowns give zero."""
     diagonal = matrix.diagonal()
     live = (keep > 0.0) & (diagonal > 1e-12 * diagonal.max())

@@ -72,6 +72,43 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
     return np.where(group[pieces] == largest, values, 0.0), share
 
 
+def connected_wall(fill: FloatArray) -> FloatArray:
+    """Remove what hangs on nothing in a wall across z that repeats along x and y.
+
+    A face that cuts the cells leaves fragments that no other part of the wall holds; they carry
+    nothing, and an equation system with them has no solution.
+
+    Parameters
+    ----------
+    fill : (nx, ny, nz) array
+        Solid where positive; void below and above it.
+
+    Returns
+    -------
+    (nx, ny, nz) array
+        With void in place of every component that does not connect the wall to its neighbours
+        along both x and y.
+
+    Raises
+    ------
+    LatticeError
+        If no component does.
+    """
+    values = np.asarray(fill, dtype=np.float64)
+    # A layer of void keeps the faces from meeting.
+    pieces, count = label(np.pad(values > 0, ((0, 0), (0, 0), (0, 1))))
+    group, directions = _merge(pieces, count)
+    spanning = directions[group] == 2
+    spanning[0] = False
+    if not spanning.any():
+        raise LatticeError(
+            f"the wall ({count} components on {values.shape} voxels) does not hang together: none "
+            f"of them connects it to its neighbours along both directions of its plane; take a "
+            f"higher density or whole cells across it"
+        )
+    return np.where(spanning[pieces[:, :, :-1]], values, 0.0)
+
+
 def _merge(pieces: IntArray, count: int) -> tuple[IntArray, IntArray]:
     """Join the pieces of one cell with those of its copies.
 

@@ -1,4 +1,4 @@
-"""Fields on tetrahedra as VTU files, for ParaView and its relatives."""
+"""Fields on tetrahedra and hexahedra as VTU files, for ParaView and its relatives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.workspace.atomic import replacing
 
 _NAME = re.compile(r"\S.* \[\S+( \S+)*\]")
-_CELL_TYPES = {4: "tetra", 10: "tetra10"}
+_CELL_TYPES = {4: "tetra", 8: "hexahedron", 10: "tetra10", 27: "hexahedron27"}
 
 
 def write_vtu(
@@ -25,14 +25,14 @@ def write_vtu(
     point_data: Mapping[str, ArrayLike] | None = None,
     cell_data: Mapping[str, ArrayLike] | None = None,
 ) -> None:
-    """Write a tetrahedral mesh with fields, atomically; fields are stored as float32.
+    """Write tetrahedra or hexahedra with fields, atomically; fields are stored as float32.
 
     Parameters
     ----------
     path : Path
     mesh : TetMesh or (points, elements)
-        Points ``(3, N)`` mm and elements ``(4 or 10, M)``; of ten nodes the last six lie on the
-        edges 01, 12, 02, 03, 13, 23, which is VTK's order as well.
+        Points ``(3, N)`` mm and elements ``(k, M)`` in VTK's order of nodes: tetrahedra of 4 or 10
+        (the last six on the edges 01, 12, 02, 03, 13, 23), hexahedra of 8 or 27.
     point_data : mapping
         Field name to values ``(..., N)``, components first.
     cell_data : mapping
@@ -51,8 +51,8 @@ def write_vtu(
     points, elements = (mesh.points, mesh.tets) if isinstance(mesh, TetMesh) else mesh
     if points.ndim != 2 or len(points) != 3 or len(elements) not in _CELL_TYPES:
         raise ValueError(
-            f"points {points.shape} and elements {elements.shape}: expected (3, N) and (4, M) "
-            f"or (10, M)"
+            f"points {points.shape} and elements {elements.shape}: expected (3, N) and (k, M) "
+            f"with k one of {', '.join(map(str, _CELL_TYPES))}"
         )
     at_points = _fields(point_data or {}, points.shape[1], "points")
     in_cells = _fields(cell_data or {}, elements.shape[1], "elements")

@@ -26,6 +26,7 @@ from gradedesign.part.stl import read_stl
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
 from gradedesign.verify.analysis import ExplicitAnalysis
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.tets import STUFFED_TETS
 
 
@@ -87,5 +88,5 @@ def gradedesign_limits() -> Iterable[LimitKind]:
 
 @hookimpl
 def gradedesign_analyses() -> Iterable[ExplicitAnalysis]:
-    """Register quadratic tetrahedra."""
-    yield STUFFED_TETS
+    """Register quadratic tetrahedra and finite cells."""
+    return STUFFED_TETS, FINITE_CELLS

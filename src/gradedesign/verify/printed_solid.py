@@ -36,6 +36,9 @@ class PrintedSolid:
         Of the analyses on tetrahedra.
     mesher : Mesher
         Of the acceptance.
+    field : callable, optional
+        Solid to analyse instead of the design's own lattice, such as the printed surface read
+        back: points ``(3, ...)`` mm to ``(...)``, negative inside. Finite cells take it.
     """
 
     case: Case
@@ -48,3 +51,4 @@ class PrintedSolid:
     percentile: float
     solver: LinearSolver = MULTIGRID
     mesher: Mesher = PYTETWILD
+    field: Field | None = None

@@ -1,0 +1,58 @@
+"""Finite cells on gyroid sheets of relative density 0.3: unknowns, iterations, time and memory.
+
+``python benchmarks/bench_finite_cell.py [n a cell] [cells ...]`` with cells as 2x2x2. Every block
+runs in a process of its own, so that its peak of memory is its own; the kernels are compiled
+before. Times are seconds of the processor, all threads together.
+"""
+
+import json
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "verification"))
+
+BLOCKS = ("2x2x2", "3x3x3", "4x4x4", "8x5x5")
+
+
+def one(count, cells):
+    """Solve one block under compression and print what it took."""
+    from finite_cell_solids import box_face, gyroid_sheet, load_case, newtons, problem
+
+    from gradedesign.finite_cell import analyse
+
+    def solve(cells, count):
+        low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
+        regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}
+        press = load_case("press", [("x0", "xyz")], [("x1", {"force": newtons(-1, 0, 0)})])
+        field = gyroid_sheet(0.46392741360636486, cells)
+        return analyse(problem(field, low, high, [press], regions), 1.0 / count)
+
+    solve((1, 1, 1), 4)
+    begin, wall = time.process_time(), time.perf_counter()
+    result = solve(cells, count)
+    print(
+        json.dumps(
+            {
+                "cells": int(cells[0] * cells[1] * cells[2]),
+                "elements": len(result.elements.position),
+                "unknowns": result.unknowns,
+                "iterations": result.solutions[0].iterations,
+                "processor seconds": round(time.process_time() - begin, 1),
+                "seconds": round(time.perf_counter() - wall, 1),
+                "peak GB": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, 2),
+                "work": result.work["press"],
+            }
+        )
+    )
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["one"]:
+        one(int(sys.argv[2]), tuple(map(int, sys.argv[3].split("x"))))
+    else:
+        count = sys.argv[1] if len(sys.argv) > 1 else "8"
+        for block in sys.argv[2:] or BLOCKS:
+            subprocess.run([sys.executable, __file__, "one", count, block], check=True)

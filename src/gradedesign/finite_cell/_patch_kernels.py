@@ -1,0 +1,133 @@
+"""Inverted stiffness of small groups of weakly held nodes, applied as an additive smoother."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+
+@njit(parallel=True, cache=True, nogil=True)
+def assemble_patches(
+    weak: Any, nodes: Any, place: Any, position: Any, chosen: Any, row_of: Any, first: Any,
+    near: Any, matrices: Any, out: Any,
+) -> None:  # fmt: skip
+    """Stiffness of the weak nodes of some elements, all elements around them included.
+
+    Parameters
+    ----------
+    weak : (N,) bool array
+    nodes : (n, 27) int32 array
+    place : (N, 3) int32 array
+        Of the nodes, in half edges.
+    position : (n, 3) int32 array
+        Of the elements.
+    chosen : (k,) int array
+        Elements of equal numbers of weak nodes.
+    row_of : (n,) int array
+        Row of an element in `matrices`.
+    first, near : int arrays
+        Elements of every weak node (none for the others).
+    matrices : (m, 81, 81) array
+    out : (k, w, w) array
+        Written: symmetric matrices, unknowns in the order of the element's weak nodes.
+    """
+    for r in prange(chosen.size):
+        e = chosen[r]
+        own = np.zeros(27, np.int64)
+        size = 0
+        for a in range(27):
+            if weak[nodes[e, a]]:
+                own[size] = nodes[e, a]
+                size += 1
+        local = np.zeros(27, np.int64)
+        for i in range(size):
+            n = own[i]
+            for q in range(first[n], first[n + 1]):
+                other = near[q]
+                for j in range(size):
+                    x = place[own[j], 0] - 2 * position[other, 0]
+                    y = place[own[j], 1] - 2 * position[other, 1]
+                    z = place[own[j], 2] - 2 * position[other, 2]
+                    inside = 0 <= x <= 2 and 0 <= y <= 2 and 0 <= z <= 2
+                    local[j] = x + 3 * y + 9 * z if inside else -1
+                m = row_of[other]
+                for j in range(size):
+                    if local[j] >= 0:
+                        for c in range(3):
+                            for d in range(3):
+                                out[r, 3 * i + c, 3 * j + d] += matrices[
+                                    m, 3 * local[i] + c, 3 * local[j] + d
+                                ]
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def add_patches(
+    weak: Any, nodes: Any, chosen: Any, colours: Any, offsets: Any, inverse: Any, scale: Any,
+    r: Any, z: Any,
+) -> None:  # fmt: skip
+    """Add the scaled patch solutions of the residual r to z; both are ``(N, 3)``.
+
+    `inverse` holds the upper triangles of symmetric matrices row by row, `offsets` where each
+    begins.
+    """
+    for c in range(8):
+        for p in prange(colours[c], colours[c + 1]):
+            e = chosen[p]
+            f = np.zeros(81, r.dtype)
+            g = np.zeros(81, r.dtype)
+            local = np.zeros(27, np.int64)
+            size = 0
+            for a in range(27):
+                n = nodes[e, a]
+                if weak[n]:
+                    local[size] = n
+                    for d in range(3):
+                        f[3 * size + d] = r[n, d]
+                    size += 1
+            width = 3 * size
+            at = offsets[p]
+            for i in range(width):
+                fi = f[i]
+                total = inverse[at] * fi
+                for j in range(1, width - i):
+                    t = inverse[at + j]
+                    total += t * f[i + j]
+                    g[i + j] += t * fi
+                g[i] += total
+                at += width - i
+            for i in range(size):
+                for d in range(3):
+                    z[local[i], d] += scale * g[3 * i + d]
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def block_jacobi(inverse: Any, f: Any, y: Any, r: Any, z: Any) -> None:
+    """Set r = f - y and z = D^-1 r with 3 by 3 blocks."""
+    for i in prange(r.shape[0]):
+        for c in range(3):
+            r[i, c] = f[i, c] - y[i, c]
+        for c in range(3):
+            z[i, c] = (
+                inverse[i, c, 0] * r[i, 0]
+                + inverse[i, c, 1] * r[i, 1]
+                + (inverse[i, c, 2] * r[i, 2])
+            )
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def step_along(momentum: Any, step: Any, z: Any, d: Any, x: Any) -> None:
+    """D = momentum d + step z, x += d."""
+    for i in prange(x.shape[0]):
+        for c in range(3):
+            d[i, c] = momentum * d[i, c] + step * z[i, c]
+            x[i, c] += d[i, c]
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def masked_residual(keep: Any, f: Any, y: Any) -> None:
+    """Set y to keep (f - y)."""
+    for i in prange(y.shape[0]):
+        for c in range(3):
+            y[i, c] = keep[i, c] * (f[i, c] - y[i, c])

@@ -1,0 +1,304 @@
+"""Active elements of a grid cut by a field: whole ones, and cut ones with fitted weights.
+
+Above 300 lines: the sampled layers, their loose pieces and the weights share their arrays.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.errors import CaseError, LatticeError
+from gradedesign.finite_cell import _cut_kernels as kernels
+from gradedesign.finite_cell.basis import CUT_POINTS, gauss_weights, lagrange_tables
+from gradedesign.finite_cell.grid import Grid
+from gradedesign.workspace.progress import report_step
+
+log = logging.getLogger(__name__)
+
+#: Sub-cells along the edge of an element, between whose corners the field is linear.
+SUBCELLS = 4
+#: A field this close to 0, over the shortest edge of an element, counts as inside: where an edge of
+#: the solid runs along corners of sub-cells, all corners of a tetrahedron inside may be 0.
+ON_SURFACE = 1e-10
+#: Elements with a smaller share of solid are left out: their solid carries nothing.
+LEAST_SHARE = 1e-8
+#: What may miss in an element that counts as whole.
+WHOLE = 1e-9
+#: Share of the volume that loose pieces may hold.
+LOOSE_SHARE = 0.01
+#: Points per call of the field.
+POINTS = 2**18
+#: Parts along the edge of an element whose stress is reported.
+BLOCKS = 4
+
+
+class LoosePiecesError(LatticeError):
+    """A solid that falls apart on a grid.
+
+    Attributes
+    ----------
+    share : float
+        Of the volume, in loose pieces.
+    """
+
+    def __init__(self, message: str, *, share: float) -> None:
+        super().__init__(message)
+        self.share = share
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Elements:
+    """Active elements: whole ones first, then cut ones, each in eight colours.
+
+    Elements of one colour share no node.
+
+    Attributes
+    ----------
+    grid : Grid
+    position : (n, 3) int32 array
+        Place of each element in the grid.
+    whole : int
+        Number of whole elements.
+    colours : (2, 9) int array
+        First element of each colour, of whole and of cut elements.
+    weights : (n - whole, 125) array
+        Of the solid at the Gauss points of cut elements, over the element's volume.
+    share : (n - whole, 64) float32 array
+        Solid volume of each sub-cell of cut elements, over the element's volume.
+    centre : (n - whole, 64, 3) float32 array
+        Its centroid, reference coordinates.
+    dropped : int
+        Loose pieces left out.
+    dropped_share : float
+        Their share of the volume.
+    """
+
+    grid: Grid
+    position: NDArray[np.int32]
+    whole: int
+    colours: IntArray
+    weights: FloatArray
+    share: NDArray[np.float32]
+    centre: NDArray[np.float32]
+    dropped: int
+    dropped_share: float
+
+
+def solid_fraction(elements: Elements) -> FloatArray:
+    """Share of solid of every element, ``(n,)``."""
+    return np.concatenate([np.ones(elements.whole), elements.weights.sum(axis=1)])
+
+
+def solid_volume(elements: Elements) -> float:
+    """Volume of the solid, mm^3."""
+    return float(np.prod(elements.grid.edges) * solid_fraction(elements).sum())
+
+
+def cut_elements(
+    field: Field, grid: Grid, *, bodies: int = 1, subcells: int = SUBCELLS
+) -> Elements:
+    """Find the elements that hold solid, and integrate over the solid of the cut ones.
+
+    The solid ends at the limits of the grid.
+
+    Parameters
+    ----------
+    field : callable
+        Points ``(3, ...)`` in mm to values ``(...)``, negative inside.
+    grid : Grid
+    bodies : int
+        Connected pieces to keep, the largest first.
+    subcells : int
+        Sub-cells along an edge, a multiple of 4. The volume errs with the inverse of their square.
+
+    Returns
+    -------
+    Elements
+
+    Raises
+    ------
+    LatticeError
+        If nothing is solid, the field is not finite, or loose pieces hold more than 1 %.
+    """
+    if subcells < BLOCKS or subcells % BLOCKS:
+        raise CaseError(f"subcells is {subcells}, expected a multiple of {BLOCKS}")
+    start = time.perf_counter()
+    report_step("finite cells of the field")
+    solid, whole, cut, samples = _classify(field, grid, subcells)
+    sampled = time.perf_counter()
+    dropped, dropped_share = 0, 0.0
+    labels, count = ndimage.label(solid, structure=_neighbours())
+    if count > bodies:
+        loose, dropped, dropped_share = _loose(labels, bodies)
+        whole = whole[~_holds_loose(loose, whole, subcells)]
+        for k in np.flatnonzero(_holds_loose(loose, cut, subcells)):
+            z, y, x = subcells * cut[k, ::-1]
+            near = loose[z : z + subcells + 1, y : y + subcells + 1, x : x + subcells + 1]
+            samples[k][near] = np.abs(samples[k][near])
+    del labels, solid
+    result = _collect(grid, whole, cut, samples, dropped, dropped_share)
+    log.info(
+        "%d whole and %d cut elements, %d loose pieces dropped: field %.2f s, weights %.2f s",
+        result.whole, len(result.weights), dropped, sampled - start,
+        time.perf_counter() - sampled,
+    )  # fmt: skip
+    return result
+
+
+def _collect(
+    grid: Grid,
+    whole: NDArray[np.int32],
+    cut: NDArray[np.int32],
+    samples: FloatArray,
+    dropped: int,
+    dropped_share: float,
+) -> Elements:
+    """Integrate over cut elements, sort all by colour."""
+    weights = np.zeros((len(cut), CUT_POINTS**3))
+    values, integrals = (_padded(table) for table in lagrange_tables(CUT_POINTS))
+    kernels.fitted_weights(samples, kernels.TETS, kernels.RULE, values, integrals, weights)
+    fill = weights.sum(axis=1)
+    full = fill >= 1.0 - WHOLE
+    whole = np.concatenate([whole, cut[full]])
+    cut_order, cut_start = _by_colour(cut, (fill > LEAST_SHARE) & ~full)
+    whole_order, whole_start = _by_colour(whole, np.ones(len(whole), dtype=bool))
+    if not len(whole_order) + len(cut_order):
+        raise LatticeError(
+            "no finite cell holds solid; the field is negative nowhere in the box, or the solid "
+            "is thinner than a quarter of the spacing"
+        )
+    samples = samples[cut_order]
+    weights = weights[cut_order]
+    share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
+    centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
+    kernels.solid_shares(samples, kernels.TETS, BLOCKS, share, centre)
+    return Elements(
+        grid=grid,
+        position=np.ascontiguousarray(np.concatenate([whole[whole_order], cut[cut_order]])),
+        whole=len(whole_order),
+        colours=np.stack([whole_start, len(whole_order) + cut_start]),
+        weights=weights,
+        share=share,
+        centre=centre,
+        dropped=dropped,
+        dropped_share=dropped_share,
+    )
+
+
+def _padded(table: FloatArray) -> FloatArray:
+    """Rows of coefficients of one power each, padded to eight."""
+    rows = np.zeros((table.shape[1], 8))
+    rows[:, : len(table)] = table.T
+    return rows
+
+
+def _classify(
+    field: Field, grid: Grid, subcells: int
+) -> tuple[BoolArray, NDArray[np.int32], NDArray[np.int32], FloatArray]:
+    """Sample the field layer by layer.
+
+    Returns
+    -------
+    solid : (Z, Y, X) bool array
+        At every corner of a sub-cell.
+    whole, cut : (k, 3) int32 array
+        Places of elements.
+    samples : (k, s+1, s+1, s+1) array
+        Of cut elements, [element, z, y, x].
+    """
+    x, y, z = (
+        grid.lower[d] + np.arange(grid.shape[d] * subcells + 1) * (grid.edges[d] / subcells)
+        for d in range(3)
+    )
+    solid = np.zeros((z.size, y.size, x.size), dtype=bool)
+    layer = np.zeros((subcells + 1, y.size, x.size))
+    layer[-1] = _sample(field, x, y, z[:1])[0]
+    near = ON_SURFACE * float(grid.edges.min())
+    window = (subcells + 1,) * 3
+    whole: list[NDArray[np.int32]] = []
+    cut: list[NDArray[np.int32]] = []
+    samples: list[FloatArray] = []
+    for k in range(grid.shape[2]):
+        report_step("finite cells of the field", k / grid.shape[2])
+        layer[0] = layer[-1]
+        layer[1:] = _sample(field, x, y, z[k * subcells + 1 : (k + 1) * subcells + 1])
+        layer[np.abs(layer) <= near] = -near
+        solid[k * subcells : (k + 1) * subcells + 1] = layer < 0.0
+        view = sliding_window_view(layer, window)[0, ::subcells, ::subcells]
+        inside = sliding_window_view(layer < 0.0, window)[0, ::subcells, ::subcells]
+        some, every = inside.any(axis=(2, 3, 4)), inside.all(axis=(2, 3, 4))
+        for chosen, found in ((every, whole), (some & ~every, cut)):
+            j, i = np.nonzero(chosen)
+            found.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
+        samples.append(view[some & ~every])
+    return solid, np.concatenate(whole), np.concatenate(cut), np.concatenate(samples)
+
+
+def _sample(field: Field, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Field on a small grid, ``(Z, Y, X)``, in calls of bounded size."""
+    values = np.zeros((z.size, y.size, x.size))
+    step = max(1, POINTS // (x.size * z.size))
+    for first in range(0, y.size, step):
+        part = slice(first, first + step)
+        points = np.stack(np.meshgrid(z, y[part], x, indexing="ij")[::-1])
+        values[:, part] = field(points)
+    if not np.isfinite(values).all():
+        bad = int(np.count_nonzero(~np.isfinite(values)))
+        raise LatticeError(f"the field of the solid is not finite at {bad} of its sample points")
+    return values
+
+
+def _neighbours() -> BoolArray:
+    """Corners joined by an edge of the tetrahedra that divide a sub-cell."""
+    joined = np.zeros((3, 3, 3), dtype=bool)
+    ahead = np.argwhere(np.ones((2, 2, 2)))
+    joined[tuple((1 + ahead).T)] = joined[tuple((1 - ahead).T)] = True
+    return joined
+
+
+def _loose(labels: NDArray[np.int32], bodies: int) -> tuple[BoolArray, int, float]:
+    """Corners of all but the largest pieces, their number and share."""
+    size = np.bincount(labels.ravel())[1:]
+    kept = 1 + np.argsort(-size, kind="stable")[:bodies]
+    share = 1.0 - float(size[kept - 1].sum() / size.sum())
+    if share > LOOSE_SHARE:
+        raise LoosePiecesError(
+            f"the solid falls apart: {len(size) - bodies} loose pieces hold {100 * share:.3g} % "
+            f"of its volume, at most {100 * LOOSE_SHARE:g} % may be left out; raise the density, "
+            f"enlarge the cells or use finer finite cells",
+            share=share,
+        )
+    loose = np.ones(len(size) + 1, dtype=bool)
+    loose[0] = False
+    loose[kept] = False
+    return loose[labels], len(size) - bodies, share
+
+
+def _holds_loose(loose: BoolArray, places: NDArray[np.int32], subcells: int) -> BoolArray:
+    """Whether elements hold a corner of a loose piece, ``(k,)``."""
+    window = sliding_window_view(loose, (subcells + 1,) * 3)[::subcells, ::subcells, ::subcells]
+    x, y, z = places.T
+    return np.asarray(window.any(axis=(3, 4, 5)))[z, y, x]
+
+
+def _by_colour(places: NDArray[np.int32], chosen: BoolArray) -> tuple[IntArray, IntArray]:
+    """Order of the chosen elements by colour, then place, and the first of each colour."""
+    index = np.flatnonzero(chosen)
+    x, y, z = places[index].T
+    colour = (x & 1) + 2 * (y & 1) + 4 * (z & 1)
+    order = index[np.lexsort((x, y, z, colour))]
+    return order, np.concatenate([[0], np.cumsum(np.bincount(colour, minlength=8))])
+
+
+def soft_weights(elements: Elements, softness: float) -> FloatArray:
+    """Weights of cut elements with a void of this share of the solid's stiffness, ``(k, 125)``."""
+    full = gauss_weights(CUT_POINTS)
+    return (1.0 - softness) * elements.weights + softness * full

@@ -1,0 +1,142 @@
+"""The stiffness of all elements as a function of displacements, without a matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.finite_cell import _operator_kernels as kernels
+from gradedesign.finite_cell.basis import CUT_POINTS, WHOLE_POINTS, gauss_weights, line
+from gradedesign.finite_cell.elements import Elements, soft_weights
+from gradedesign.finite_cell.space import BrickSpace
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Springs:
+    """Dense matrices that weak supports add to some elements.
+
+    Attributes
+    ----------
+    element : (k,) int array
+        By colour.
+    colours : (9,) int array
+        First of each colour.
+    blocks : (k, 81, 81) array, N/mm
+    """
+
+    element: IntArray
+    colours: IntArray
+    blocks: NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Operator:
+    """Arrays of a product with the stiffness, in one precision.
+
+    Attributes
+    ----------
+    nodes : (n, 27) int32 array
+    groups : tuple of tuple
+        Colours, first element, weights, shapes and slopes of whole and of cut elements.
+    lame : (2,) array, N mm
+        Lame's constants times the volume of an element.
+    springs : Springs or None
+    """
+
+    nodes: NDArray[np.int32]
+    groups: tuple[tuple[IntArray, int, NDArray[Any], NDArray[Any], NDArray[Any]], ...]
+    lame: NDArray[Any]
+    springs: Springs | None
+
+
+def lame_constants(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
+    """Lame's first constant and the shear modulus, MPa."""
+    E, nu = youngs_modulus, poissons_ratio
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def operator(
+    elements: Elements,
+    space: BrickSpace,
+    lame: tuple[float, float],
+    softness: float,
+    springs: Springs | None = None,
+) -> Operator:
+    """Stiffness in double precision.
+
+    Parameters
+    ----------
+    elements : Elements
+    space : BrickSpace
+        Of order 2.
+    lame : (float, float), MPa
+    softness : float
+        Stiffness of the void in cut elements over that of the solid.
+    springs : Springs, optional
+    """
+    edges = elements.grid.edges
+    cut_weights = soft_weights(elements, softness)
+    groups = []
+    for count, colours, first, weights in (
+        (WHOLE_POINTS, elements.colours[0], 0, gauss_weights(WHOLE_POINTS)[None]),
+        (CUT_POINTS, elements.colours[1], elements.whole, cut_weights),
+    ):
+        if colours[-1] > colours[0]:
+            own = line(count)
+            slopes = np.stack([own.slopes / edge for edge in edges])
+            groups.append((colours, first, weights, own.shapes, slopes))
+    return Operator(
+        nodes=space.nodes,
+        groups=tuple(groups),
+        lame=np.prod(edges) * np.asarray(lame),
+        springs=springs,
+    )
+
+
+def single(operator: Operator) -> Operator:
+    """Copy in single precision."""
+    springs = operator.springs
+    if springs is not None:
+        springs = Springs(
+            element=springs.element,
+            colours=springs.colours,
+            blocks=springs.blocks.astype(np.float32),
+        )
+    return Operator(
+        nodes=operator.nodes,
+        groups=tuple(
+            (
+                colours,
+                first,
+                weights.astype(np.float32),
+                shapes.astype(np.float32),
+                slopes.astype(np.float32),
+            )
+            for colours, first, weights, shapes, slopes in operator.groups
+        ),
+        lame=operator.lame.astype(np.float32),
+        springs=springs,
+    )
+
+
+def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
+    """Set y to K u; both are ``(N, 3)`` in the precision of the operator."""
+    y[:] = 0.0
+    for colours, first, weights, shapes, slopes in operator.groups:
+        kernels.add_product(
+            operator.nodes, colours, first, weights, shapes, slopes, operator.lame, u, y
+        )
+    s = operator.springs
+    if s is not None:
+        kernels.add_dense(operator.nodes, s.element, s.colours, s.blocks, u, y)
+
+
+def product(operator: Operator, u: FloatArray) -> FloatArray:
+    """K u as a new array."""
+    y = np.zeros_like(u)
+    apply(operator, u, y)
+    return y

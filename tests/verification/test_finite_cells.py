@@ -1,0 +1,426 @@
+"""Finite cells against exact solutions. Every expected number is analytic."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from finite_cell_solids import (
+    STEEL,
+    box_face,
+    box_field,
+    box_regions,
+    gyroid_sheet,
+    load_case,
+    newtons,
+    problem,
+    region,
+)
+
+from gradedesign.errors import CaseError, LatticeError, SolverError
+from gradedesign.fe.load_case import case_loads, load_vector
+from gradedesign.fe.solve import solve_elastic
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.stiffness import IsotropicStiffness
+from gradedesign.fe.stress import element_von_mises, weighted_percentile
+from gradedesign.finite_cell import (
+    Accuracy,
+    analyse,
+    displacement_at,
+    displacement_on,
+    stress_sample,
+)
+from gradedesign.finite_cell.elements import cut_elements
+from gradedesign.finite_cell.grid import fit_grid
+from gradedesign.finite_cell.loads import case_force
+from gradedesign.finite_cell.operator import lame_constants, operator, product
+from gradedesign.finite_cell.space import brick_space, node_points
+from gradedesign.finite_cell.stress import von_mises
+from gradedesign.finite_cell.supports import held_by
+from gradedesign.finite_cell.surface import region_points
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.limits.banded import banded
+from gradedesign.material.material import Material
+from gradedesign.mesh.stuffing import stuff
+from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.part.part_mesh import region_facets
+from gradedesign.verify.analysis import Resolution
+from gradedesign.verify.explicit import analyse_printed_solid
+from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
+from gradedesign.verify.printed_solid import PrintedSolid
+
+TENSION = load_case(
+    "tension",
+    [("x0", "x"), ("y0", "y"), ("z0", "z")],
+    [("x1", {"force": newtons(6.0e3, 0, 0)})],
+)
+#: The soft void is no part of the exact solution, so it must be far softer than the accuracy asked.
+HARD = Accuracy(softness=1e-11, residual=1e-12)
+
+
+def assert_even(sample, expected):
+    """Stress is even to 1e-8 of it; in a sliver of 1e-4 of an element the void shows at 1e-5."""
+    size = np.abs(expected).max()
+    error = np.abs(sample.stress - np.asarray(expected)[:, :, None]).max(axis=(0, 1))
+    assert np.average(error, weights=sample.volume) <= 1e-8 * size
+
+
+def assert_balanced(solid, spacing, exact):
+    """The exact displacement satisfies the discrete equations: the patch test proper."""
+    elements = cut_elements(solid.field, fit_grid(solid.lower, solid.upper, spacing))
+    space = brick_space(elements.position, 2)
+    places = {n: region_points(elements, solid.field, r) for n, r in solid.regions.items()}
+    lame = lame_constants(STEEL.youngs_modulus, STEEL.poissons_ratio)
+    held = held_by(elements, space, solid.cases[0], solid.regions, places, lame[0] + 2 * lame[1])
+    assert held.springs is None
+    force = case_force(elements, space, solid.cases[0], solid.regions, places, STEEL)
+    u = np.ascontiguousarray(exact(node_points(elements, space)).T)
+    left = product(operator(elements, space, lame, 1e-14), u) - force
+    assert np.abs(left[~held.fixed]).max() <= 1e-10 * np.abs(force).max()
+
+
+OFFSETS = [0.0, 0.013, 0.11, 0.27, 0.39, 0.5, 0.61, 0.77, 0.93, 0.999]
+
+
+def patch(offset):
+    """A cuboid of 3 x 2 x 1 mm, cut at any place in x by bricks of 0.5 mm."""
+    low = np.array([0.5 * offset, 0.0, 0.0])
+    high = low + np.array([3.0, 2.0, 1.0])
+
+    def field(p):
+        return np.maximum(low[0] - p[0], p[0] - high[0])
+
+    return low, problem(field, (0, 0, 0), (4.0, 2.0, 1.0), [TENSION], box_regions(low, high))
+
+
+# A support on a sliver of 1e-3 needs more softness than 1e-11: single precision sees no less.
+@pytest.mark.parametrize("offset", [*OFFSETS[:-1], 0.955])
+def test_a_cut_cuboid_in_tension_is_strained_evenly(offset):
+    low, cuboid = patch(offset)
+    result = analyse(cuboid, 0.5, accuracy=HARD)
+    sample = stress_sample(result, "tension")
+    assert_even(sample, np.diag([6.0e3 / 2.0, 0.0, 0.0]))  # force over the section of 2 mm^2
+    assert result.volume == pytest.approx(6.0, rel=1e-9)
+    ends = low[:, None] + np.array([[0.3, 2.7], [0.2, 1.8], [0.2, 0.8]])
+    u = displacement_at(result, "tension", ends)
+    strain = 3.0e3 / STEEL.youngs_modulus
+    assert u[0, 1] - u[0, 0] == pytest.approx(2.4 * strain, rel=1e-8)
+    assert u[1, 1] - u[1, 0] == pytest.approx(-0.3 * 1.6 * strain, rel=1e-8)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_a_cuboid_cut_askew_is_pressed_evenly(offset):
+    low, high = (0.0, 0.0, 0.0), (4.0, 2.0, 1.0)
+
+    def end(y, z):
+        return 2.3 + 0.5 * offset - 0.3 * y - 0.2 * z
+
+    def quad(name, corners):
+        return region(name, np.array(corners, float)[[[0, 1, 2], [0, 2, 3]]])
+
+    regions = box_regions(low, high)
+    regions = {name: regions[name] for name in ("x0", "y0", "z0")} | {
+        "cut": quad("cut", [(end(y, z), y, z) for y, z in ((0, 0), (2, 0), (2, 1), (0, 1))]),
+        "y1": quad("y1", [(0, 2, 0), (0, 2, 1), (end(2, 1), 2, 1), (end(2, 0), 2, 0)]),
+        "z1": quad("z1", [(0, 0, 1), (end(0, 1), 0, 1), (end(2, 1), 2, 1), (0, 2, 1)]),
+    }
+    squeeze = load_case(
+        "squeeze",
+        [("x0", "x"), ("y0", "y"), ("z0", "z")],
+        [(name, {"pressure": "100 MPa"}) for name in ("cut", "y1", "z1")],
+    )
+    block = problem(lambda p: p[0] - end(p[1], p[2]), low, high, [squeeze], regions)
+    strain = -100.0 * (1 - 2 * 0.3) / STEEL.youngs_modulus
+    assert_balanced(block, 0.5, lambda p: strain * p)
+    sample = stress_sample(analyse(block, 0.5, accuracy=HARD), "squeeze")
+    assert_even(sample, -100.0 * np.eye(3))
+
+
+def test_pure_bending_is_exact():
+    low, high = (0.0, -1.0, 0.0), (4.0, 1.0, 1.0)
+    regions = box_regions(low, high)
+    moment = 100.0
+    case = load_case(
+        "bending", [("x0", "xyz")], [("x1", {"moment": ["0 N*mm", "0 N*mm", f"{moment} N*mm"]})]
+    )
+    # Without Poisson's effect the clamp restrains nothing: u_y = m x^2 / (2 E I), I = 2/3.
+    cork = Material(
+        name="cork", youngs_modulus=1e3, poissons_ratio=0.0, density=1e-9, yield_strength=1.0
+    )
+    bar = problem(box_field(low, high), low, high, [case], regions, material=cork)
+    result = analyse(bar, 1.0, accuracy=HARD)
+    tip = displacement_at(result, "bending", np.array([[4.0], [0.0], [0.5]]))
+    assert tip[1, 0] == pytest.approx(moment * 16.0 / (2 * 1e3 * 2 / 3), rel=1e-8)
+
+
+def ring(inner, outer, segments, height):
+    """Inner face of a quarter cylinder about z, normal to the axis."""
+    angle = np.linspace(0.0, np.pi / 2, segments + 1)
+    x, y = inner * np.cos(angle), inner * np.sin(angle)
+    a, b = np.stack([x[:-1], y[:-1]], 1), np.stack([x[1:], y[1:]], 1)
+
+    def at(p, z):
+        return np.column_stack([p, np.full(len(p), z)])
+
+    low = np.stack([at(a, 0.0), at(a, height), at(b, 0.0)], axis=1)
+    high = np.stack([at(b, 0.0), at(a, height), at(b, height)], axis=1)
+    return region("bore", np.concatenate([low, high]))
+
+
+def thick_cylinder(spacing, **accuracy):
+    """A quarter of a cylinder of 100 and 200 mm, plane strain, 60 MPa inside."""
+    height = spacing
+
+    def field(p):
+        r = np.hypot(p[0], p[1])
+        return np.maximum(100.0 - r, r - 200.0)
+
+    low, high = (0.0, 0.0, 0.0), (200.0, 200.0, height)
+    regions = box_regions(low, high) | {"bore": ring(100.0, 200.0, 256, height)}
+    regions = {k: v for k, v in regions.items() if k not in {"x1", "y1"}}
+    case = load_case(
+        "pressure",
+        [("x0", "x"), ("y0", "y"), ("z0", "z"), ("z1", "z")],
+        [("bore", {"pressure": "60 MPa"})],
+    )
+    result = analyse(problem(field, low, high, [case], regions), spacing, **accuracy)
+    at = np.array([[150.0 / 2**0.5], [150.0 / 2**0.5], [height / 2]])
+    middle = float(np.linalg.norm(displacement_at(result, "pressure", at)))
+    return result, middle
+
+
+def lame_displacement(r):
+    """Radial displacement, plane strain, Timoshenko and Goodier, section 28."""
+    E, nu, a, b, p = 200e3, 0.3, 100.0, 200.0, 60.0
+    return (1 + nu) * p * a**2 / (E * (b**2 - a**2)) * ((1 - 2 * nu) * r + b**2 / r)
+
+
+def test_thick_cylinder_converges_with_second_order():
+    exact = lame_displacement(150.0)
+    errors = [abs(thick_cylinder(h)[1] / exact - 1.0) for h in (50.0, 25.0, 12.5)]
+    assert errors[2] < 1e-3
+    assert np.log2(errors[0] / errors[2]) / 2 > 1.8
+
+
+def test_thick_cylinder_stress_at_the_bore():
+    result, _ = thick_cylinder(12.5)
+    sample = stress_sample(result, "pressure")
+    r = np.hypot(sample.points[0], sample.points[1])
+    tangent = np.stack([-sample.points[1], sample.points[0]]) / r
+    hoop = np.einsum("im,ijm,jm->m", tangent, sample.stress[:2, :2], tangent)
+    exact = 60.0 / 3.0 * (1.0 + (200.0 / r) ** 2)  # 100 MPa at the bore
+    error = np.average(np.abs(hoop - exact), weights=sample.volume)
+    assert error < 0.5
+    near = r < 106.0
+    assert np.average(hoop[near] / exact[near], weights=sample.volume[near]) == pytest.approx(
+        1.0, abs=5e-3
+    )
+
+
+def sheet(offset=0.0, cells=(1, 1, 1), level=0.46392741360636486):
+    """A gyroid sheet between plates, the grid shifted across by a part of its spacing."""
+    low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
+    regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}
+    cases = [
+        load_case("press", [("x0", "xyz")], [("x1", {"force": newtons(-1, 0, 0)})]),
+        load_case("shear", [("x0", "xyz")], [("x1", {"force": newtons(0, 0, 1)})]),
+    ]
+    shift = offset / 6.0
+    return problem(
+        gyroid_sheet(level, cells),
+        (0.0, -shift, -shift),
+        (high[0], high[1] + 1 / 6 - shift, high[2] + 1 / 6 - shift),
+        cases,
+        regions,
+    )
+
+
+def test_iterations_do_not_depend_on_how_the_grid_is_cut():
+    counts = [
+        max(s.iterations for s in analyse(sheet(offset), 1 / 6).solutions)
+        for offset in (0.0, 0.21, 0.37, 0.58, 0.83)  # 26 to 33 at twelve random offsets
+    ]
+    assert max(counts) <= 1.2 * np.mean(counts) + 1
+    assert max(counts) < 50
+
+
+def test_an_earlier_solution_is_a_start():
+    first = analyse(sheet(), 1 / 6)
+    again = analyse(sheet(), 1 / 6, start=first)
+    assert max(s.iterations for s in again.solutions) <= 1
+
+
+def test_loads_have_the_resultant_of_the_part():
+
+    lattice = sheet(0.37)
+    case = load_case(
+        "all",
+        [("x0", "xyz")],
+        [("x1", {"force": newtons(1, 2, 3), "pressure": "0.5 MPa", "moment":
+          ["4 N*mm", "5 N*mm", "6 N*mm"]})],
+    )  # fmt: skip
+    result = analyse(lattice, 1 / 6)
+    force = case_force(result.elements, result.space, case, lattice.regions, result.places, STEEL)
+    np.testing.assert_allclose(force.sum(axis=0), (1 - 0.5, 2, 3), rtol=1e-9)
+    arm = node_points(result.elements, result.space).T - lattice.regions["x1"].centroid
+    np.testing.assert_allclose(np.cross(arm, force).sum(axis=0), (4, 5, 6), rtol=1e-9)
+
+
+def test_weight_is_that_of_the_solid():
+
+    _, block = patch(0.3)
+    case = block.cases[0].model_copy(update={"acceleration": (0.0, 0.0, -9810.0)})
+    result = analyse(block, 0.5)
+    weight = case_force(
+        result.elements, result.space, case.model_copy(update={"load": ()}), block.regions,
+        result.places, STEEL,
+    )  # fmt: skip
+    assert weight.sum(axis=0)[2] == pytest.approx(-9810.0 * 6.0 * 7.8e-9, rel=1e-9)
+
+
+def test_free_expansion_is_without_stress():
+    hot = Material(
+        name="hot", youngs_modulus=100e3, poissons_ratio=0.25, density=1e-9, yield_strength=1.0,
+        thermal_expansion=1e-5,
+    )  # fmt: skip
+    low, high = (0.0, 0.0, 0.0), (3.0, 2.0, 1.0)
+    case = load_case("hot", [("x0", "x"), ("y0", "y"), ("z0", "z")], [], temperature_change="50 K")
+    result = analyse(
+        problem(box_field(low, high), low, high, [case], box_regions(low, high), material=hot), 1.0
+    )
+    assert np.abs(stress_sample(result, "hot").stress).max() < 1e-6 * 100e3 * 5e-4
+    assert displacement_on(result, "x1", "hot", 0) == pytest.approx(3.0 * 5e-4, rel=1e-6)
+
+
+def test_what_cannot_be_analysed_is_named():
+    low, block = patch(0.3)
+    nothing = problem(lambda p: p[0] + 1.0, low, low + 1.0, block.cases, block.regions)
+    with pytest.raises(LatticeError, match="no finite cell holds solid"):
+        analyse(nothing, 0.5)
+    apart = problem(
+        lambda p: np.abs(np.abs(p[0] - 2.0) - 1.0) - 0.4, (0, 0, 0), (4.0, 3.0, 2.0),
+        block.cases, block.regions,
+    )  # fmt: skip
+    with pytest.raises(LatticeError, match="falls apart"):
+        analyse(apart, 0.5)
+    with pytest.raises(CaseError, match="names region 'x0'"):
+        analyse(
+            problem(block.field, block.lower, block.upper, block.cases, {}),
+            0.5,
+        )
+    loose = [load_case("loose", [("x0", "x"), ("y0", "y")], [("x1", {"pressure": "1 MPa"})])]
+    with pytest.raises(SolverError, match="free to translate along z"):
+        analyse(problem(block.field, block.lower, block.upper, loose, block.regions), 0.5)
+    far = block.regions | {"x1": box_face("x1", (8, 0, 0), (9, 1, 1), 0, 1)}
+    with pytest.raises(LatticeError, match="region 'x1' carries no solid"):
+        analyse(problem(block.field, block.lower, block.upper, block.cases, far), 0.5)
+
+
+def test_a_support_between_grid_planes_is_as_stiff_as_one_on_them():
+    # A cantilever of 8 x 2 x 1 mm whose root lies on the grid or between its planes.
+    tips = []
+    for offset in (0.0, 0.37):
+        low = np.array([0.5 * offset, 0.0, 0.0])
+        high = low + np.array([8.0, 2.0, 1.0])
+
+        def field(p, low=low, high=high):
+            return np.maximum(low[0] - p[0], p[0] - high[0])
+
+        case = load_case("tip", [("x0", "xyz")], [("x1", {"force": newtons(0, 0, 1)})])
+        bar = problem(field, (0, 0, 0), (9.0, 2.0, 1.0), [case], box_regions(low, high))
+        tips.append(displacement_on(analyse(bar, 0.5), "x1", "tip", 2))
+    # Beam theory with shear (Timoshenko, 5/6), I = 2 / 12.
+    bending = 8.0**3 / (3 * 200e3 * 2 / 12)
+    shear = 8.0 / (5 / 6 * 2.0 * 200e3 / 2.6)
+    assert tips[0] == pytest.approx(bending + shear, rel=0.02)
+    # The springs give by 0.14 % at this offset.
+    assert tips[1] == pytest.approx(tips[0], rel=2e-3)
+
+
+def tetrahedra_of(solid, lower, shape, h):
+    """Work of loads and stress percentile by stuffed quadratic tetrahedra, by load case."""
+    mesh = stuff(solid.field, lower, shape, h)
+    space = tet_space(mesh, 2)
+    facets = {
+        n: region_facets(mesh, r.corners, tolerance=0.01 * h).facets
+        for n, r in solid.regions.items()
+    }
+    stiffness = IsotropicStiffness(
+        E=np.full(space.element_count, STEEL.youngs_modulus), nu=STEEL.poissons_ratio
+    )
+    density = np.full(space.element_count, STEEL.density)
+    cases = case_loads(space, solid.cases, solid.regions, facets)
+    vectors = [load_vector(space, case, stiffness, density, 0.0) for case in cases]
+    found = {}
+    for vector, solution in zip(vectors, solve_elastic(space, stiffness, vectors), strict=True):
+        stress = element_von_mises(space, stiffness, solution.displacement)
+        weights = np.repeat(signed_volumes(mesh) / 4.0, 4)
+        found[solution.name] = (
+            float((vector.force * solution.displacement).sum()),
+            weighted_percentile(stress.ravel(), weights, 99.0),
+            weighted_percentile(stress.ravel(), weights, 50.0),
+        )
+    return found
+
+
+@pytest.mark.slow
+def test_a_gyroid_sheet_is_as_stiff_as_by_tetrahedra():
+    cells = (2, 1, 1)
+    high = tuple(map(float, cells))
+    exact = sheet(cells=cells)
+    solid = problem(exact.field, (0, 0, 0), high, exact.cases, exact.regions)
+    tets = tetrahedra_of(solid, (0, 0, 0), (64, 32, 32), 1 / 32)
+    coarse, fine = analyse(solid, 1 / 8), analyse(solid, 1 / 12)
+    for name, (work, high_stress, middle_stress) in tets.items():
+        band = banded([(r.spacing, r.work[name]) for r in (coarse, fine)], ORDERS)
+        assert band.low <= work <= band.high
+        assert fine.work[name] == pytest.approx(work, rel=0.03)
+        sample = stress_sample(fine, name)
+        mises = von_mises(sample.stress)
+        top = weighted_percentile(mises, sample.volume, 99.0)
+        assert top == pytest.approx(high_stress, rel=0.05)
+        middle = weighted_percentile(mises, sample.volume, 50.0)
+        assert middle == pytest.approx(middle_stress, rel=0.05)
+
+
+def test_a_design_is_analysed_with_its_measures():
+    # All skin: a solid bar of 4 x 2 x 1 mm, 5 N along x over 2 mm^2, is strained evenly.
+    low, high = (0.0, 0.0, 0.0), (4.0, 2.0, 1.0)
+    regions = box_regions(low, high)
+    case = load_case(
+        "pull", [("x0", "x"), ("y0", "y"), ("z0", "z")], [("x1", {"force": newtons(5, 0, 0)})]
+    )
+    design = LatticeDesign(
+        domain=DesignDomain(distance=box_field(low, high), lower=low, upper=high, skin=1.5),
+        shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
+        level_of=lambda rho: 6.0 * rho - 3.0,
+        cell_map=lambda p: p / 2.0,
+        cell_size=2.0,
+        density=0.3,
+    )
+    judged = PrintedSolid(
+        case=SimpleNamespace(load_case=(case,), keep=(), run=SimpleNamespace(memory=8e9)),
+        design=design,
+        material=STEEL,
+        regions=regions,
+        clamped=(lambda p: p[0],),
+        exclusion_radius=1.0,
+        stress_limit=2.0,
+        percentile=99.0,
+    )
+    found = analyse_printed_solid(FINITE_CELLS, judged, Resolution(spacing=1.0), print)
+    (measure,) = found.measures["pull"]
+    assert measure.phase == "skin"
+    assert measure.value == pytest.approx(2.5, rel=1e-4)
+    assert measure.share_above == 1.0
+    assert measure.volume == pytest.approx(6.0, rel=1e-4)
+    assert found.exclusion.share["skin"] == pytest.approx(0.25, rel=1e-4)
+    moved = 2.5 / 200e3 * 4.0
+    assert np.abs(found.region_displacement("x1", "pull")[0]).max() == pytest.approx(
+        moved, rel=1e-4
+    )
+    assert found.work["pull"] == pytest.approx(5.0 * moved, rel=1e-4)
+    assert found.masses_g["skin"] == pytest.approx(8.0 * 7.8e-3, rel=1e-6)
+    # With the contraction across by 0.3, farthest from the three planes that hold it.
+    farthest = 2.5 / 200e3 * np.linalg.norm([4.0, 0.3 * 2.0, 0.3])
+    assert found.largest_displacement("pull") == pytest.approx(farthest, rel=0.01)
