@@ -347,7 +347,7 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
 
 def test_without_a_window_there_is_no_verdict():
     solid = printed(clamped=(lambda p: np.zeros(p.shape[1:]),))
-    with pytest.raises(MeshError, match="no window can be chosen"):
+    with pytest.raises(MeshError, match="no submodel can be chosen"):
         accept_windows(None, solid, explicit(Block(), solid), size=1.0, time_limit_s=600.0)
 
 

@@ -93,7 +93,7 @@ def test_a_grid_that_loses_solid_is_refined_and_says_so():
     made = mesh_within_budget(
         design, 0.9, coarsest=1.1, memory_limit_bytes=1e12, on_refusal=heard.append
     )
-    assert made.cube < 0.9
+    assert made.spacing < 0.9
     assert made.report.volume == pytest.approx(made.field_volume, rel=0.04)
     assert tuple(heard) == made.refused
     assert "refined to" in heard[0]
@@ -117,7 +117,7 @@ def test_a_grid_that_the_memory_does_not_hold_gives_way_to_a_coarser_one():
         design, asked, coarsest=1.25 * asked, memory_limit_bytes=room, bodies=2
     )
     assert asked < made.asked <= 1.25 * asked
-    assert predict_unknowns(made.field_volume, made.cube) <= 1.05 * predict_unknowns(
+    assert predict_unknowns(made.field_volume, made.spacing) <= 1.05 * predict_unknowns(
         volume, 1.1 * asked
     )
     with pytest.raises(ResourceError, match="unknowns"):
@@ -127,7 +127,7 @@ def test_a_grid_that_the_memory_does_not_hold_gives_way_to_a_coarser_one():
 def test_plane_walls_along_the_grid_are_counted_without_bias():
     """Two walls of 2.4 mm in a box of 12 mm: 691.2 mm^3, wherever grid planes lie."""
     design = design_of(plates, 0.2)
-    found = [explicit_mesh.field_volume(design, cube) for cube in (0.92, 0.8, 0.71)]
+    found = [explicit_mesh.field_volume(design, spacing) for spacing in (0.92, 0.8, 0.71)]
     # One point in each of some 60,000 cells: a standard error of 0.3 % at most.
     assert found == pytest.approx([2 * 2.4 * EDGE**2] * 3, rel=0.012)
 
@@ -138,10 +138,10 @@ def test_what_falls_apart_on_every_grid_is_the_design():
 
 
 def test_the_fitting_cube_fits_and_a_tenth_less_does_not():
-    cube = fitting_spacing(1000.0, 1e9)
+    spacing = fitting_spacing(1000.0, 1e9)
     need = [
         explicit_mesh.predict_memory_bytes(predict_unknowns(1000.0, c), 2)
-        for c in (cube, 0.9 * cube)
+        for c in (spacing, 0.9 * spacing)
     ]
     assert need[0] <= 1e9 < need[1]
     assert fitting_spacing(1000.0, 1e6) == np.inf

@@ -11,7 +11,7 @@ from gradedesign.verify.windows import (
     clip_surface,
     cut_facets,
     enlarged_window,
-    inside_cube,
+    inside_evaluation_box,
     most_stressed_windows,
     window_box,
 )
@@ -69,13 +69,13 @@ def test_a_window_without_material_is_an_error():
         clip_surface(box_surface((1.0, 1.0, 1.0)), np.full(3, 5.0), np.full(3, 6.0))
 
 
-def test_the_analysed_box_reaches_beyond_the_judged_cube():
+def test_the_analysed_box_reaches_beyond_the_evaluation_box():
     window = Window(centre=(1.0, 2.0, 3.0), half=5.0, value=1.0, load_case="a")
     low, high = window_box(window)
     assert np.allclose((low + high) / 2, window.centre)
     assert np.allclose(high - low, 20.0)  # 10 mm and half a cell on either side
     points = np.array([[6.0, 6.1], [2.0, 2.0], [3.0, 3.0]])
-    assert inside_cube(points, window).tolist() == [True, False]
+    assert inside_evaluation_box(points, window).tolist() == [True, False]
 
 
 def test_a_window_is_enlarged_where_it_has_room():
@@ -86,7 +86,7 @@ def test_a_window_is_enlarged_where_it_has_room():
     low, high = window_box(larger)
     assert (low.tolist(), high.tolist()) == ([-15.0] * 3, [10.0, 15.0, 15.0])
     assert (window.enlarged, larger.enlarged) == (False, True)
-    assert inside_cube(np.array([[5.1], [0.0], [0.0]]), larger).tolist() == [False]
+    assert inside_evaluation_box(np.array([[5.1], [0.0], [0.0]]), larger).tolist() == [False]
     around = np.array([[-13.0, 13.0, 13.0], [13.0, 13.0, -13.0], [-13.0, -13.0, -13.0]])
     assert enlarged_window(window, [around[None]]) is None
 

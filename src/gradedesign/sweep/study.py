@@ -243,8 +243,8 @@ def _require_difference(file: Path, designs: Sequence[Design]) -> None:
         if first != design.number:
             raise CaseError(
                 f"{file}: designs {first} and {design.number} ask for the same; expected values "
-                f"that differ in more than spelling, budgets of [run] (time, memory, max_rounds) "
-                f"and [output]"
+                f"that differ in more than spelling, budgets of [run] (time, memory, "
+                f"max_iterations) and [output]"
             )
 
 

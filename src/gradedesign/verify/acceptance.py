@@ -161,12 +161,12 @@ def accept_windows(
     Raises
     ------
     MeshError
-        If no window can be chosen.
+        If no submodel can be chosen.
     """
     avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
     windows = _chosen_windows(solid, explicit, avoid)
     results, refused = [], []
-    for window in counted(windows, "window", len(windows)):
+    for window in counted(windows, "submodel", len(windows)):
 
         def analysed(window: Window) -> SubmodelResult:
             result = analyse_window(
@@ -215,7 +215,7 @@ def _chosen_windows(
         if windows:
             return windows
     raise MeshError(
-        "no window can be chosen: every cell of lattice lies within the exclusion radius of a "
+        "no submodel can be chosen: every cell of lattice lies within the exclusion radius of a "
         "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
         'or set [run] acceptance = "whole"'
     )

@@ -29,23 +29,23 @@ log = logging.getLogger(__name__)
 DISCONNECTED_SHARE = 0.01
 #: The mesh's volume may differ from the field's by this share.
 VOLUME_TOLERANCE = 0.04
-#: Points per cube edge when the field's volume is counted.
+#: Points per grid spacing when the field's volume is counted.
 VOLUME_SAMPLES = 3
 #: Of the places of these points, the same in every run.
 VOLUME_SEED = 2007
 #: Smallest dihedral angle that is accepted, degrees.
 LEAST_DIHEDRAL = 5.0
-#: Of the allowed volume error, what a refined grid aims at: errors fall with the cube's square.
+#: Of the allowed volume error, what a refined grid aims at: errors fall with the spacing's square.
 AIM = 0.6
-#: A refined cube over the last one: neither so little that meshing is repeated for nothing, nor so
-#: much that the budget is missed where less would have done.
+#: A refined spacing over the last one: neither so little that meshing is repeated for nothing, nor
+#: so much that the budget is missed where less would have done.
 LEAST_STEP, LARGEST_STEP = 0.85, 0.55
 #: Refined where volume says nothing about how far.
 PLAIN_STEP = 0.8
 #: Quadratic dofs per tetrahedron of a lattice: measured 4.8 to 5.1 of struts and thick walls, 5.6
 #: to 5.8 of thin ones.
 DOFS_PER_TET = 5.4
-#: Tetrahedra per solid volume of one grid cube: twelve of the body-centred grid, and what the cuts
+#: Tetrahedra per solid volume of one grid cell: twelve of the body-centred grid, and what the cuts
 #: at the surface add (measured 1.1 to 1.4). What a mesh really has is counted before it is solved.
 TETS_PER_GRID_CELL = 14.0
 
@@ -58,8 +58,8 @@ class ExplicitMesh:
     ----------
     mesh : TetMesh
     report : TetReport
-    cube : float, mm
-        Edge of the grid cubes.
+    spacing : float, mm
+        Grid spacing.
     asked : float, mm
         The edge before it was fitted to the box of the part.
     dropped_pieces : int
@@ -73,7 +73,7 @@ class ExplicitMesh:
 
     mesh: TetMesh
     report: TetReport
-    cube: float
+    spacing: float
     asked: float
     dropped_pieces: int
     dropped_share: float
@@ -87,7 +87,7 @@ class CoarseGridError(MeshError):
     Attributes
     ----------
     step : float
-        Cube that should do, over the one that did not.
+        Spacing that should do, over the one that did not.
     pieces, volume : float
         Share of the volume in disconnected components, and by which the volume is off; 0 where
         another gate failed.
@@ -108,7 +108,7 @@ class LargeGridError(ResourceError):
     Attributes
     ----------
     step : float
-        Cube that should fit, over the one that did not.
+        Spacing that should fit, over the one that did not.
     """
 
     def __init__(self, message: str, *, step: float) -> None:
@@ -116,39 +116,39 @@ class LargeGridError(ResourceError):
         self.step = step
 
 
-def predict_unknowns(solid_volume: float, cube: float) -> int:
+def predict_unknowns(solid_volume: float, spacing: float) -> int:
     """Predict the unknowns of quadratic tetrahedra on a grid.
 
     Parameters
     ----------
     solid_volume : float, mm^3
-    cube : float, mm
-        Edge of the grid cubes.
+    spacing : float, mm
+        Grid spacing.
     """
-    return int(TETS_PER_GRID_CELL * solid_volume / cube**3 * DOFS_PER_TET)
+    return int(TETS_PER_GRID_CELL * solid_volume / spacing**3 * DOFS_PER_TET)
 
 
 def fitting_spacing(solid_volume: float, memory_limit_bytes: float) -> float:
-    """Smallest cube whose solve fits the memory, mm; infinite where nothing fits."""
+    """Smallest grid spacing whose solve fits the memory, mm; infinite where nothing fits."""
     room = memory_limit_bytes - predict_memory_bytes(0, 2)
     if room <= 0:
         return np.inf
     each = (predict_memory_bytes(10**6, 2) - predict_memory_bytes(0, 2)) / 1e6
-    cubes = room / (each * TETS_PER_GRID_CELL * DOFS_PER_TET)
-    # A little above, so that a cube nudged to divide the part's box still fits.
-    return float(1.01 * (solid_volume / cubes) ** (1 / 3))
+    cells = room / (each * TETS_PER_GRID_CELL * DOFS_PER_TET)
+    # A little above, so that a spacing nudged to divide the part's box still fits.
+    return float(1.01 * (solid_volume / cells) ** (1 / 3))
 
 
 def mesh_lattice(
-    design: LatticeDesign, cube: float, *, memory_limit_bytes: float, bodies: int = 1
+    design: LatticeDesign, spacing: float, *, memory_limit_bytes: float, bodies: int = 1
 ) -> ExplicitMesh:
     """Mesh a design by isosurface stuffing and refuse what lost pieces or volume.
 
     Parameters
     ----------
     design : LatticeDesign
-    cube : float, mm
-        Edge of the grid cubes; the thinnest wall should span at least 1.25 of them.
+    spacing : float, mm
+        Grid spacing; the thinnest wall should span at least 1.25 of them.
     memory_limit_bytes : float
         Budget that the following solve must fit.
     bodies : int
@@ -163,28 +163,31 @@ def mesh_lattice(
     """
     box = design.domain.upper - design.domain.lower
     with stepping("volume of the lattice"):
-        volume = field_volume(design, dividing_spacing(box, cube))
-    _require_memory(volume, cube, memory_limit_bytes)
-    asked, cube = cube, dividing_spacing(box, cube, fitting_spacing(volume, memory_limit_bytes))
-    lower, shape = grid_for(design, cube)
-    field = lattice_field(design, band=3 * cube)
-    with stepping(f"meshing the lattice at {cube:.3g} mm"):
-        stuffed = stuff(field, lower, shape, cube)
+        volume = field_volume(design, dividing_spacing(box, spacing))
+    _require_memory(volume, spacing, memory_limit_bytes)
+    asked, spacing = (
+        spacing,
+        dividing_spacing(box, spacing, fitting_spacing(volume, memory_limit_bytes)),
+    )
+    lower, shape = grid_for(design, spacing)
+    field = lattice_field(design, band=3 * spacing)
+    with stepping(f"meshing the lattice at {spacing:.3g} mm"):
+        stuffed = stuff(field, lower, shape, spacing)
         report_step("sharp edges")
-        raw = snap_feature_edges(stuffed, design.domain.distance, body_field(design), cube)
+        raw = snap_feature_edges(stuffed, design.domain.distance, body_field(design), spacing)
         report_step("disconnected components")
         mesh, dropped, share = _main_pieces(raw, bodies)
         report_step("quality")
         report = tet_report(mesh)
-    _require_gates(report, volume * (1 - share), cube)
-    _require_solve(report.count, cube, memory_limit_bytes)
+    _require_gates(report, volume * (1 - share), spacing)
+    _require_solve(report.count, spacing, memory_limit_bytes)
     log.info(
-        "lattice mesh: %d tets, cube %.3g mm, dropped %d components", report.count, cube, dropped
+        "lattice mesh: %d tets, grid %.3g mm, dropped %d components", report.count, spacing, dropped
     )
     return ExplicitMesh(
         mesh=mesh,
         report=report,
-        cube=cube,
+        spacing=spacing,
         asked=asked,
         dropped_pieces=dropped,
         dropped_share=share,
@@ -207,50 +210,50 @@ def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
     return mesh, dropped, share
 
 
-def dividing_spacing(box: ArrayLike, cube: float, least: float = 0.0) -> float:
-    """Largest cube, at most 12 % below the requested one, that divides a box best, mm.
+def dividing_spacing(box: ArrayLike, spacing: float, least: float = 0.0) -> float:
+    """Largest grid spacing, at most 12 % below the requested one, that divides a box best, mm.
 
     Faces of the part on grid planes come out flat and sharp; others are chamfered by a third of
-    a cube where they meet. ``box`` holds its edges, ``(3,)``, mm; ``least`` is the smallest cube
-    that the memory holds, mm.
+    a spacing where they meet. ``box`` holds its edges, ``(3,)``, mm; ``least`` is the smallest
+    spacing that the memory holds, mm.
     """
     size = np.asarray(box, dtype=np.float64)
-    candidates = cube * np.linspace(1.0, min(max(0.88, least / cube), 1.0), 241)
+    candidates = spacing * np.linspace(1.0, min(max(0.88, least / spacing), 1.0), 241)
     count = size[:, None] / candidates
     misfit = np.abs(count - np.round(count)).max(axis=0)
     good = misfit <= max(float(misfit.min()), 1e-3) * 1.0001
     return float(_exact_division(size, candidates[good][0]))
 
 
-def _exact_division(size: FloatArray, cube: float) -> float:
+def _exact_division(size: FloatArray, spacing: float) -> float:
     """Grid spacing changed so that it divides exactly the axis it nearly divides."""
-    count = size / cube
+    count = size / spacing
     whole = np.maximum(np.round(count), 1)
     best = int(np.argmin(np.abs(count - whole)))
     return float(size[best] / whole[best])
 
 
-def grid_for(design: LatticeDesign, cube: float) -> tuple[FloatArray, tuple[int, int, int]]:
-    """Grid that covers the design with two cubes to spare, with nodes on its lower faces."""
-    lower = np.asarray(design.domain.lower) - 2 * cube
+def grid_for(design: LatticeDesign, spacing: float) -> tuple[FloatArray, tuple[int, int, int]]:
+    """Grid that covers the design with two spacings to spare, with nodes on its lower faces."""
+    lower = np.asarray(design.domain.lower) - 2 * spacing
     count = (
-        np.ceil((np.asarray(design.domain.upper) - np.asarray(design.domain.lower)) / cube).astype(
-            int
-        )
+        np.ceil(
+            (np.asarray(design.domain.upper) - np.asarray(design.domain.lower)) / spacing
+        ).astype(int)
         + 4
     )
     return lower, (int(count[0]), int(count[1]), int(count[2]))
 
 
-def field_volume(design: LatticeDesign, cube: float) -> float:
+def field_volume(design: LatticeDesign, spacing: float) -> float:
     """Volume of the solid by counting points, mm^3.
 
     One point in a random place of every cell of a grid three times as fine as the mesh's: walls
     that lie along grid planes are counted without bias, whatever their distance from the planes.
     """
-    step = cube / VOLUME_SAMPLES
-    field = lattice_field(design, band=2 * cube)
-    lower, shape = grid_for(design, cube)
+    step = spacing / VOLUME_SAMPLES
+    field = lattice_field(design, band=2 * spacing)
+    lower, shape = grid_for(design, spacing)
     count = [VOLUME_SAMPLES * n for n in shape]
     random = np.random.default_rng(VOLUME_SEED)
     y, z = np.meshgrid(np.arange(count[1]), np.arange(count[2]), indexing="ij")
@@ -263,37 +266,37 @@ def field_volume(design: LatticeDesign, cube: float) -> float:
     return inside * step**3
 
 
-def _require_memory(volume: float, cube: float, limit: float) -> None:
-    dofs = predict_unknowns(volume, cube)
+def _require_memory(volume: float, spacing: float, limit: float) -> None:
+    dofs = predict_unknowns(volume, spacing)
     need = predict_memory_bytes(dofs, 2)
     if need > limit:
         coarser = fitting_spacing(volume, limit)
         raise ResourceError(
             f"the explicit analysis needs about {dofs / 1e6:.2g} M unknowns and "
-            f"{need / 1e9:.3g} GB at a grid of {cube:.3g} mm, but [run] memory is "
+            f"{need / 1e9:.3g} GB at a grid of {spacing:.3g} mm, but [run] memory is "
             f"{limit / 1e9:.3g} GB; allow more memory, raise the lower density, or use larger "
             f"cells (a grid of {coarser:.3g} mm would fit)"
         )
 
 
-def _require_solve(tets: int, cube: float, limit: float) -> None:
+def _require_solve(tets: int, spacing: float, limit: float) -> None:
     """Refuse a mesh whose solve does not fit: thin walls have more tetrahedra than predicted."""
     need = predict_memory_bytes(int(tets * DOFS_PER_TET), 2)
     if need > limit:
         raise LargeGridError(
-            f"the lattice mesh of {tets} tetrahedra on a grid of {cube:.3g} mm takes "
+            f"the lattice mesh of {tets} tetrahedra on a grid of {spacing:.3g} mm takes "
             f"{need / 1e9:.3g} GB to solve, but [run] memory is {limit / 1e9:.3g} GB; allow more "
             f"memory, raise the lower density, or use larger cells",
             step=1.02 * (need / limit) ** (1 / 3),
         )
 
 
-def _require_gates(report: TetReport, volume: float, cube: float) -> None:
+def _require_gates(report: TetReport, volume: float, spacing: float) -> None:
     off = report.volume / volume - 1.0
     if abs(off) > VOLUME_TOLERANCE:
         raise CoarseGridError(
             f"the lattice mesh holds {report.volume:.6g} mm^3, the field {volume:.6g} mm^3 "
-            f"({off:+.1%}, allowed {VOLUME_TOLERANCE:.0%}): the grid of {cube:.3g} mm is too "
+            f"({off:+.1%}, allowed {VOLUME_TOLERANCE:.0%}): the grid of {spacing:.3g} mm is too "
             f"coarse for the walls",
             step=float(
                 np.clip(np.sqrt(AIM * VOLUME_TOLERANCE / abs(off)), LARGEST_STEP, LEAST_STEP)
@@ -302,7 +305,7 @@ def _require_gates(report: TetReport, volume: float, cube: float) -> None:
         )
     if report.inverted or report.min_dihedral < LEAST_DIHEDRAL:
         raise CoarseGridError(
-            f"the lattice mesh on a grid of {cube:.3g} mm has {report.inverted} inverted "
+            f"the lattice mesh on a grid of {spacing:.3g} mm has {report.inverted} inverted "
             f"tetrahedra and a smallest dihedral angle of {report.min_dihedral:.2f} degrees, "
             f"expected none and at least {LEAST_DIHEDRAL:g}",
             step=LEAST_STEP,

@@ -33,7 +33,7 @@ SAME_LOSS = 0.8
 
 def mesh_within_budget(
     design: LatticeDesign,
-    cube: float,
+    spacing: float,
     *,
     coarsest: float,
     memory_limit_bytes: float,
@@ -45,10 +45,10 @@ def mesh_within_budget(
     Parameters
     ----------
     design : LatticeDesign
-    cube : float, mm
-        Edge of the grid cubes to begin with.
+    spacing : float, mm
+        Grid spacing to begin with.
     coarsest : float, mm
-        Where ``cube`` does not fit the memory, the largest cube to try instead.
+        Where ``spacing`` does not fit the memory, the largest spacing to try instead.
     memory_limit_bytes : float
         Budget that the following solve must fit.
     bodies : int
@@ -65,7 +65,7 @@ def mesh_within_budget(
     """
     with stepping("volume of the lattice"):
         box = design.domain.upper - design.domain.lower
-        volume = field_volume(design, dividing_spacing(box, cube))
+        volume = field_volume(design, dividing_spacing(box, spacing))
     fitting = fitting_spacing(volume, memory_limit_bytes)
     refused: list[str] = []
 
@@ -75,27 +75,27 @@ def mesh_within_budget(
         if on_refusal is not None:
             on_refusal(message)
 
-    if cube < fitting <= coarsest:
+    if spacing < fitting <= coarsest:
         refuse(
-            f"a grid of {cube:.3g} mm needs {_need_words(volume, cube)}, more than [run] memory "
-            f"{memory_limit_bytes / 1e9:.3g} GB; taking {fitting:.3g} mm"
+            f"a grid of {spacing:.3g} mm needs {_need_words(volume, spacing)}, more than "
+            f"[run] memory {memory_limit_bytes / 1e9:.3g} GB; taking {fitting:.3g} mm"
         )
-        cube = fitting
+        spacing = fitting
     before: CoarseGridError | None = None
     while True:
         try:
             made = mesh_lattice(
                 design,
-                cube,
+                spacing,
                 memory_limit_bytes=memory_limit_bytes,
                 bodies=bodies,
             )
             return replace(made, refused=tuple(refused))
         except LargeGridError as error:
-            if before is not None or error.step * cube > coarsest:
+            if before is not None or error.step * spacing > coarsest:
                 raise
-            refuse(f"{error}; taking {error.step * cube:.3g} mm")
-            cube = fitting = error.step * cube
+            refuse(f"{error}; taking {error.step * spacing:.3g} mm")
+            spacing = fitting = error.step * spacing
         except CoarseGridError as error:
             if before is not None and _lost_again(before, error):
                 raise LatticeError(
@@ -103,7 +103,7 @@ def mesh_within_budget(
                     f"the lower density, enlarge the cells, or add a skin)"
                 ) from error
             before = error
-            finer = cube * error.step
+            finer = spacing * error.step
             if finer < fitting:
                 raise ResourceError(
                     f"{error}; the next grid of {finer:.3g} mm needs {_need_words(volume, finer)}, "
@@ -111,7 +111,7 @@ def mesh_within_budget(
                     f"raise the lower density, or use larger cells"
                 ) from error
             refuse(f"{error}; refined to {finer:.3g} mm, {_need_words(volume, finer)}")
-            cube = finer
+            spacing = finer
 
 
 def _lost_again(coarser: CoarseGridError, finer: CoarseGridError) -> bool:
@@ -120,6 +120,6 @@ def _lost_again(coarser: CoarseGridError, finer: CoarseGridError) -> bool:
     return pieces or (coarser.volume > 0 and finer.volume > SAME_LOSS * coarser.volume)
 
 
-def _need_words(volume: float, cube: float) -> str:
-    dofs = predict_unknowns(volume, cube)
+def _need_words(volume: float, spacing: float) -> str:
+    dofs = predict_unknowns(volume, spacing)
     return f"about {dofs / 1e6:.2g} M unknowns and {predict_memory_bytes(dofs, 2) / 1e9:.2g} GB"

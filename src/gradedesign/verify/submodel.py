@@ -33,7 +33,7 @@ from gradedesign.verify.windows import (
     Window,
     clip_surface,
     cut_facets,
-    inside_cube,
+    inside_evaluation_box,
     window_box,
 )
 from gradedesign.workspace.progress import report_step
@@ -51,21 +51,21 @@ ENVELOPE = 0.06
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubmodelResult:
-    """One window, analysed on an independent mesh of the exported surface.
+    """One submodel, analysed on an independent mesh of the exported surface.
 
     Attributes
     ----------
     window : Window
     value : float, MPa
-        Stress percentile in the judged cube.
+        Stress percentile in the evaluation box.
     driving_value : float, MPa
-        The same percentile of the driving analysis in the same cube.
+        The same percentile of the driving analysis in the same box.
     force_discrepancy, energy_discrepancy : float
         Relative difference of cut-face forces and strain energy from the driving analysis.
     matches : bool
         Both discrepancies are within 3 %.
     volume : float, mm^3
-        Solid in the judged cube.
+        Solid in the evaluation box.
     tets : int
     mesh_size : float, mm
     attempts : tuple of str
@@ -114,31 +114,31 @@ def analyse_window(
     -------
     SubmodelResult
     """
-    driving, cube = explicit.solved, size
+    driving, spacing = explicit.solved, size
     material, name = solid.material, window.load_case
     box = window_box(window)
     report_step("clipping")
     clipped = clip_surface(surface, *box)
-    envelope = ENVELOPE * cube
+    envelope = ENVELOPE * spacing
     meshed = tetrahedralize(
         clipped,
-        edge_length=1.2 * cube,
+        edge_length=1.2 * spacing,
         epsilon=envelope,
         time_limit_s=time_limit_s,
         memory_limit_bytes=solid.case.run.memory,
         mesher=solid.mesher,
     )
     report_step("driving nodes")
-    mesh = _held_pieces(meshed.mesh, driving, name, box, cube)
+    mesh = _held_pieces(meshed.mesh, driving, name, box, spacing)
     space = tet_space(mesh, 2)
-    supports = _driven_supports(space, driving, name, box, cube)
+    supports = _driven_supports(space, driving, name, box, spacing)
     stiffness = solid_stiffness(space, material)
     warming = temperature_change(solid.case, name)
     force = thermal_force(space, stiffness, material.thermal_expansion, warming)
     solution = solve_elastic(
         space,
         stiffness,
-        [LoadVector(name="window", supports=supports, force=force)],
+        [LoadVector(name="submodel", supports=supports, force=force)],
         solver=solid.solver,
     )[0]
     report_step("comparing stress and energy")
@@ -146,7 +146,7 @@ def analyse_window(
         space, material, solution.displacement, material.thermal_expansion * warming
     )
     coarse = driving.stress_within(name, *box)
-    force_discrepancy = _force_discrepancy(fine, coarse, box, cube)
+    force_discrepancy = _force_discrepancy(fine, coarse, box, spacing)
     energy = [float((f.volumes * energy_density(f, material)).sum()) for f in (fine, coarse)]
     energy_discrepancy = abs(energy[0] / energy[1] - 1.0)
     return SubmodelResult(
@@ -156,9 +156,9 @@ def analyse_window(
         force_discrepancy=force_discrepancy,
         energy_discrepancy=energy_discrepancy,
         matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
-        volume=float(fine.volumes[inside_cube(fine.points, window)].sum()),
+        volume=float(fine.volumes[inside_evaluation_box(fine.points, window)].sum()),
         tets=mesh.tets.shape[1],
-        mesh_size=1.2 * cube,
+        mesh_size=1.2 * spacing,
         attempts=meshed.attempts,
         seconds=meshed.seconds,
     )
@@ -178,45 +178,45 @@ def energy_density(sample: StressSample, material: Material) -> FloatArray:
 
 
 def _held_pieces(
-    mesh: TetMesh, driving: SolvedSolid, load_case: str, box: Box, cube: float
+    mesh: TetMesh, driving: SolvedSolid, load_case: str, box: Box, spacing: float
 ) -> TetMesh:
     """Drop components that no driven boundary holds: they carry nothing."""
     labels = piece_labels(mesh)
     facets, _ = boundary_facets(mesh)
-    cut, _ = cut_facets(mesh.points, facets, *box, 2 * ENVELOPE * cube)
+    cut, _ = cut_facets(mesh.points, facets, *box, 2 * ENVELOPE * spacing)
     vertices = np.unique(cut)
     if len(vertices) == 0:
-        raise MeshError("the window's mesh reaches none of its cut planes; nothing drives it")
+        raise MeshError("the submodel's mesh reaches none of its cut planes; nothing drives it")
     _, distance = driving.displacement_at(load_case, mesh.points[:, vertices])
     driven = np.zeros(mesh.points.shape[1], dtype=bool)
-    driven[vertices[distance <= cube]] = True
+    driven[vertices[distance <= spacing]] = True
     held = np.bincount(labels, weights=driven[mesh.tets].sum(axis=0)) >= 3
     keep = held[labels]
     if keep.all():
         return mesh
     if not keep.any():
-        raise MeshError("no piece of the window's mesh meets the driving analysis on a cut plane")
+        raise MeshError("no piece of the submodel's mesh meets the driving analysis on a cut plane")
     used, local = np.unique(mesh.tets[:, keep], return_inverse=True)
     return TetMesh(points=mesh.points[:, used], tets=np.asarray(local).reshape(4, -1))
 
 
 def _driven_supports(
-    space: TetSpace, driving: SolvedSolid, load_case: str, box: Box, cube: float
+    space: TetSpace, driving: SolvedSolid, load_case: str, box: Box, spacing: float
 ) -> Supports:
     """Displacements of the explicit analysis on the window's cut faces.
 
-    Nodes farther than a cube from the driving solid stay free: it chamfers thin rims there. They
-    may be a twentieth of the cut faces' nodes.
+    Nodes farther than a grid spacing from the driving solid stay free: it chamfers thin rims there.
+    They may be a twentieth of the cut faces' nodes.
     """
     facets, _ = boundary_facets(space.mesh)
-    cut, _ = cut_facets(space.mesh.points, facets, *box, 2 * ENVELOPE * cube)
+    cut, _ = cut_facets(space.mesh.points, facets, *box, 2 * ENVELOPE * spacing)
     nodes = np.unique(facet_nodes(space, cut))
     displacement, distance = driving.displacement_at(load_case, space.nodes[:, nodes])
-    near = distance <= cube
+    near = distance <= spacing
     if np.mean(near) < 1 - MOST_UNDRIVEN:
         raise MeshError(
-            f"{np.mean(~near):.1%} of the cut faces' nodes lie more than a cube of {cube:.3g} mm "
-            f"outside the driving solid, up to {distance.max():.3g} mm; at most "
+            f"{np.mean(~near):.1%} of the cut faces' nodes lie more than a grid spacing of "
+            f"{spacing:.3g} mm outside the driving solid, up to {distance.max():.3g} mm; at most "
             f"{MOST_UNDRIVEN:.0%} may; raise [run] elements_per_wall"
         )
     value = np.zeros(space.nodes.shape)
@@ -231,10 +231,10 @@ def _slab_force(field: StressSample, inside: BoolArray, axis: int, thickness: fl
     return field.stress[:, axis][:, inside] @ field.volumes[inside] / thickness
 
 
-def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, cube: float) -> float:
+def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, spacing: float) -> float:
     """Difference of the forces through the six cut planes over the largest of them."""
     lower, upper = box
-    thickness = 2 * cube
+    thickness = 2 * spacing
     discrepancies, sizes = [], []
     for axis in range(3):
         for bound, sign in ((lower[axis], 1.0), (upper[axis], -1.0)):
@@ -250,9 +250,9 @@ def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, cube:
 
 
 def _percentile(field: StressSample, window: Window, percentile: float) -> float:
-    inside = inside_cube(field.points, window)
+    inside = inside_evaluation_box(field.points, window)
     if not inside.any():
-        raise MeshError(f"the window at {window.centre} mm holds no material to judge")
+        raise MeshError(f"the submodel at {window.centre} mm holds no material to judge")
     return weighted_percentile(
         von_mises(field.stress[:, :, inside]), field.volumes[inside], percentile
     )

@@ -40,8 +40,8 @@ from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.tet_fields import TetFields, solid_stiffness
 from gradedesign.workspace.progress import report_step
 
-#: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
-#: three cubes thick: measured 13.2 to 13.8 and 4.8 to 5.0 on the cases mini and size-graded.
+#: Tetrahedra per solid volume of one grid cell, and unknowns per tetrahedron, of walls two to
+#: three elements thick: measured 13.2 to 13.8 and 4.8 to 5.0 on the cases mini and size-graded.
 TETS_PER_GRID_CELL, DOFS_PER_TET = 14.0, 5.1
 #: Seconds for each element of the grid (sampling its field, stuffing, snapping), for each unknown
 #: (assembly, multigrid and the first load case), and what each further load case adds as a share of
@@ -138,8 +138,8 @@ def solve_stuffed(
         )
     division = Discretisation(
         made_by="stuffing",
-        mesh_size=made.cube,
-        surface_size=made.cube,
+        mesh_size=made.spacing,
+        surface_size=made.spacing,
         surface_tets=made.mesh.tets.shape[1],
         unknowns=0,
         requested=made.asked,
@@ -147,11 +147,11 @@ def solve_stuffed(
         dropped_pieces=made.dropped_pieces,
         seconds=perf_counter() - began,
     )
-    return solve_tets(made.mesh, solid, division, 0.5 * made.cube)
+    return solve_tets(made.mesh, solid, division, 0.5 * made.spacing)
 
 
 def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
-    """Size of the analysis on grid cubes of a spacing, mm."""
+    """Size of the analysis on a grid of a spacing, mm."""
     counts = np.ceil(np.asarray(planned.box) / spacing) + 4
     tets = TETS_PER_GRID_CELL * planned.volume / spacing**3
     unknowns = int(tets * DOFS_PER_TET)

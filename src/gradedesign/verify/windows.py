@@ -32,9 +32,9 @@ class Window:
     ----------
     centre : (float, float, float), mm
     half : float, mm
-        Half the edge of the judged cube.
+        Half the edge of the evaluation box.
     value : float, MPa
-        Stress percentile of the driving analysis in the judged cube.
+        Stress percentile of the driving analysis in the evaluation box.
     load_case : str
         The load case with that value.
     buffer : (float, float, float, float, float, float)
@@ -70,7 +70,7 @@ class Room:
         Triangles that no analysed box may touch: held and loaded regions, whose supports and
         loads a window does not carry.
     buffer : float
-        What is analysed around the judged cube, cells.
+        What is analysed around the evaluation box, cells.
     """
 
     avoid: Sequence[FloatArray] = ()
@@ -92,8 +92,8 @@ def enlarged_window(window: Window, avoid: Sequence[FloatArray]) -> Window | Non
     return None if grown == window else grown
 
 
-def inside_cube(points: FloatArray, window: Window) -> BoolArray:
-    """Points of the judged cube, ``(n,)``."""
+def inside_evaluation_box(points: FloatArray, window: Window) -> BoolArray:
+    """Points of the evaluation box, ``(n,)``."""
     gap = np.abs(points - np.asarray(window.centre)[:, None]).max(axis=0)
     return np.asarray(gap <= window.half)
 
@@ -184,7 +184,7 @@ def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> 
     x, y, z = (float(s) for s in np.asarray(upper) - np.asarray(lower))
     box = box_surface((x, y, z))
     moved = SurfaceMesh(vertices=box.vertices + np.asarray(lower), faces=box.faces)
-    return intersection(surface, moved, what=f"window from {lower} to {upper} mm")
+    return intersection(surface, moved, what=f"submodel from {lower} to {upper} mm")
 
 
 def cut_facets(
