@@ -91,7 +91,7 @@ class RunSpec(Table):
     """Last stage; before the verdict the status is partial."""
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
     """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface,
-    ``finite-cells``, quadratic bricks that it cuts, for many cells, or one that a plugin supplies."""
+    ``finite-cells``, quadratic bricks that its surface cuts, or one that a plugin supplies."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
     plugin."""
