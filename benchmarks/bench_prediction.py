@@ -1,4 +1,4 @@
-"""Predicted against real seconds of a first round, and the predicted memory against the real.
+"""Predicted against real seconds of a first iteration, and the predicted memory against the real.
 
 Run ``python benchmarks/bench_prediction.py [CASE ...]`` on an otherwise idle machine;
 ``cases/mini`` by default. Every case is run to its end in a folder of its own. Within a
@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-HEAD = "case, round predicted s, round s, ratio, unknowns predicted M, M, whole run predicted s, s"
+HEAD = "case, first predicted s, first s, ratio, unknowns predicted M, M, whole run predicted s, s"
 
 
 def compared(case: str, folder: Path) -> str:
@@ -25,8 +25,8 @@ def compared(case: str, folder: Path) -> str:
     predicted, first = result["predicted"]["at_start"], result["iterations"][0]
     real, total = first["seconds"], sum(result["timing_s"].values())
     return (
-        f"{result['case_name']}, {predicted['round_s']:.0f}, {real:.0f}, "
-        f"{predicted['round_s'] / real:.2f}, {predicted['explicit_dofs'] / 1e6:.2f}, "
+        f"{result['case_name']}, {predicted['iteration_s']:.0f}, {real:.0f}, "
+        f"{predicted['iteration_s'] / real:.2f}, {predicted['explicit_dofs'] / 1e6:.2f}, "
         f"{first['dofs'] / 1e6:.2f}, {predicted['run_s']:.0f}, {total:.0f}"
     )
 

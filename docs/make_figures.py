@@ -1,7 +1,7 @@
 """Draw the figures of the documentation: ``python docs/make_figures.py``.
 
 The rooms from the order of imports that ``tests/test_architecture.py`` holds, levels and laws from
-the installed cells, walls and rounds from the numbers that stand here.
+the installed cells, walls and iterations from the numbers that stand here.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ WALL = {
 }
 
 #: `gradedesign run cases/bracket`: discrepancy of displacement and of stress, utilisation.
-ROUNDS = ((-0.079, -0.046, 0.906), (0.024, 0.016, 1.008), (0.015, 0.0, 1.0))
+ITERATIONS = ((-0.079, -0.046, 0.906), (0.024, 0.016, 1.008), (0.015, 0.0, 1.0))
 
 
 def import_order() -> list[str]:
@@ -141,20 +141,20 @@ def draw_wall(path: Path) -> None:
     _save(figure, path)
 
 
-def draw_rounds(path: Path) -> None:
-    """Discrepancy and utilisation, round by round."""
+def draw_iterations(path: Path) -> None:
+    """Discrepancy and utilisation, iteration by iteration."""
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(8, 2.8))
-    numbers = np.arange(1, len(ROUNDS) + 1)
-    displacement, stress, use = (100 * np.array(v) for v in zip(*ROUNDS, strict=True))
+    numbers = np.arange(1, len(ITERATIONS) + 1)
+    displacement, stress, use = (100 * np.array(v) for v in zip(*ITERATIONS, strict=True))
     left.axhline(0, color="k", lw=0.8)
     left.plot(numbers, displacement, "o-", label="displacement")
     left.plot(numbers, stress, "s-", label="stress")
-    left.set(xlabel="round", ylabel="discrepancy, %", xticks=numbers), left.legend(fontsize=8)
+    left.set(xlabel="iteration", ylabel="discrepancy, %", xticks=numbers), left.legend(fontsize=8)
     right.axhline(100, color="k", lw=0.8)
     right.plot(numbers, use, "o-", color="C2")
-    right.set(xlabel="round", ylabel="utilisation, %", xticks=numbers)
+    right.set(xlabel="iteration", ylabel="utilisation, %", xticks=numbers)
     _save(figure, path)
 
 
@@ -171,7 +171,7 @@ def main() -> None:
     (PICTURES / "rooms.svg").write_text(rooms_svg(), encoding="utf-8")
     draw_level(PICTURES / "level.png")
     draw_wall(PICTURES / "wall.png")
-    draw_rounds(PICTURES / "rounds.png")
+    draw_iterations(PICTURES / "iterations.png")
     draw_law(PICTURES / "law.png")
 
 

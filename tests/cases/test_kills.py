@@ -35,9 +35,9 @@ cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.45, 0.60]
 [run]
-max_rounds = 2
+max_iterations = 2
 stop_after = "verdict"
-mesh_cubes_per_wall = 1.5
+elements_per_wall = 1.5
 acceptance = "whole"
 [output]
 formats = ["stl", "vtu", "report"]

@@ -29,8 +29,8 @@ size = "8 mm"
 density = [0.45, 0.60]
 size_effects = false
 [run]
-max_rounds = 2
-mesh_cubes_per_wall = 1.0
+max_iterations = 2
+elements_per_wall = 1.0
 [output]
 formats = ["report"]
 """
@@ -75,7 +75,7 @@ def start_and_kill(folder, stage, number):
 )
 def test_a_killed_run_resumes(tmp_path, number):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
-    code, printed = start_and_kill(tmp_path, "round-1.npz", number)
+    code, printed = start_and_kill(tmp_path, "iteration-1.npz", number)
     if number == signal.SIGKILL:
         assert code == -signal.SIGKILL
     else:
@@ -83,7 +83,7 @@ def test_a_killed_run_resumes(tmp_path, number):
         assert "--resume" in printed
     run = tmp_path / "run"
     assert not (run / "result.json").exists()
-    first = (run / "stages" / "round-1.npz").read_bytes()
+    first = (run / "stages" / "iteration-1.npz").read_bytes()
 
     refused = subprocess.run(command(tmp_path), capture_output=True, text=True, check=False)
     assert refused.returncode == 2
@@ -96,12 +96,12 @@ def test_a_killed_run_resumes(tmp_path, number):
     )
     # By construction no design holds the limit: the status that a whole run reaches.
     assert resumed.returncode == 4, resumed.stderr
-    assert "round 1 (resumed)" in resumed.stdout
-    assert "round 2:" in resumed.stdout
+    assert "iteration 1 (resumed)" in resumed.stdout
+    assert "iteration 2:" in resumed.stdout
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert result["status"] == "not_met"
-    assert [it["round"] for it in result["iterations"]] == [1, 2]
-    assert (run / "stages" / "round-1.npz").read_bytes() == first
+    assert [it["number"] for it in result["iterations"]] == [1, 2]
+    assert (run / "stages" / "iteration-1.npz").read_bytes() == first
     assert not [p.name for p in run.iterdir() if p.name.startswith(".")]
     with open_run_folder(run, result["case_hash"], resume=True, overwrite=False) as folder:
         assert folder.damaged_artefacts() == ()
@@ -126,8 +126,8 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     run = tmp_path / "run"
     short = cli("run", tmp_path, "-o", run)
     assert short.code == 4, short.err
-    assert "[run] time of 1 s ended the run after 1 round; about" in one_line(short.out)
-    assert "more allow another round" in one_line(short.out)
+    assert "[run] time of 1 s ended the run after 1 iteration; about" in one_line(short.out)
+    assert "more allow another iteration" in one_line(short.out)
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert (result["ended_by"], len(result["iterations"])) == ("time", 1)
     assert set(result["predicted"]) == {"at_start", "after_first_round"}
@@ -139,7 +139,7 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     case.write_text(CASE, encoding="utf-8")
     longer = cli("run", tmp_path, "-o", run, "--resume")
     assert longer.code == 4
-    assert "round 1 (resumed)" in longer.out
+    assert "iteration 1 (resumed)" in longer.out
     assert "this lattice cannot reach the limit on displacement of tip magnitude" in one_line(
         longer.out
     )

@@ -35,8 +35,8 @@ load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
 displacement = [{region = "tip", magnitude = "0.2 mm"}]
 [run]
 time = "5 min"
-max_rounds = 1
-mesh_cubes_per_wall = 2.0
+max_iterations = 1
+elements_per_wall = 2.0
 acceptance = "whole"
 [output]
 formats = ["stl", "ply", "voxels"]

@@ -6,28 +6,20 @@ Rows are those of the table of faults of the quality reference, 39 to 58.
 import os
 
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.errors import CaseError
 
-CASE = """\
-[case]
-name = "bracket"
-[part]
-box = ["60 mm", "20 mm", "20 mm"]
-mesh_size = "4 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-youngs_modulus = "200 GPa"
-poissons_ratio = 0.3
-density = "7.85 g/cm^3"
-[[load_case]]
-name = "tip load"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-50 N"]}]
+CASE = (
+    held_bar(
+        box_part(60, 20, 20, 4),
+        name="bracket",
+        material='youngs_modulus = "200 GPa"\npoissons_ratio = 0.3\ndensity = "7.85 g/cm^3"',
+        load_case="tip load",
+        force="0 N, 0 N, -50 N",
+    )
+    + """\
 [limits]
 stress = "50 MPa"
 displacement = [{region = "tip", magnitude = "2 mm"}]
@@ -43,6 +35,7 @@ memory = "8 GB"
 [output]
 formats = ["stl"]
 """
+)
 
 
 def write(folder, text):
@@ -140,8 +133,8 @@ WRONG = [
     ('stress = "50 MPa"', "safety_factor = 2", ["yield_strength"]),
     ('stress = "50 MPa"', "safety_factor = 0.5", ["at least 1"]),
     ('memory = "8 GB"', 'memory = "8 kB"', ["at least 0.1 GB"]),
-    ('memory = "8 GB"', "max_rounds = 0", ["at least 1"]),
-    ('memory = "8 GB"', "mesh_cubes_per_wall = 0.5", ["at least 1"]),
+    ('memory = "8 GB"', "max_iterations = 0", ["at least 1"]),
+    ('memory = "8 GB"', "elements_per_wall = 0.5", ["at least 1"]),
     ('memory = "8 GB"', 'time = "0 s"', ["at least 1 s"]),
     # slips of the keyboard or of the unit: nothing that is built has such a value
     ('"-50 N"', '"1e300 N"', ["entry 3", "force between 1e-12 N and 1e+12 N", "unit right?"]),

@@ -184,7 +184,7 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
         limits=(
             StressLimit(
                 key=LimitKey(kind="stress", region="lattice"), name="stress in lattice",
-                allowed=12.0, percentile=99.5, considered=np.ones(count, dtype=bool),
+                allowed=12.0, percentile=99.5, evaluated=np.ones(count, dtype=bool),
             ),
             BucklingLimit(
                 key=LimitKey(kind="buckling"), name="buckling of cells", allowed=1.0,

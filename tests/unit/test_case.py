@@ -61,7 +61,7 @@ min_wall = "0.8 mm"
 memory = "8 GB"
 time = "20 min"
 acceptance = "auto"
-max_rounds = 6
+max_iterations = 6
 stop_after = "verdict"
 
 [output]
@@ -129,8 +129,12 @@ def test_defaults_of_optional_tables(load):
     case = load(text)
     assert case.print is None
     assert (case.run.memory, case.run.time) == (8_000_000_000, 3600.0)
-    assert (case.run.acceptance, case.run.max_rounds, case.run.stop_after) == ("auto", 6, "verdict")
-    assert (case.run.mesh_cubes_per_wall, case.run.window_count) == (None, 2)
+    assert (case.run.acceptance, case.run.max_iterations, case.run.stop_after) == (
+        "auto",
+        6,
+        "verdict",
+    )
+    assert (case.run.elements_per_wall, case.run.window_count) == (None, 2)
     assert case.run.explicit_mesh_size is None
     assert case.output.formats == ("stl", "vtu", "report")
     assert case.limits.exclusion == Exclusion(mesh_sizes=2.0)
@@ -258,7 +262,7 @@ def test_a_case_with_more_time_or_memory_or_other_files_is_the_same_case(load):
     for less, more in (
         ('time = "20 min"', 'time = "40 min"'),
         ('memory = "8 GB"', 'memory = "16 GB"'),
-        ("max_rounds = 6", "max_rounds = 9"),
+        ("max_iterations = 6", "max_iterations = 9"),
         # or that an exporter stopped: its rounds are worth keeping
         ('["stl", "vtu", "report"]', '["vtu", "ply"]'),
     ):

@@ -400,7 +400,7 @@ def astray(rng, name, clean, corners):
     return Damaged(data, (volume(clean),), answer, clean.bodies, repair)
 
 
-def crumbs(rng, name, clean, corners):
+def fragments(rng, name, clean, corners):
     """A few tiny cubes are dropped; many, or larger ones, are solids of their own."""
     size, count = rng.uniform(0.1, 0.9), int(rng.integers(1, 6))
     if rng.random() < 0.4:
@@ -416,8 +416,8 @@ def crumbs(rng, name, clean, corners):
     return Damaged(data, (right,) if many else (right, volume(clean)), answer, bodies)
 
 
-def crumbs_across(rng, name, clean, corners):
-    """Two overlapping crumbs beside the part."""
+def fragments_across(rng, name, clean, corners):
+    """Two overlapping fragments beside the part."""
     one = corners_of(cube(0.3, 0.3, 0.3))
     loose = np.concatenate([one, one + np.array([0.15, 0.1, 0.12])]) + 60.0
     return Damaged(
@@ -455,7 +455,7 @@ DAMAGES = (
     moved_facet, moved_vertex, slivers, points_for_facets, not_finite, void, void_turned_around,
     filled_void, crossing_voids, boss, cut, twice_shifted, open_inner_shell, swept_into_itself,
     bow_tie, count_high, count_low, truncated, trailing, overwritten, garbage, odd_text, cut_text,
-    wrong_text, astray, crumbs, crumbs_across, flattened, spike_lost, far_away, rough,
+    wrong_text, astray, fragments, fragments_across, flattened, spike_lost, far_away, rough,
 )  # fmt: skip
 
 

@@ -16,7 +16,9 @@ from gradedesign.results.files import write_result
 from gradedesign.results.finished import finished_result
 from gradedesign.workspace.run_folder import open_run_folder
 
-BY_TIME = Ended(by="time", words="[run] time of 1200 s ended the run after 2 rounds; 300 s more")
+BY_TIME = Ended(
+    by="time", words="[run] time of 1200 s ended the run after 2 iterations; 300 s more"
+)
 
 
 def row(value):
@@ -41,9 +43,16 @@ def verdict(monkeypatch):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
+    for name in ("printed_data", "comparison_warnings"):
+        monkeypatch.setattr(summary, name, lambda _: {})
     iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
-
-    setup = SimpleNamespace(problem=None, model=None)
+    printed = SimpleNamespace(
+        mass_g=lambda density, phase=None: density * (11.0 if phase == "lattice" else 22.0),
+        comparison=None,
+    )
+    setup = SimpleNamespace(
+        problem=SimpleNamespace(material=SimpleNamespace(density=1.0)), model=None
+    )
 
     def call(use, ended):
         layout = SimpleNamespace(report={})
@@ -63,7 +72,7 @@ def verdict(monkeypatch):
                 ),
             ),
         )
-        return summary.verdict_result(setup, None, [played], accepted, ended)
+        return summary.verdict_result(setup, None, [played], accepted, ended, printed)
 
     return call
 
@@ -72,10 +81,14 @@ def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):
     found = verdict(0.94, BY_TIME)
     assert (found.status, found.lightest, found.ended_by) == ("met", False, "time")
     assert found.reason == (
-        "every limit holds in the accepted analysis; the most used one to 94.0%; not the lightest: "
+        "every limit holds at the unfavourable end of its band; the most used one to 94.0%; "
+        "not the lightest: "
         f"{BY_TIME.words}, and a lighter design may exist"
     )
     assert found.warnings == ("a grid of 1 mm was refined",)
+    # Of the file, not of the analysed mesh with its 20 g and 10 g.
+    masses = found.mass_g, found.lattice_mass_g, found.relative_density, found.lattice_density
+    assert masses == (22.0, 11.0, 0.22, 0.11)
 
 
 def test_a_used_limit_is_the_end_whatever_ended_the_rounds(verdict):
@@ -153,13 +166,13 @@ def test_the_sentence_names_what_would_help():
 STORED = RunResult(
     status="met",
     lightest=False,
-    reason="by rounds",
-    ended_by="rounds",
+    reason="by iterations",
+    ended_by="iterations",
     limits=(row(0.94),),
     mass_g=12.5,
     iterations=(
         Iteration(
-            round=1,
+            number=1,
             lattice_mass_g=1.0,
             mass_g=2.0,
             mean_density=0.3,
@@ -187,8 +200,8 @@ STORED = RunResult(
     ),
     warnings=("a", "b"),
     plugins=("p 1.0",),
-    timing_s={"round": 3.0},
-    budget={"time_s": 1200.0, "max_rounds": 1},
+    timing_s={"iteration": 3.0},
+    budget={"time_s": 1200.0, "max_iterations": 1},
     case_hash="same",
     case_name="bar",
 )
@@ -202,13 +215,13 @@ def test_a_result_survives_its_file(tmp_path):
 def resumed(tmp_path):
     """What resuming a folder with a stored result returns, for a case with these budgets."""
 
-    def call(stored, *, time=1200.0, max_rounds=1, spoil=None):
+    def call(stored, *, time=1200.0, max_iterations=1, spoil=None):
         folder = tmp_path / "run"
         with open_run_folder(folder, "same", resume=False, overwrite=True) as out:
             write_result(out, replace(stored, folder=out.path))
             if spoil is not None:
                 (folder / "result.json").write_text(spoil, encoding="utf-8")
-            run = SimpleNamespace(time=time, max_rounds=max_rounds)
+            run = SimpleNamespace(time=time, max_iterations=max_iterations)
             return finished_result(out, SimpleNamespace(run=run, case_hash="same"))
 
     return call
@@ -216,7 +229,7 @@ def resumed(tmp_path):
 
 @pytest.mark.parametrize("end", ["tight", "stuck", "saturated", "solid", "stop_after"])
 def test_a_finished_run_returns_its_result(resumed, end):
-    found = resumed(replace(STORED, ended_by=end), time=9e9, max_rounds=99)
+    found = resumed(replace(STORED, ended_by=end), time=9e9, max_iterations=99)
     assert (found.ended_by, found.limits, found.iterations) == (
         end,
         STORED.limits,
@@ -225,14 +238,14 @@ def test_a_finished_run_returns_its_result(resumed, end):
 
 
 def test_a_run_ended_by_rounds_goes_on_with_more_of_them(resumed):
-    assert resumed(STORED).reason == "by rounds"
-    assert resumed(STORED, time=9e9).reason == "by rounds"
-    assert resumed(STORED, max_rounds=2) is None
+    assert resumed(STORED).reason == "by iterations"
+    assert resumed(STORED, time=9e9).reason == "by iterations"
+    assert resumed(STORED, max_iterations=2) is None
 
 
 def test_a_run_ended_by_time_goes_on_with_more_of_it(resumed):
     by_time = replace(STORED, ended_by="time")
-    assert resumed(by_time, max_rounds=6).ended_by == "time"
+    assert resumed(by_time, max_iterations=6).ended_by == "time"
     assert resumed(by_time, time=1500.0) is None
 
 

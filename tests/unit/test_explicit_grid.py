@@ -16,11 +16,11 @@ from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.verify import explicit_mesh
 from gradedesign.verify.explicit_mesh import (
     CoarseGridError,
-    fitting_cube,
+    fitting_spacing,
     mesh_lattice,
     predict_unknowns,
 )
-from gradedesign.verify.grid_resolution import CELL_TOLERANCE, LAYER_CUBES, cubes_per_wall
+from gradedesign.verify.grid_resolution import CELL_TOLERANCE, LAYER_ELEMENTS, elements_per_wall
 from gradedesign.verify.mesh_within_budget import mesh_within_budget
 
 EDGE = 12.0
@@ -62,15 +62,15 @@ def design_of(shape, level):
 
 def test_plane_walls_need_the_least_and_struts_more():
     walls = lookup(build_registry(), "cell_families", "primitive-sheet")
-    assert cubes_per_wall(calibrate(walls), 0.2) == LAYER_CUBES
-    assert cubes_per_wall(calibrate(STRUTS), 0.1) >= 1.75 > LAYER_CUBES
+    assert elements_per_wall(calibrate(walls), 0.2) == LAYER_ELEMENTS
+    assert elements_per_wall(calibrate(STRUTS), 0.1) >= 1.75 > LAYER_ELEMENTS
 
 
 def test_what_a_strut_needs_holds_its_volume():
     """A straight round strut on the grid that was found, against pi r^2 l."""
     calibration = calibrate(STRUTS)
     radius = float(calibration.level_of(0.1))
-    cubes = cubes_per_wall(calibration, 0.1)
+    cubes = elements_per_wall(calibration, 0.1)
     h = 2 * radius / cubes
     count = int(np.ceil(1.0 / h)) + 8
     length = (count - 4) * h
@@ -138,15 +138,15 @@ def test_what_falls_apart_on_every_grid_is_the_design():
 
 
 def test_the_fitting_cube_fits_and_a_tenth_less_does_not():
-    cube = fitting_cube(1000.0, 1e9)
+    cube = fitting_spacing(1000.0, 1e9)
     need = [
         explicit_mesh.predict_memory_bytes(predict_unknowns(1000.0, c), 2)
         for c in (cube, 0.9 * cube)
     ]
     assert need[0] <= 1e9 < need[1]
-    assert fitting_cube(1000.0, 1e6) == np.inf
+    assert fitting_spacing(1000.0, 1e6) == np.inf
 
 
 def test_a_thicker_strut_never_needs_more_cubes():
     struts = calibrate(replace(STRUTS, name="round-struts-again"))
-    assert cubes_per_wall(struts, 0.4) <= cubes_per_wall(struts, 0.05)
+    assert elements_per_wall(struts, 0.4) <= elements_per_wall(struts, 0.05)

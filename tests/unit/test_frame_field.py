@@ -8,7 +8,7 @@ from gradedesign.cell.frame_field import frame_field, principal_angle
 from gradedesign.errors import CaseError, ResourceError
 
 LOWER, UPPER = np.zeros(3), np.array([60.0, 40.0, 20.0])
-PLACES = np.array([[10.0, 30.0, 52.0], [8.0, 20.0, 33.0], [5.0, 10.0, 15.0]])
+POINTS = np.array([[10.0, 30.0, 52.0], [8.0, 20.0, 33.0], [5.0, 10.0, 15.0]])
 
 
 def uniform(matrix):
@@ -23,7 +23,7 @@ def uniform(matrix):
 def test_frames_turn_to_principal_directions(turn):
     axes = Rotation.from_euler("XYZ", turn, degrees=True).as_matrix()
     stress = axes @ np.diag([3.0, -1.0, 0.5]) @ axes.T
-    frames = frame_field(uniform(stress), LOWER, UPPER, length=5.0)(PLACES)
+    frames = frame_field(uniform(stress), LOWER, UPPER, length=5.0)(POINTS)
     for k in range(3):
         np.testing.assert_allclose(frames[:, :, k] @ frames[:, :, k].T, np.eye(3), atol=1e-12)
         inside = frames[:, :, k] @ stress @ frames[:, :, k].T
@@ -34,7 +34,7 @@ def test_frames_turn_to_principal_directions(turn):
 
 def test_one_direction_leaves_the_turn_about_it_free():
     along = np.array([np.cos(0.5), np.sin(0.5), 0.0])
-    frames = frame_field(uniform(np.outer(along, along)), LOWER, UPPER, length=5.0)(PLACES)
+    frames = frame_field(uniform(np.outer(along, along)), LOWER, UPPER, length=5.0)(POINTS)
     for k in range(3):
         assert np.abs(frames[:, :, k] @ along).max() == pytest.approx(1.0, abs=1e-4)
         np.testing.assert_allclose(frames[2, :, k], [0, 0, 1], atol=1e-5)

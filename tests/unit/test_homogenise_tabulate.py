@@ -9,6 +9,7 @@ from importlib import resources
 import numpy as np
 import pytest
 
+from gradedesign.cli import on_dask
 from gradedesign.cli import tabulate as module
 from gradedesign.errors import DensityError
 from gradedesign.homogenise.table import compute_table
@@ -86,7 +87,7 @@ def test_a_file_is_no_folder(cli, quick, tmp_path) -> None:
 
 
 def test_processes_without_dask_are_refused(cli, quick, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(module, "find_spec", lambda _: None)
+    monkeypatch.setattr(on_dask, "find_spec", lambda _: None)
     words = ("tabulate", "gyroid-network", "primitive-network", "-o", tmp_path)
     ended = cli(*words, "--workers", "2")
     assert ended.code == 2

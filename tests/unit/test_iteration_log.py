@@ -31,7 +31,7 @@ LIMITS = (
 
 def iteration(number):
     return Iteration(
-        round=number,
+        number=number,
         lattice_mass_g=1.5,
         mass_g=2.0,
         mean_density=0.25,
@@ -65,4 +65,4 @@ def test_every_field_holds_one_value_and_every_header_a_unit():
 
 def test_a_run_without_rounds_has_the_header_only():
     (line,) = iteration_log([]).splitlines()
-    assert line.startswith("round [-],mass [g]")
+    assert line.startswith("iteration [-],mass [g]")

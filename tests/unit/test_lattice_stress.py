@@ -163,7 +163,7 @@ def test_least_density_is_that_of_the_power_law_where_both_mean_the_same():
 def stress_limit(count):
     return StressLimit(
         key=LimitKey(kind="stress", region="lattice"), name="stress in lattice", allowed=6.0,
-        percentile=99.5, considered=np.ones(count, dtype=bool),
+        percentile=99.5, evaluated=np.ones(count, dtype=bool),
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Cells that a map makes at places: axes, extents, stretch."""
+"""Cells that a map makes at points: axes, extents, stretch."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,13 @@ from gradedesign.cell.local_cells import local_cells
 from gradedesign.errors import LatticeError
 from gradedesign.layout.cell_layout import cell_layout, layout_warnings
 
-PLACES = np.array([[30.0, 0.0, -35.0, 20.0], [0.0, 45.0, 0.0, 25.0], [1.0, 2.0, 3.0, -4.0]])
+POINTS = np.array([[30.0, 0.0, -35.0, 20.0], [0.0, 45.0, 0.0, 25.0], [1.0, 2.0, 3.0, -4.0]])
 TURNED = Rotation.from_euler("XYZ", (20, -35, 50), degrees=True).as_matrix()
 
 
 def test_axes_and_edges_of_a_turned_grid():
     edges = (4.0, 6.0, 9.0)
-    cells = local_cells(uniform_map(edges, rotation=TURNED), PLACES, edges)
+    cells = local_cells(uniform_map(edges, rotation=TURNED), POINTS, edges)
     for k in range(4):
         np.testing.assert_allclose(cells.axes[:, :, k], TURNED, atol=1e-12)
     np.testing.assert_allclose(cells.least, 4.0)
@@ -24,17 +24,17 @@ def test_axes_and_edges_of_a_turned_grid():
     np.testing.assert_allclose(cells.size, 6.0)  # (4 * 6 * 9)^(1/3) = 6
     np.testing.assert_allclose(cells.stretch, 1.0)
     # of a cube, the same cells are stretched by 9 / 4
-    cubes = local_cells(uniform_map(edges, rotation=TURNED), PLACES)
+    cubes = local_cells(uniform_map(edges, rotation=TURNED), POINTS)
     np.testing.assert_allclose(cubes.stretch, 2.25)
 
 
 def test_cells_about_an_axis_point_along_radius_and_turn():
     cell_map = cylindrical_map(around=40, radial_size=5, axial_size=5, inner_radius=10)
-    cells = local_cells(cell_map, PLACES)
-    radius = np.hypot(*PLACES[:2])
+    cells = local_cells(cell_map, POINTS)
+    radius = np.hypot(*POINTS[:2])
     zero = np.zeros(4)
-    np.testing.assert_allclose(cells.axes[:, 0], [*(PLACES[:2] / radius), zero], atol=1e-12)
-    turn = np.array([-PLACES[1], PLACES[0]]) / radius
+    np.testing.assert_allclose(cells.axes[:, 0], [*(POINTS[:2] / radius), zero], atol=1e-12)
+    turn = np.array([-POINTS[1], POINTS[0]]) / radius
     np.testing.assert_allclose(cells.axes[:, 1], [*turn, zero], atol=1e-12)
     np.testing.assert_allclose(cells.axes[2, 2], 1.0, atol=1e-12)
     # By hand: a cell is 2 pi r / 40 wide and 5 mm high and deep.
@@ -69,7 +69,7 @@ def test_a_shear_is_split_evenly_between_the_axes():
 
 def test_a_layout_tells_stretch_and_refuses_folds():
     cell_map = cylindrical_map(around=40, radial_size=5, axial_size=5, inner_radius=10)
-    ring = PLACES[:, :2]
+    ring = POINTS[:, :2]
     layout = cell_layout(cell_map, ring, (5.0, 5.0, 5.0))
     assert layout.least == pytest.approx(2 * np.pi * 30 / 40)
     assert layout.report["stretch"]["most"] == pytest.approx(2 * np.pi * 45 / 40 / 5, rel=1e-6)

@@ -36,7 +36,7 @@ for module, names in (
         "    run.write_text('x.txt', 'x')",
         "from gradedesign.cli.interrupt import interruptible\n"
         "with interruptible() as asked:\n"
-        "    assert not asked.asked",
+        "    assert not asked.stop_requested",
         "from gradedesign.workspace.worker_failure import Ending, worker_error\n"
         "(pathlib.Path(sys.argv[1]) / 'log.txt').write_text('bad')\n"
         "end = Ending(module='m', folder=pathlib.Path(sys.argv[1]), code=3221225477,"

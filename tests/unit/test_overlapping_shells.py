@@ -1,4 +1,4 @@
-"""Shells that overlap themselves or each other, holes by reversed shells, crumbs and strays."""
+"""Shells that overlap themselves or each other, holes by reversed shells, fragments and strays."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def many_cubes(count: int, size: float) -> np.ndarray:
     return np.concatenate([one + place for place in places])
 
 
-def test_many_crumbs_are_not_dropped():
+def test_many_fragments_are_not_dropped():
     """300 cubes of 7.5 mm^3, each under 0.1 %, 28 % of the volume together."""
     size = 7.5 ** (1 / 3)
     corners = np.concatenate([CUBE, many_cubes(300, size)])
@@ -181,9 +181,9 @@ def test_many_crumbs_are_not_dropped():
     assert report.fragments_dropped == 0
 
 
-def test_overlapping_crumbs_are_dropped():
-    crumb = box((30, 0, 0), (30.3, 0.3, 0.3))
-    volume, report = answer(np.concatenate([CUBE, crumb, crumb + 0.1]))
+def test_overlapping_fragments_are_dropped():
+    fragment = box((30, 0, 0), (30.3, 0.3, 0.3))
+    volume, report = answer(np.concatenate([CUBE, fragment, fragment + 0.1]))
     assert volume == pytest.approx(8000.0, rel=1e-12)
     assert report.fragments_dropped == 2
 

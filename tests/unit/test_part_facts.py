@@ -78,21 +78,21 @@ def test_the_holes_of_the_bracket_are_found_with_their_selectors(bracket):
 def test_chords_are_those_of_every_triangle(bracket, monkeypatch):
     _, part = bracket
     corners = corner_points(part.surface)
-    places = np.random.default_rng(7).uniform((2, 2, 2), (22, 44, 90), (60, 3)).T
-    found = chords(corners, places, np.eye(3))
+    points = np.random.default_rng(7).uniform((2, 2, 2), (22, 44, 90), (60, 3)).T
+    found = chords(corners, points, np.eye(3))
 
     def every(triangles, *_):
         return np.ones(len(triangles), dtype=bool)
 
     monkeypatch.setattr(chords_module, "_covering", every)
-    for one, other in zip(found, chords(corners, places, np.eye(3)), strict=True):
+    for one, other in zip(found, chords(corners, points, np.eye(3)), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
 def test_thickness_is_the_shortest_chord():
-    places = np.array([[5.0, 9.0], [1.0, 3.0], [0.5, 1.5]])
+    points = np.array([[5.0, 9.0], [1.0, 3.0], [0.5, 1.5]])
     box = box_surface((10.0, 4.0, 2.0))
-    assert local_thickness(box, places, np.eye(3)) == pytest.approx([2.0, 2.0])
+    assert local_thickness(box, points, np.eye(3)) == pytest.approx([2.0, 2.0])
 
 
 def test_the_centroid_is_that_of_the_volume():

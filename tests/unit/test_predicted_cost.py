@@ -13,10 +13,10 @@ from gradedesign.loop.predicted_cost import (
     mesher_tets,
     predict_cost,
 )
-from gradedesign.verify.acceptance import EDGE_PER_CUBE, choose_scope
+from gradedesign.verify.acceptance import EDGE_PER_SPACING, choose_scope
 from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_CUBE
-from gradedesign.verify.tets import CUBE_S, estimate, solve_seconds
+from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_GRID_CELL
+from gradedesign.verify.tets import GRID_CELL_S, estimate, solve_seconds
 
 #: Of `cases/mini`: its own numbers of the second round, whole lattice re-meshed.
 MINI = RunWork(
@@ -25,10 +25,11 @@ MINI = RunWork(
     adjoint_solves=1,
     explicit_dofs=282_333,
     explicit_memory=7,
-    explicit_mesh_s=CUBE_S * 14_400,
+    explicit_mesh_s=GRID_CELL_S * 14_400,
     explicit_solve_s=solve_seconds(282_333, 1),
+    whole_s=20.0,
     mesher_tets=mesher_tets(58_401),
-    rounds=6,
+    iterations=6,
 )
 
 
@@ -39,7 +40,7 @@ def test_a_measured_round_is_predicted_within_the_factor():
         (found.sizing_s, 3.7),
         (found.explicit_mesh_s, 2.6),
         (found.explicit_solve_s, 8.2),
-        (found.round_s, 15.2),
+        (found.iteration_s, 15.2),
     ):
         assert measured / WITHIN < value < measured * WITHIN
 
@@ -56,20 +57,20 @@ def test_work_counts_where_it_is_done():
     assert base.acceptance_s < more.acceptance_s < 3 * base.acceptance_s
     assert more.sizing_s == pytest.approx(2 * base.sizing_s)  # 4 solves instead of 2
     # Ten iterations size; prediction and correction take the time of two more.
-    assert base.round_s == pytest.approx(
+    assert base.iteration_s == pytest.approx(
         1.2 * base.sizing_s + base.explicit_mesh_s + base.explicit_solve_s
     )
 
 
 def test_a_run_holds_its_rounds_and_one_acceptance():
-    one, many = predict_cost(replace(MINI, rounds=1)), predict_cost(MINI)
-    assert (one.rounds, many.rounds) == (1, 3)
+    one, many = predict_cost(replace(MINI, iterations=1)), predict_cost(MINI)
+    assert (one.iterations, many.iterations) == (1, 3)
     assert one.run_s == pytest.approx(
-        MEASURED.start + one.round_s + one.second_mesh_s + one.acceptance_s
+        MEASURED.start + one.iteration_s + one.whole_s + one.acceptance_s
     )
     # Sizing plays 10, 20 and 8 iterations (`loop.round`).
     rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
-    assert many.run_s - one.run_s == pytest.approx(rounds - one.round_s)
+    assert many.run_s - one.run_s == pytest.approx(rounds - one.iteration_s)
 
 
 def test_the_first_round_replaces_the_measured_speeds():
@@ -79,7 +80,7 @@ def test_the_first_round_replaces_the_measured_speeds():
     assert found.sizing_s == pytest.approx(40.0)
     assert found.explicit_mesh_s == pytest.approx(30.0)
     assert found.explicit_solve_s == pytest.approx(100.0)
-    assert found.round_s == pytest.approx(178.0)
+    assert found.iteration_s == pytest.approx(178.0)
     assert found.learned
     # No round runs the mesher: it is as much slower as the solve was.
     slower = 100.0 / predict_cost(MINI).explicit_solve_s
@@ -94,18 +95,20 @@ def test_a_stage_that_is_missing_teaches_nothing():
 def test_tetrahedra_are_estimated_before_they_are_made():
     # A box of 8 x 4 x 4 mm on cubes of 1 mm, two to spare at every face, 100 mm^3 of it solid.
     found = estimate(PlannedSolid(box=(8.0, 4.0, 4.0), volume=100.0, load_cases=3), 1.0)
-    assert found.mesh_s == pytest.approx(CUBE_S * 12 * 8 * 8)
+    assert found.mesh_s == pytest.approx(GRID_CELL_S * 12 * 8 * 8)
     # 14 tetrahedra a cube of solid and 5.1 unknowns each are expected, 5.4 are allowed for.
     assert found.surface_tets == pytest.approx(1400.0)
     assert found.unknowns == pytest.approx(7140, abs=1)
-    assert found.memory_bytes == predict_memory_bytes(int(100 * TETS_PER_CUBE * DOFS_PER_TET), 2)
+    assert found.memory_bytes == predict_memory_bytes(
+        int(100 * TETS_PER_GRID_CELL * DOFS_PER_TET), 2
+    )
     # Two further load cases add 45 % each.
     assert found.solve_s == pytest.approx(1.9 * solve_seconds(found.unknowns, 1))
 
 
 def test_scope_follows_stated_budgets():
     # 400 tetrahedra a second, a sixth of the stated time: by definition.
-    most = 400.0 * EDGE_PER_CUBE**3 * 1200.0 / 6.0
+    most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 6.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
     assert choose_scope("auto", 1.01 * most, 1200.0) == "windows"
     assert choose_scope("whole", 1e9, 1.0) == "whole"

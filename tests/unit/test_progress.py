@@ -128,7 +128,7 @@ def test_a_status_names_steps_share_times_and_memory():
     values = {"step_s": 12.4, "elapsed_s": 3700.0, "budget_s": 7200.0, "memory_GB": 3.14}
     text = status_text(steps, values)
     assert text == "2 of 8 at most: multigrid, 25 %, 12 s; 1:01:40 of 2:00:00; 3.1 GB"
-    assert STATUS.fullmatch(f"round       {text}") is None  # an hour more
+    assert STATUS.fullmatch(f"iteration   {text}") is None  # an hour more
     assert clock(59.6) == "1:00"
 
 
@@ -139,7 +139,7 @@ def test_memory_counts_this_process():
 def test_without_a_terminal_a_line_tells_where_the_computation_stands(talkative, capsys):
     seen = ""
     with ProgressLines(budget_s=90.0) as progress:
-        progress(Event(stage="round", message="started"))
+        progress(Event(stage="iteration", message="started"))
         with stepping("2 of 8 at most"):
             report_step("multigrid", 0.25)
             for _ in range(2000):  # the thread's turn comes; nothing is timed
@@ -149,7 +149,7 @@ def test_without_a_terminal_a_line_tells_where_the_computation_stands(talkative,
                 time.sleep(0.005)
     (line, *_) = [line for line in seen.splitlines() if "2 of 8" in line]
     assert STATUS.fullmatch(line)
-    assert line.startswith("round       2 of 8 at most: multigrid, 25 %, ")
+    assert line.startswith("iteration   2 of 8 at most: multigrid, 25 %, ")
     assert " of 1:30; " in line
 
 
@@ -221,7 +221,7 @@ def test_every_long_command_shows_progress():
     """Those that compute, beside `run` and `check`, which are tried above."""
     folder = Path(progress_lines.__file__).parent
     for name in (
-        "run", "generate", "check", "homogenise", "tabulate", "validate",
+        "run", "generate", "check", "homogenise", "tabulate", "sweep", "validate",
     ):  # fmt: skip
         assert "with ProgressLines(" in (folder / f"{name}.py").read_text(encoding="utf-8"), name
 

@@ -236,7 +236,7 @@ def test_body_inside_a_void_is_a_second_body():
         build_surface(nested)
 
 
-def test_row_24_crumbs_are_dropped():
+def test_row_24_fragments_are_dropped():
     _, report = check_solid(np.concatenate([BOX, 0.05 * BOX + 20.0]), 1000.0)
     assert report.fragments_dropped == 1
     assert "fragments dropped" in report.warnings[0]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_parts import WALLS
+from small_parts import WALLS, box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
@@ -28,31 +28,22 @@ from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
-CASE = """\
-[case]
-name = "arch"
-[part]
-box = ["24 mm", "12 mm", "12 mm"]
-mesh_size = "6 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[region.floor]
-plane = "z = min"
-[region.top]
-plane = "z = max"
-[material]
-name = "Ti-6Al-4V"
-[[load_case]]
-name = "shear"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+CASE = (
+    held_bar(
+        box_part(24, 12, 12, 6),
+        name="arch",
+        material='name = "Ti-6Al-4V"',
+        regions='[region.floor]\nplane = "z = min"\n[region.top]\nplane = "z = max"\n',
+        load_case="shear",
+        force="0 N, 0 N, -400 N",
+    )
+    + """\
 [limits]
 safety_factor = 2
 [lattice]
 cell = "walls"
 """
+)
 UNEVEN = CellFamily(
     name="uneven", shape=lambda u: np.abs(np.cos(2 * np.pi * u).sum(axis=0)), sides=2
 )
@@ -130,7 +121,7 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     widest = 2 * np.pi * np.hypot(x, z) / 38
     own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
     narrowest = wall_mm(calibrate(WALLS), 0.25, least)
-    wall = cube * setup.cells.cubes_per_wall
+    wall = cube * setup.cells.elements_per_wall
     assert wall == pytest.approx(float(own), rel=0.06)
     assert wall > 1.04 * narrowest
     design = build_design(setup.problem, setup.cells, grid)
@@ -250,9 +241,9 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     assert report["size_error"]["error"]["p95"] < 0.15
     grid = density_grid(made.problem, rho)
     # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
-    wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.cubes_per_wall
+    wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.elements_per_wall
     assert 1.7 < wall <= 2.0
-    places = centroids(setup.problem.space.mesh)
+    points = centroids(setup.problem.space.mesh)
     for q in range(4):
         axes = local_cells(
             made.cells.layout.cell_map, element_points(setup.problem.space)[:, :, q]
@@ -261,20 +252,20 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     design = build_design(made.problem, made.cells, grid)
     assert design.cell_map is made.cells.layout.cell_map
     # Density stays what sizing chose: the level is set in cell units.
-    np.testing.assert_allclose(density_at(design, places), rho, atol=0.02)
+    np.testing.assert_allclose(density_at(design, points), rho, atol=0.02)
 
 
 def test_size_and_wall_follow_by_the_ratio_rule(tmp_path, registry):
     text = 'size = ["8 mm", "10 mm"]\ngrading = "ratio"\ndensity = [0.3, 0.5]\n'
     setup, made, _ = graded(tmp_path, registry, text, 0.3, 0.5)
     assert setup.cells.bounds == (0.3, 0.5)
-    u, places = made.cells.layout.cell_map, np.array([[5.0, 55.0], [10.0, 10.0], [10.0, 10.0]])
+    u, points = made.cells.layout.cell_map, np.array([[5.0, 55.0], [10.0, 10.0], [10.0, 10.0]])
     # Dense zones get the small cells; the scale of filters does not move with the design.
-    np.testing.assert_allclose(local_cells(u, places).size, [10, 8], rtol=0.04)
+    np.testing.assert_allclose(local_cells(u, points).size, [10, 8], rtol=0.04)
     assert made.cells.layout.typical == setup.cells.layout.typical == pytest.approx(np.sqrt(80))
     # The range belongs to the bounds of sizing: half of them uses half of the sizes.
     half = with_cells(setup, np.full(setup.model.volumes.size, 0.3))
-    np.testing.assert_allclose(local_cells(half.cells.layout.cell_map, places).size, 10, rtol=1e-6)
+    np.testing.assert_allclose(local_cells(half.cells.layout.cell_map, points).size, 10, rtol=1e-6)
 
 
 def test_other_gradings_keep_their_cells(tmp_path, registry):

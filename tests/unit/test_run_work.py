@@ -11,7 +11,7 @@ from gradedesign.loop.predicted_cost import WITHIN, predict_cost
 from gradedesign.loop.run_work import guessed_density, run_work
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.setup import prepare
-from gradedesign.verify.tets import CUBE_S
+from gradedesign.verify.tets import GRID_CELL_S
 
 MINI = Path(__file__).parents[2] / "cases" / "mini"
 
@@ -20,7 +20,7 @@ MINI = Path(__file__).parents[2] / "cases" / "mini"
 def setup():
     case = gradedesign.load_case(MINI)
     # The grid on which the rounds below were measured.
-    finer = case.run.model_copy(update={"mesh_cubes_per_wall": 1.6})
+    finer = case.run.model_copy(update={"elements_per_wall": 1.6})
     return prepare(case.model_copy(update={"run": finer}), build_registry())
 
 
@@ -37,7 +37,7 @@ def test_the_explicit_lattice_of_mini_is_predicted(setup):
     work = run_work(setup, [solid(0.19), solid(0.054, "stress")])
     for measured in (246_273, 340_776):
         assert measured / WITHIN < work.explicit_dofs < measured * WITHIN
-    assert work.explicit_mesh_s == pytest.approx(CUBE_S * 15_000, rel=0.15)
+    assert work.explicit_mesh_s == pytest.approx(GRID_CELL_S * 15_000, rel=0.15)
     assert (work.part_dofs, work.load_cases, work.adjoint_solves) == (4131, 1, 1)
     # The case asks for the whole lattice: 53 739 tetrahedra by the mesher.
     assert 53_739 / WITHIN < work.mesher_tets < 53_739 * WITHIN

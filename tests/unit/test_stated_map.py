@@ -42,8 +42,8 @@ def mapped(folder, text, family=WALLS):
         window=calibration.window,
         level_of=calibration.level_of,
     )
-    places = lattice_points(domain)
-    return stated_map(case, part, calibration, density, domain.distance, places)
+    points = lattice_points(domain)
+    return stated_map(case, part, calibration, density, domain.distance, points)
 
 
 def test_a_straight_grid_has_one_size_and_no_shear(tmp_path):

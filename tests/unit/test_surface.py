@@ -211,7 +211,7 @@ def test_inside_corners_of_an_ambiguous_face_are_joined():
     assert shells((2, 2, 2), (3, 3, 3)) == 2
 
 
-def test_rounding_on_a_plane_of_nodes_leaves_no_crumbs():
+def test_rounding_on_a_plane_of_nodes_leaves_no_fragments():
     """Half space x < 1 with nodes on x = 1, whose values are rounding of either sign."""
     rng = np.random.default_rng(29)
 

@@ -71,11 +71,11 @@ def problem_of(model, limit, *, stress=None, target=1.0):
     count = model.space.element_count
     judged = ()
     if stress is not None:
-        considered = centroids(model.space.mesh)[2] < 36.0
+        evaluated = centroids(model.space.mesh)[2] < 36.0
         judged = (
             StressLimit(
                 key=LimitKey(kind="stress", region="lattice"), name="stress in lattice",
-                allowed=stress, percentile=99.5, considered=considered,
+                allowed=stress, percentile=99.5, evaluated=evaluated,
             ),
         )  # fmt: skip
     return SizingProblem(

@@ -61,7 +61,7 @@ def test_mean_density_at_two_millimetres(surface, bounds, mean_at_most):
             ),
             StressLimit(
                 key=LimitKey(kind="stress", region="lattice"), name="stress in lattice",
-                allowed=50.0, percentile=99.5, considered=centres[0] > 2 * MESH_SIZE,
+                allowed=50.0, percentile=99.5, evaluated=centres[0] > 2 * MESH_SIZE,
             ),
         ),
         bounds=bounds,

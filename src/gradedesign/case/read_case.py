@@ -13,18 +13,20 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from gradedesign.case.checks import case_warnings, cross_problems, reference_problems
+from gradedesign.case.key_path import with_values
 from gradedesign.case.limits_schema import LimitEntry, LimitsSpec, with_limit_entries
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
 from gradedesign.case.table import Table
-from gradedesign.case.toml_lines import key_lines
+from gradedesign.case.toml_lines import Key, key_lines
 from gradedesign.errors import CaseError
 
 log = logging.getLogger(__name__)
@@ -36,6 +38,9 @@ _FILE_NAME = "case.toml"
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
+#: A case as its file states it.
+NO_VALUES: Mapping[str, Any] = MappingProxyType({})
+
 #: Lists of ``[limits]`` that kinds of limits bring; called only where a file names one.
 LimitEntries: TypeAlias = Callable[[], Mapping[str, type[LimitEntry]]]
 
@@ -46,7 +51,11 @@ def no_entries() -> Mapping[str, type[LimitEntry]]:
 
 
 def load_case(
-    path: str | Path, *, allow_outside: bool = False, entries: LimitEntries = no_entries
+    path: str | Path,
+    *,
+    allow_outside: bool = False,
+    entries: LimitEntries = no_entries,
+    values: Mapping[str, Any] = NO_VALUES,
 ) -> Case:
     """Read and check a case file.
 
@@ -58,6 +67,8 @@ def load_case(
         Whether the part file may lie outside the folder of the case.
     entries : callable
         What registered kinds of limits add to ``[limits]``, see `LimitEntries`.
+    values : mapping of dotted key to value
+        As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
     Returns
     -------
@@ -71,7 +82,12 @@ def load_case(
         right.
     """
     content, file, lines = read_layout(
-        path, CaseFile, allow_outside=allow_outside, across=cross_problems, entries=entries
+        path,
+        CaseFile,
+        allow_outside=allow_outside,
+        across=cross_problems,
+        entries=entries,
+        values=values,
     )
     orientation = content.lattice.orientation
     tables = {name: getattr(content, name) for name in CaseFile.model_fields if name != "case"}
@@ -102,6 +118,7 @@ def read_layout(
     allow_outside: bool,
     across: Callable[[Layout], Iterable[Problem]],
     entries: LimitEntries = no_entries,
+    values: Mapping[str, Any] = NO_VALUES,
 ) -> tuple[Layout, Path, dict[str, int]]:
     """Read a case file into a layout of tables.
 
@@ -117,6 +134,8 @@ def read_layout(
         Finds values of different tables that contradict each other.
     entries : callable
         What registered kinds of limits add to ``[limits]``.
+    values : mapping of dotted key to value
+        They replace those of the file.
 
     Returns
     -------
@@ -131,13 +150,9 @@ def read_layout(
     CaseError
         With every problem.
     """
-    file = _case_file(Path(path))
-    text = _read_text(file)
-    try:
-        lines = key_lines(text)
-    except CaseError as error:
-        raise CaseError(f"{file}: {error}") from None
-    data = _parse(text, file)
+    file = case_file(Path(path))
+    data, lines = read_toml(file)
+    data = with_values(data, values)
     layout = with_limit_entries(layout, _named_entries(data, entries))
     content, problems = _validate(data, file.parent, layout, allow_outside=allow_outside)
     problems.extend(reference_problems(data))
@@ -146,6 +161,22 @@ def read_layout(
     if content is None or problems:
         raise case_error(file, lines, problems)
     return content, file, {dotted(key): line for key, line in lines.items()}
+
+
+def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
+    """Content of a TOML file of at most 1 MB, and the line of every key.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be read, is no TOML, or is nested beyond what any case needs.
+    """
+    text = _read_text(file)
+    try:
+        lines = key_lines(text)
+    except CaseError as error:
+        raise CaseError(f"{file}: {error}") from None
+    return _parse(text, file), lines
 
 
 def _named_entries(
@@ -164,7 +195,14 @@ def _named_entries(
     return {name: entry for name, entry in brought.items() if name in more or more - set(brought)}
 
 
-def _case_file(path: Path) -> Path:
+def case_file(path: Path) -> Path:
+    """The case file, absolute, of its path or of its folder's.
+
+    Raises
+    ------
+    CaseError
+        If there is none.
+    """
     try:
         file = path / _FILE_NAME if path.is_dir() else path
         if not file.exists():
@@ -266,9 +304,9 @@ def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
 
-    Budgets of time, memory and rounds do not count, nor do the formats that are written: with more
-    of them, or without one that cannot be written, a run that ended early resumes from the stages
-    it finished.
+    Budgets of time, memory and iterations do not count, nor do the formats that are written: with
+    more of them, or without one that cannot be written, a run that ended early resumes from the
+    stages it finished.
 
     Parameters
     ----------
@@ -289,7 +327,7 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
         exclude={
             "output": True,
             "part": {"file"},
-            "run": {"time", "memory", "max_rounds"},
+            "run": {"time", "memory", "max_iterations"},
             "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},
         },
     )

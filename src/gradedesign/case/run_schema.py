@@ -21,7 +21,7 @@ from gradedesign.case.value_types import (
 #: Formats that are no exporter's: fields of the analyses, and the report.
 OWN_FORMATS = ("vtu", "report")
 _FORMATS = ("stl", *OWN_FORMATS)
-_SOLVER, _ANALYSIS, _MESHER = "multigrid", "tets", "pytetwild"
+_SOLVER, _ANALYSIS, _MESHER = "multigrid", "auto", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -84,27 +84,28 @@ class RunSpec(Table):
     time: Annotated[float, Quantity("time", at_least=1.0)] = 3600.0
     """Budget in seconds."""
     acceptance: Annotated[str, Choice(("auto", "whole", "windows"))] = "auto"
-    """Whether the whole lattice or its most stressed windows are meshed again for the verdict."""
-    max_rounds: Annotated[int, Whole(1, 100)] = 6
-    """Rounds of correction."""
+    """Whether the whole lattice or its most stressed submodels are meshed again for the verdict."""
+    max_iterations: Annotated[int, Whole(1, 100)] = 6
+    """Iterations of the loop, each a sizing and an explicit analysis, at most."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
-    """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface,
-    ``finite-cells``, quadratic bricks that its surface cuts, or one that a plugin supplies."""
+    """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface;
+    ``finite-cells``, quadratic bricks that its surface cuts; or one that a plugin supplies.
+    ``auto``: tetrahedra, or finite cells where these let density fall lower in the same memory."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
     plugin."""
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""
-    mesh_cubes_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
-    """Grid cubes of the explicit mesh across the thinnest wall; measured on the cell by default:
+    elements_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
+    """Elements of the explicit grid across the thinnest wall; measured on the cell by default:
     1.25 for walls, 2 to 2.5 for struts."""
     window_count: Annotated[int, Whole(1, 64)] = 2
-    """Windows analysed for acceptance."""
+    """Submodels analysed for acceptance."""
     explicit_mesh_size: Size | None = None
-    """Cube edge of the explicit mesh in mm, instead of ``mesh_cubes_per_wall``."""
+    """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""
 
 
 class OutputSpec(Table):

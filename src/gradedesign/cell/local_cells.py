@@ -1,4 +1,4 @@
-"""The cells that a map makes at places: their axes, and how thin, wide and long they are."""
+"""The cells that a map makes at points: their axes, and how thin, wide and long they are."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gradedesign.cell.cell_map import CellMap
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LocalCells:
-    """Cells at places, from the derivative of their map.
+    """Cells at points, from the derivative of their map.
 
     With singular values ``s`` of du/dx, a distance d in cell units is between ``d / max(s)`` and
     ``d / min(s)`` mm: walls are at least ``least`` times as thick as in cell units.
@@ -60,7 +60,7 @@ def local_cells(
     Returns
     -------
     LocalCells
-        Where the map is singular: global axes and the map's typical size, for places that hold no
+        Where the map is singular: global axes and the map's typical size, for points that hold no
         lattice.
 
     Notes

@@ -57,7 +57,7 @@ class MapReport:
     name : str
         Of the map.
     points : int
-        Places looked at.
+        Points looked at.
     size : Spread, mm
         Local sizes ``1 / |grad(u_i)|``, the three axes pooled.
     size_by_axis : (Spread, Spread, Spread), mm
@@ -68,7 +68,7 @@ class MapReport:
     folds : float
         Share of volume in which the cells are turned inside out, det(du/dx) <= 0.
     fold_at : (float, float, float) or None, mm
-        The worst of these places.
+        The worst of these points.
     size_error : SizeError or None
         If sizes were wanted.
     """

@@ -14,8 +14,8 @@ from gradedesign.cell.cell import Cell
 from gradedesign.cell.transition import CellTransition, Scale, cell_transition
 from gradedesign.errors import LatticeError
 
-#: Pieces below this share of the solid are crumbs of the grid.
-CRUMB = 1e-3
+#: Pieces below this share of the solid are fragments that the grid makes.
+FRAGMENT_SHARE = 1e-3
 #: Least area of solid across a transition, over its density, that is no bottleneck.
 LEAST_AREA = 0.15
 _SHIFTS = (
@@ -32,7 +32,7 @@ class Neck:
     Attributes
     ----------
     pieces : int
-        Connected pieces of the solid, without crumbs and without what only the ends cut off.
+        Connected pieces of the solid, without fragments and without what only the ends cut off.
     floating : float
         Share of the solid in pieces that touch no end.
     width : float, cells
@@ -95,19 +95,19 @@ def measure_neck(
     at_ends = np.unique(np.concatenate([labels[0].ravel(), labels[-1].ravel()]))
     inner = np.setdiff1d(np.arange(1, count + 1), at_ends)
     total = int(sizes.sum())
-    big = np.flatnonzero(sizes > CRUMB * total) + 1
+    big = np.flatnonzero(sizes > FRAGMENT_SHARE * total) + 1
     main = int(np.argmax(sizes)) + 1 if count else 0
     through = _through(labels, main)
     # What the cut at an end parts from the rest is whole in the bar's continuation.
     cut_off = [n for n in big if n != main and not through and n in at_ends]
-    loose = [n for n in big if n != main and n in inner]
+    disconnected = [n for n in big if n != main and n in inner]
     area = solid.mean(axis=(1, 2)) / density
     widths = [
         _width(_pure(transition, weight, resolution, pure) <= density, resolution)
         for weight in (0.0, 1.0)
     ]
     return Neck(
-        pieces=1 + len(loose) + len(cut_off),
+        pieces=1 + len(disconnected) + len(cut_off),
         floating=float(sizes[inner - 1].sum() / total) if inner.size else 0.0,
         width=_width(solid, resolution),
         first_width=widths[0],

@@ -184,7 +184,7 @@ def _checked_sizes(size_of: Field, centres: FloatArray, steps: FloatArray) -> Fl
         x, y, z = centres[:, bad][:, 0]
         raise DensityError(
             f"the size field is {size[bad][0]:g} mm at ({x:.4g}, {y:.4g}, {z:.4g}) mm and not "
-            f"positive at {np.count_nonzero(bad)} of {bad.size} places; expected positive sizes"
+            f"positive at {np.count_nonzero(bad)} of {bad.size} points; expected positive sizes"
         )
     if steps.max() * LEAST_STEPS > size.min() * (1 + 1e-9):
         raise CaseError(

@@ -19,9 +19,9 @@ from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
-from gradedesign.verify.phases import considered_at
+from gradedesign.verify.phases import evaluated_at
 
-#: Places at which the part's thickness is measured.
+#: Points at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
 #: Shares of the part's volume at which its thickness is told.
 THICKNESS_SHARES = (5, 25, 50, 75, 95)
@@ -107,7 +107,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
 
 
 def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
-    """Thickness of the part along the axes of its cells, at places ``(3, n)`` inside it."""
+    """Thickness of the part along the axes of its cells, at points ``(3, n)`` inside it."""
     every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
     axes = turned_axes(known.case.lattice.rotation)
     lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
@@ -121,10 +121,10 @@ def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
 
 def _left_out(known: ResolvedCase) -> tuple[str, ...]:
     """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
-    case, places = known.case, known.layout.places
-    if allowed_stress(case, known.material) is None or not places.size:
+    case, points = known.case, known.layout.points
+    if allowed_stress(case, known.material) is None or not points.size:
         return ()
     radius = exclusion_radius(case)
     names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
     clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
-    return share_warnings(1.0 - float(considered_at(places, clamped, radius).mean()), radius)
+    return share_warnings(1.0 - float(evaluated_at(points, clamped, radius).mean()), radius)

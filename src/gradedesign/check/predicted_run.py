@@ -13,12 +13,13 @@ from gradedesign.loop.predicted_cost import (
     mesher_tets,
     predict_cost,
 )
-from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable, analysable_bounds
+from gradedesign.loop.printed_stage import whole_seconds
+from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.resolve.resolved_case import ResolvedCase
+from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
-from gradedesign.verify.windows import MARGIN
+from gradedesign.verify.windows import BUFFERS
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -32,15 +33,15 @@ class PredictedGrid:
 
     Attributes
     ----------
-    cube : float, mm
-        Edge of its cubes.
+    spacing : float, mm
+        Edge of its elements.
     set_by : str
         The thinnest thing that it must resolve, in words.
     wall : float, mm
         Thinnest wall or strut.
     """
 
-    cube: float
+    spacing: float
     set_by: str
     wall: float
 
@@ -82,9 +83,9 @@ class PredictedRun:
         return self.law_s + self.cost.run_s
 
     @property
-    def round_s(self) -> float:
-        """One round, s."""
-        return self.cost.round_s
+    def iteration_s(self) -> float:
+        """One iteration, s."""
+        return self.cost.iteration_s
 
 
 def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
@@ -94,7 +95,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     ----------
     known : ResolvedCase
     inside : int
-        How many of the places that fill the part's box lie in it; `ResolvedCase.layout` has those
+        How many of the points that fill the part's box lie in it; `ResolvedCase.layout` has those
         of the lattice.
 
     Returns
@@ -102,13 +103,10 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     PredictedRun
     """
     case = known.case
-    share = known.layout.places.shape[1] / max(inside, 1)
-    able = analysable_bounds(
-        case,
-        known.cell,
+    share = known.layout.points.shape[1] / max(inside, 1)
+    able = analysable_lattice(
+        known,
         known.bounds,
-        known.layout.least,
-        known.analysis,
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -119,11 +117,11 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     explicit = case.run.stop_after == "verdict"
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
-    size = known.analysis.estimate(planned, grid.cube) if explicit else NO_ANALYSIS
+    size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     tets = size.surface_tets
     scope = case.run.acceptance
     scope = choose_scope(scope, tets, case.run.time)
-    edges = np.minimum((1 + 2 * MARGIN) * known.layout.typical, np.ptp(_corners(known), axis=0))
+    edges = np.minimum((1 + 2 * BUFFERS[0]) * known.layout.typical, np.ptp(_corners(known), axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
@@ -133,8 +131,9 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
+        whole_s=whole_seconds(planned, grid.spacing) if explicit else 0.0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
-        rounds=case.run.max_rounds if explicit else 1,
+        iterations=case.run.max_iterations if explicit else 1,
     )
     return PredictedRun(
         density=density,
@@ -154,23 +153,23 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
     wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
-    layer = known.analysis.elements_per_layer
-    cubes = {
+    layer = able.analysis.elements_per_layer
+    spacings = {
         f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
-        / able.cubes_per_wall
+        / able.elements_per_wall
     }
     if case.lattice.skin is not None:
-        cubes[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / layer
+        spacings[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / layer
     for keep in case.keep:
         if keep.margin > 0:
-            cubes[f"the margin of the solid region '{keep.region}', {keep.margin:g} mm"] = (
+            spacings[f"the margin of the solid region '{keep.region}', {keep.margin:g} mm"] = (
                 keep.margin / layer
             )
-    set_by = min(cubes, key=cubes.__getitem__)
-    cube = cubes[set_by]
+    set_by = min(spacings, key=spacings.__getitem__)
+    spacing = spacings[set_by]
     if case.run.explicit_mesh_size is not None:
-        set_by, cube = "[run] explicit_mesh_size", case.run.explicit_mesh_size
-    return PredictedGrid(cube=cube, set_by=set_by, wall=wall)
+        set_by, spacing = "[run] explicit_mesh_size", case.run.explicit_mesh_size
+    return PredictedGrid(spacing=spacing, set_by=set_by, wall=wall)
 
 
 def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
@@ -181,8 +180,8 @@ def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
         remarks.append(
             f"the explicit analysis is predicted to take {run.cost.memory_bytes / 1e9:.2g} GB, "
             f"more than the {limits.memory / 1e9:.2g} GB of [run] memory; its grid of "
-            f"{run.grid.cube:.3g} mm is set by {run.grid.set_by}: a coarser one of "
-            f"{factor * run.grid.cube:.3g} mm would fit"
+            f"{run.grid.spacing:.3g} mm is set by {run.grid.set_by}: a coarser one of "
+            f"{factor * run.grid.spacing:.3g} mm would fit"
         )
     if run.run_s > limits.time:
         remarks.append(

@@ -12,6 +12,11 @@ from gradedesign.errors import Interrupted
 __all__ = ["main"]
 
 INTERRUPTED = 130
+#: How an interrupted command goes on.
+RESUMABLE = {
+    "run": "; go on with the same command and --resume",
+    "sweep": "; go on with the same command",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -31,6 +36,5 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             run_command(words, interruption)
         except Interrupted:
             command = next((word for word in words if not word.startswith("-")), "")
-            resumable = "; go on with the same command and --resume" if command == "run" else ""
-            sys.stderr.write(f"interrupted{resumable}\n")
+            sys.stderr.write(f"interrupted{RESUMABLE.get(command, '')}\n")
             sys.exit(INTERRUPTED)

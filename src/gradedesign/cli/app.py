@@ -226,6 +226,9 @@ def homogenise(
     buckling: Annotated[
         bool, typer.Option("--buckling", help="Also the stresses that buckle the cell: minutes.")
     ] = False,
+    eigen_solver: Annotated[
+        str, typer.Option("--eigen-solver", help="Of --buckling: lanczos, scipy or a plugin's.")
+    ] = "lanczos",
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -242,10 +245,44 @@ def homogenise(
         poissons_ratio=nu,
         output=output,
         conductivity=conductivity,
-        buckling=buckling,
+        buckling=eigen_solver if buckling else None,
         strict_plugins=strict_plugins,
         as_json=as_json,
     )
+
+
+@app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(help="The study: a case and values of its keys.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder; a sweep there goes on [runs/<study name>]."),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", min=1, help="Processes; several need dask [by processors and memory]."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a running dask cluster.")
+    ] = None,
+    allow_outside: Outside = False,
+    strict_plugins: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run many designs of one case, into one table and one plot of mass against limits."""
+    from gradedesign.cli.sweep import SweepRequest
+    from gradedesign.cli.sweep import sweep as command
+
+    request = SweepRequest(
+        workers=workers,
+        scheduler=scheduler,
+        allow_outside=allow_outside,
+        strict_plugins=strict_plugins,
+        as_json=as_json,
+    )
+    raise typer.Exit(command(study, output, request))
 
 
 @app.command()
@@ -319,11 +356,14 @@ def schema(
     stated_density: Annotated[
         bool, typer.Option("--generate", help="Of the case of `gradedesign generate`.")
     ] = False,
+    study: Annotated[
+        bool, typer.Option("--study", help="Of the study of `gradedesign sweep`.")
+    ] = False,
 ) -> None:
     """Print the JSON schema of case files, for completion and checks in editors."""
     from gradedesign.cli.schema import schema as command
 
-    command(output, stated_density=stated_density)
+    command(output, stated_density=stated_density, study=study)
 
 
 @app.command()
@@ -353,7 +393,7 @@ def run_command(words: Sequence[str], interruption: Interruption) -> NoReturn:
     try:
         app(words)
     except Exception as error:
-        if interruption.asked:
+        if interruption.stop_requested:
             raise Interrupted from error
         _end(error, debug=debug)
     sys.exit(0)
@@ -365,7 +405,7 @@ def _end(error: Exception, *, debug: bool) -> NoReturn:
         _fail(str(error), error.exit_code, debug=debug)
     if isinstance(error, MemoryError):
         _fail(
-            "out of memory; choose a coarser part.mesh_size or a smaller run.mesh_cubes_per_wall",
+            "out of memory; choose a coarser part.mesh_size or a smaller run.elements_per_wall",
             ResourceError.exit_code,
             debug=debug,
         )

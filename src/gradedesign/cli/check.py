@@ -239,7 +239,7 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
     cost = run.cost
     exact = "" if checked.known.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(checked)}"
-    yield f"explicit grid: {run.grid.cube:.3g} mm, set by {run.grid.set_by}"
+    yield f"explicit grid: {run.grid.spacing:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:
         yield (
             f"explicit lattice: about {cost.explicit_dofs / 1e6:.2g} M unknowns at mean density "
@@ -253,7 +253,7 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
         yield f'explicit lattice: none, [run] stop_after = "{budget.stop_after}"'
     yield (
         f"time: about {_duration(run.run_s)} of {_duration(budget.time)} allowed, "
-        f"{_duration(run.round_s)} a round on two idle cores"
+        f"{_duration(run.iteration_s)} an iteration on two idle cores"
     )
 
 

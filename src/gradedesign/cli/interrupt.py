@@ -27,13 +27,13 @@ class Interruption:
     """
 
     def __init__(self) -> None:
-        self.asked = False
+        self.stop_requested = False
 
     def ask(self, number: int, frame: FrameType | None) -> None:
         """Handle a signal that asks to end, or the timer that repeats it."""
         del number, frame
-        if not self.asked:
-            self.asked = True
+        if not self.stop_requested:
+            self.stop_requested = True
             _repeat(AGAIN_S, AGAIN_S)
         if not _on_its_way(sys.exception()):
             raise Interrupted

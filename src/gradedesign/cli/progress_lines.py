@@ -25,6 +25,8 @@ from gradedesign.workspace.progress import Event, Step, Watch, watching
 
 #: Seconds without a line after which one is printed, where there is no terminal.
 SILENCE = 7.0
+#: Seconds to the first of these lines: Python took some to start, in silence.
+FIRST = 3.0
 #: Seconds without a line after which one is printed before a step that lets no thread run.
 BLOCKED = 2.0
 #: Seconds between looks at the steps.
@@ -36,7 +38,7 @@ STAGE = 12
 
 
 class ProgressLines:
-    """A listener that prints a line per stage and round, and while a step takes long.
+    """A listener that prints a line per stage and iteration, and while a step takes long.
 
     Use it as a context manager around the computation, or as a mere listener, which shows no steps.
 
@@ -68,6 +70,7 @@ class ProgressLines:
         self._sizing = 0
         self._watch = Watch(before_blocking=self._speak_before)
         self._began = self._spoke = self._entered = time.monotonic()
+        self._patience = min(FIRST, SILENCE)
         self._stop, self._lock = threading.Event(), threading.Lock()
         self._thread: threading.Thread | None = None
         self._exits = ExitStack()
@@ -165,6 +168,7 @@ class ProgressLines:
             lines = wrapped(f"{stage:<{STAGE - 1}} {message}", hang=STAGE)
             say("\n".join(lines), err=self._err)
             self._spoke = time.monotonic()
+            self._patience = SILENCE
 
     def _beat(self) -> None:
         """Give a sign of life until the computation ends."""
@@ -175,7 +179,7 @@ class ProgressLines:
                 text = f"{event.stage:<{STAGE - 1}} {event.message}"
                 lines = wrapped(text, width=width_now() - 1, hang=STAGE)
                 live.update(Text("\n".join(lines), style="dim"), refresh=True)
-            elif time.monotonic() - self._spoke >= SILENCE:
+            elif time.monotonic() - self._spoke >= self._patience:
                 event = self.status()
                 self._print(event.stage, event.message)
 

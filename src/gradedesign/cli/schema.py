@@ -1,4 +1,4 @@
-"""``gradedesign schema``: the JSON schema of case files, for editors."""
+"""``gradedesign schema``: the JSON schemas of case and study files, for editors."""
 
 from __future__ import annotations
 
@@ -8,19 +8,26 @@ from pathlib import Path
 from gradedesign.case.generate_schema import GenerateFile
 from gradedesign.case.schema import CaseFile, schema_json
 from gradedesign.cli.show import print_json, print_text
+from gradedesign.errors import CaseError
 from gradedesign.plugin.read_case import entries_of
+from gradedesign.sweep.study_schema import StudyFile
 from gradedesign.workspace.atomic import write_text
 
 
-def schema(output: Path | None, *, stated_density: bool) -> None:
+def schema(output: Path | None, *, stated_density: bool, study: bool) -> None:
     """Print the schema, or write it to a file.
 
     Raises
     ------
     CaseError
-        If the file cannot be written.
+        If the file cannot be written, or two kinds of files are asked for.
     """
-    data = schema_json(GenerateFile if stated_density else CaseFile, entries_of(None))
+    if study and stated_density:
+        raise CaseError("--study and --generate exclude each other; choose one")
+    if study:
+        data = schema_json(StudyFile)
+    else:
+        data = schema_json(GenerateFile if stated_density else CaseFile, entries_of(None))
     if output is None:
         print_json(data)
         return

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-
-from numba import get_num_threads, set_num_threads
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cli.doctor import usable_cores
 from gradedesign.cli.layout import say
+from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_text
@@ -161,20 +157,6 @@ def table_outcome(
     return write_property_table(table), "", 0
 
 
-def _alone(name: str, resolution: int | None, poissons_ratio: float, buckling: bool) -> _Outcome:
-    """Compute one table on one thread: the tables beside it have the other processors.
-
-    Not by an environment variable: numba reads those again whenever it compiles, and refuses one
-    that has changed.
-    """
-    before = get_num_threads()
-    set_num_threads(1)
-    try:
-        return table_outcome(name, resolution, poissons_ratio, buckling)
-    finally:
-        set_num_threads(before)
-
-
 def _outcomes(
     names: Sequence[str],
     resolution: int | None,
@@ -185,51 +167,13 @@ def _outcomes(
     buckling: bool,
 ) -> Iterator[tuple[str, _Outcome]]:
     """Outcome of each cell, as they come."""
-    has_dask = find_spec("distributed") is not None
-    count = workers or (usable_cores() if has_dask else 1)
+    count = workers or (usable_cores() if has_dask() else 1)
     if scheduler is None and (count == 1 or len(names) == 1):
         for name in counted(names, "cell", len(names)):
             yield name, table_outcome(name, resolution, poissons_ratio, buckling)
         return
-    if not has_dask:
-        raise CaseError(
-            "computing tables in several processes needs dask: pip install distributed; or take "
-            "--workers 1"
-        )
     tasks = [(name, resolution, poissons_ratio, buckling) for name in names]
-    yield from _on_dask(tasks, min(count, len(names)), scheduler)
-
-
-def _on_dask(
-    tasks: Sequence[tuple[str, int | None, float, bool]],
-    workers: int,
-    scheduler: str | None,
-) -> Iterator[tuple[str, _Outcome]]:
-    """Spread cells over a cluster, or over processes of this machine.
-
-    Raises
-    ------
-    CaseError
-        If no cluster answers at the address.
-    """
-    # Not by an import statement: it is optional, and type checks must pass without it too.
-    distributed = import_module("distributed")
-    logging.getLogger("distributed").setLevel(logging.WARNING)
-    cluster = None
-    if scheduler is None:
-        cluster = distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None
-        )
-    try:
-        with distributed.Client(scheduler if cluster is None else cluster, timeout="20s") as client:
-            futures = {client.submit(_alone, *task, pure=False): task[0] for task in tasks}
-            waiting = distributed.as_completed(list(futures))
-            for future in counted(waiting, "cells beside each other, number", len(tasks)):
-                yield futures[future], future.result()
-    except OSError as error:
-        raise CaseError(
-            f"no dask cluster answers at {scheduler}: {error}; start one, or leave --scheduler out"
-        ) from error
-    finally:
-        if cluster is not None:
-            cluster.close()
+    cluster = Cluster(workers=min(count, len(names)), scheduler=scheduler)
+    # One thread each: the tables beside it have the other processors.
+    for task, future in on_dask(table_outcome, tasks, cluster, text="cells beside each other"):
+        yield task[0], future.result()

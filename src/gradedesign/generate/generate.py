@@ -164,9 +164,9 @@ def _design(
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
-    places = lattice_points(domain)
-    require_lattice_left(case, places, domain)
-    cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, places)
+    points = lattice_points(domain)
+    require_lattice_left(case, points, domain)
+    cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, points)
     built = build_cells(case, cells, cell_map, density=density, domain=domain)
     design = LatticeDesign(
         domain=domain,
@@ -188,7 +188,7 @@ def build(
     Raises
     ------
     LatticeError
-        If there is no solid, or too much of it would be loose.
+        If there is no solid, or too much of it would be disconnected.
     """
     size = case.lattice.cell_size
     wall = thinnest_wall(cells, least_density(design.density), size)

@@ -43,7 +43,7 @@ def stated_map(
     distance : callable
         Signed distance of the part.
     points : (3, n) array, mm
-        Places of the lattice.
+        Points of the lattice.
 
     Returns
     -------

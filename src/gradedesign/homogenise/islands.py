@@ -13,8 +13,8 @@ from gradedesign.errors import LatticeError
 
 log = logging.getLogger(__name__)
 
-#: Share of the solid that may be loose: noise of the grid, removed and reported.
-LOOSE_SHARE = 1e-3
+#: Share of the solid that may be disconnected: noise of the grid, removed and reported.
+DISCONNECTED_SHARE = 1e-3
 
 _Offset = tuple[int, int, int]
 
@@ -40,7 +40,7 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
     ------
     LatticeError
         If no piece connects the cell to its neighbours in three directions, two unconnected ones
-        do, or more than `LOOSE_SHARE` is loose.
+        do, or more than `DISCONNECTED_SHARE` is disconnected.
     """
     values = np.asarray(fill, dtype=np.float64)
     solid = values > 0
@@ -59,16 +59,54 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
         )
     largest = max(spanning, key=lambda g: volume[g])
     share = 1 - float(volume[largest]) / total
-    if share > LOOSE_SHARE:
+    if share > DISCONNECTED_SHARE:
         raise LatticeError(
             f"{100 * share:.2f} % of the solid is not connected to the rest "
-            f"({count} pieces on {solid.shape} voxels), at most {100 * LOOSE_SHARE:g} % is taken "
-            f"for noise of the grid; raise the density or take more voxels"
+            f"({count} pieces on {solid.shape} voxels), at most "
+            f"{100 * DISCONNECTED_SHARE:g} % is taken for noise of the "
+            f"grid; raise the density or take more voxels"
         )
     if share == 0:
         return values, 0.0
-    log.warning("removed loose voxels: %.2g of the solid", share)
+    log.warning("removed disconnected voxels: %.2g of the solid", share)
     return np.where(group[pieces] == largest, values, 0.0), share
+
+
+def connected_wall(fill: FloatArray) -> FloatArray:
+    """Remove what hangs on nothing in a wall across z that repeats along x and y.
+
+    A face that cuts the cells leaves fragments that no other part of the wall holds; they carry
+    nothing, and an equation system with them has no solution.
+
+    Parameters
+    ----------
+    fill : (nx, ny, nz) array
+        Solid where positive; void below and above it.
+
+    Returns
+    -------
+    (nx, ny, nz) array
+        With void in place of every component that does not connect the wall to its neighbours
+        along both x and y.
+
+    Raises
+    ------
+    LatticeError
+        If no component does.
+    """
+    values = np.asarray(fill, dtype=np.float64)
+    # A layer of void keeps the faces from meeting.
+    pieces, count = label(np.pad(values > 0, ((0, 0), (0, 0), (0, 1))))
+    group, directions = _merge(pieces, count)
+    spanning = directions[group] == 2
+    spanning[0] = False
+    if not spanning.any():
+        raise LatticeError(
+            f"the wall ({count} components on {values.shape} voxels) does not hang together: none "
+            f"of them connects it to its neighbours along both directions of its plane; take a "
+            f"higher density or whole cells across it"
+        )
+    return np.where(spanning[pieces[:, :, :-1]], values, 0.0)
 
 
 def _merge(pieces: IntArray, count: int) -> tuple[IntArray, IntArray]:

@@ -95,7 +95,7 @@ def solve_periodic(
     ------
     LatticeError
         If the solid does not connect the cell to its neighbours in three directions, or more than
-        a thousandth of it is loose.
+        a thousandth of it is disconnected.
     SolverError
         If the iteration does not converge, or the request is impossible.
 

@@ -184,7 +184,7 @@ class _Wall:
             # Of a node's forces, those with the node's own coordinate balance.
             own = along * (self.B[g].T @ (self.C @ (macro + self.B[g] @ chi)))
             load += 0.125 * self.fill * (grown - own)
-        more = self.gather(self.solve(self.scatter(load), 6 + direction))
+        more = self.gather(self.solve(self.balanced(self.scatter(load)), 6 + direction))
         force = energy = 0.0
         for g in range(8):
             strain = self.B[g] @ ((along - _GAUSS[g, direction]) * chi + more)
@@ -192,6 +192,16 @@ class _Wall:
             force += stress[component].sum()
             energy += np.vdot(stress, strain)
         return float(force**2 / (self.area * energy))
+
+    def balanced(self, load: FloatArray) -> FloatArray:
+        """Load without its resultant, which stems from the residual of the unit states.
+
+        Nothing holds a periodic wall against a resultant force; iterations would pile up a
+        translation instead of coming to an end.
+        """
+        volume = self.scatter(np.tile(self.fill, (24, 1)) / 8)[:1]
+        resultant = load.sum(axis=(1, 2, 3))
+        return np.asarray(load - resultant[:, None, None, None] * volume / volume.sum())
 
     def solve(self, load: FloatArray, case: int) -> FloatArray:
         """Periodic displacement that balances a load."""

@@ -11,11 +11,13 @@ from gradedesign.arrays import FloatArray, locked
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import SolverError
+from gradedesign.homogenise.islands import connected_wall
 from gradedesign.homogenise.periodic import solve_periodic
 from gradedesign.homogenise.sampling import SUBSAMPLES
 from gradedesign.homogenise.wall import PLANE, wall_stiffness
 
-#: Residual of the solves: ratios are right to its square, shear to a thousandth (measured).
+#: Residual of the solves: ratios are right to its square, shear to 0.1 % and, in a thin network,
+#: to 0.6 % (measured against 1e-7).
 RTOL = 1e-3
 #: Share of the shear stiffness that is left of ``G h`` in a homogeneous plate.
 UNIFORM_SHEAR = 5 / 6
@@ -92,6 +94,7 @@ def wall_ratios(
         raise SolverError(
             f"a wall of {upper - lower:.3g} cells has {cut.shape[2]} voxels across; expected 2"
         )
+    cut = connected_wall(cut)
     wall = wall_stiffness(cut, middle=middle, poissons_ratio=poissons_ratio, rtol=RTOL)
     thick = (upper - lower) * resolution
     transverse = np.array([periodic[4, 4], periodic[3, 3]])

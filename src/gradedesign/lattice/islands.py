@@ -27,7 +27,7 @@ class Islands:
     Attributes
     ----------
     dropped : int
-        Loose solids removed.
+        Disconnected solids removed.
     dropped_volume : float, mm^3
         Their volume, closed pockets inside them subtracted.
     dropped_share : float
@@ -88,14 +88,14 @@ def remove_islands(
     by_size = solids[np.argsort(-volume[solids], kind="stable")]
     kept = np.zeros(len(volume), dtype=bool)
     kept[by_size[:keep]] = True
-    loose = by_size[keep:]
+    disconnected = by_size[keep:]
     voids = np.flatnonzero(volume <= 0)
-    owner = _void_owners(surface, shell, voids, loose, int(by_size[0]))
+    owner = _void_owners(surface, shell, voids, disconnected, int(by_size[0]))
     kept[voids] = kept[owner] & (volume[voids] < -least_pocket)
     gone = float(volume[~kept].sum())
     share = gone / float(volume.sum())
     report = Islands(
-        dropped=len(loose),
+        dropped=len(disconnected),
         dropped_volume=gone,
         dropped_share=share,
         pockets=int(np.count_nonzero(kept[voids])),
@@ -104,7 +104,9 @@ def remove_islands(
     _refuse_large(report.dropped, share, max_share)
     if kept.all():
         return surface, report
-    log.info("dropped %d components, %.3g mm^3 (%.2g of the volume)", len(loose), gone, share)
+    log.info(
+        "dropped %d components, %.3g mm^3 (%.2g of the volume)", len(disconnected), gone, share
+    )
     return _faces_only(surface, kept[shell]), report
 
 
@@ -162,11 +164,11 @@ def _refuse_large(dropped: int, share: float, max_share: float) -> None:
 
 
 def _void_owners(
-    surface: SurfaceMesh, shell: IntArray, voids: IntArray, loose: IntArray, main: int
+    surface: SurfaceMesh, shell: IntArray, voids: IntArray, disconnected: IntArray, main: int
 ) -> IntArray:
-    """The smallest loose solid around each void, else the main solid."""
+    """The smallest disconnected solid around each void, else the main solid."""
     owner = np.full(len(voids), main)
-    if not loose.size or not voids.size:
+    if not disconnected.size or not voids.size:
         return owner
     order = np.argsort(shell, kind="stable")
     edge = np.searchsorted(shell[order], np.arange(shell.max() + 2))
@@ -175,11 +177,11 @@ def _void_owners(
     def triangles(n: int) -> FloatArray:
         return corners[order[edge[n] : edge[n + 1]]]
 
-    solid = {int(n): triangles(int(n)) for n in loose}
+    solid = {int(n): triangles(int(n)) for n in disconnected}
     box = {n: (t.min(axis=(0, 1)), t.max(axis=(0, 1))) for n, t in solid.items()}
     for v, void in enumerate(voids):
         point = triangles(int(void))[0, 0]
-        for n in loose:  # from large to small: the last hit is the innermost
+        for n in disconnected:  # from large to small: the last hit is the innermost
             low, high = box[int(n)]
             if (low < point).all() and (point < high).all() and winding(solid[int(n)], point) > 0.5:
                 owner[v] = n

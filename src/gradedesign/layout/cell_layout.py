@@ -24,7 +24,7 @@ class CellLayout:
     Attributes
     ----------
     cell_map : CellMap
-    places : (3, n) array, mm
+    points : (3, n) array, mm
         That fill the lattice evenly.
     typical : float, mm
         Edge of the cube of the median cell's volume.
@@ -35,18 +35,18 @@ class CellLayout:
     """
 
     cell_map: CellMap
-    places: FloatArray
+    points: FloatArray
     typical: float
     least: float
     report: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "places", locked(self.places, (3, None), name="places"))
+        object.__setattr__(self, "points", locked(self.points, (3, None), name="points"))
 
 
 def cell_layout(
     cell_map: CellMap,
-    places: FloatArray,
+    points: FloatArray,
     edges: Sequence[float],
     *,
     wanted: Field | None = None,
@@ -56,7 +56,7 @@ def cell_layout(
     Parameters
     ----------
     cell_map : CellMap
-    places : (3, n) array, mm
+    points : (3, n) array, mm
         That fill the lattice evenly.
     edges : (3,) sequence, mm
         Of the cell that the law describes.
@@ -70,16 +70,16 @@ def cell_layout(
     Raises
     ------
     LatticeError
-        If the map folds in the lattice, or cannot be used there, or there are no places.
+        If the map folds in the lattice, or cannot be used there, or there are no points.
     """
-    report = map_report(cell_map, places, wanted=wanted)
+    report = map_report(cell_map, points, wanted=wanted)
     require_unfolded(report)
-    here = local_cells(cell_map, places, edges)
+    here = local_cells(cell_map, points, edges)
     stretch = spread(here.stretch, np.ones(here.stretch.size))
     uniform = cell_map.name == "uniform"
     return CellLayout(
         cell_map=cell_map,
-        places=places,
+        points=points,
         typical=cell_map.size if uniform else float(np.median(here.size)),
         least=min(edges) if uniform else float(here.least.min()),
         report={**asdict(report), "stretch": asdict(stretch)},

@@ -35,7 +35,7 @@ def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
 
 
 def inner_points(domain: DesignDomain) -> FloatArray:
-    """Places that fill the whole part evenly, ``(3, n)``, mm."""
+    """Points that fill the whole part evenly, ``(3, n)``, mm."""
     return volume_points(domain.distance, domain.lower, domain.upper, REPORT_POINTS)
 
 
@@ -68,14 +68,14 @@ def require_cells_fit(case: Case, part: Part) -> None:
 
 
 def require_lattice_left(
-    case: Case | GenerateCase, places: FloatArray, domain: DesignDomain
+    case: Case | GenerateCase, points: FloatArray, domain: DesignDomain
 ) -> None:
     """Refuse a skin and solid regions that leave no place for a lattice.
 
     Parameters
     ----------
     case : Case or GenerateCase
-    places : (3, n) array, mm
+    points : (3, n) array, mm
         Where the part is lattice.
     domain : DesignDomain
 
@@ -84,7 +84,7 @@ def require_lattice_left(
     CaseError
         Naming the key that fills the part.
     """
-    if places.shape[1]:
+    if points.shape[1]:
         return
     inside = inner_points(domain)
     if not inside.shape[1]:

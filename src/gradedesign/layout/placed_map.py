@@ -21,7 +21,7 @@ from gradedesign.lattice.domain import LATTICE, DesignDomain, phase_at
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance
 
-#: Places in the part's box at which a map is measured.
+#: Points in the part's box at which a map is measured.
 REPORT_POINTS = 40_000
 
 
@@ -62,7 +62,7 @@ def warped(case: Case | GenerateCase, cell_map: CellMap) -> CellMap:
 
 
 def lattice_points(domain: DesignDomain) -> FloatArray:
-    """Places that fill the part evenly where it is lattice, not skin or passive, ``(3, n)``.
+    """Points that fill the part evenly where it is lattice, not skin or passive, ``(3, n)``.
 
     Empty where no place is left.
     """

@@ -17,6 +17,7 @@ from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.case.schema import Case
 from gradedesign.fe.stress import weighted_percentile
 from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
 from gradedesign.limits.row import LimitRow
@@ -36,12 +37,12 @@ class StressLimit(Limit):
     ----------
     percentile : float
         Volume percentile that is judged.
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Tetrahedra of the part outside the exclusion radius of clamped regions.
     """
 
     percentile: float
-    considered: BoolArray
+    evaluated: BoolArray
 
     unit: ClassVar[str] = "MPa"
     needs_stress: ClassVar[bool] = True
@@ -52,7 +53,7 @@ class StressLimit(Limit):
 
     def __post_init__(self) -> None:
         object.__setattr__(
-            self, "considered", locked(self.considered, (None,), dtype=np.bool_, name="considered")
+            self, "evaluated", locked(self.evaluated, (None,), dtype=np.bool_, name="evaluated")
         )
 
     @property
@@ -61,11 +62,11 @@ class StressLimit(Limit):
         return f"percentile {self.percentile:g} of the volume outside the exclusion radius"
 
     def predict(self, state: HomogenisedState) -> Predicted:
-        """Volume percentile of the predicted local stress over the considered lattice, MPa.
+        """Volume percentile of the predicted local stress over the evaluated lattice, MPa.
 
         The largest of the load cases, as explicit analyses are judged.
         """
-        weights = state.lattice_volumes * state.held * self.considered
+        weights = state.lattice_volumes * state.held * self.evaluated
         if weights.sum() <= 0:
             return Predicted(value=0.0, load_case="")
         value, load_case = max(
@@ -77,13 +78,13 @@ class StressLimit(Limit):
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
         """Density at which the present macroscopic stress just uses the limit, ``(M,)``.
 
-        Tetrahedra that are not considered ask for nothing.
+        Tetrahedra that are not evaluated ask for nothing.
         """
         permitted = self.allowed * allowance / self.factor
         wanted = np.max(
             [state.density_for_stress(name, permitted) for name in state.load_cases], axis=0
         )
-        return np.where(self.considered, wanted, 0.0)
+        return np.where(self.evaluated, wanted, 0.0)
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """The largest percentile of every phase, MPa."""
@@ -102,9 +103,19 @@ class StressLimit(Limit):
             for phase, (value, load_case) in values.items()
         )
 
-    def window_factor(self, windows: Sequence[WindowStress]) -> float | None:
-        """The largest ratio of any window."""
-        return max(window.value / window.driving_value for window in windows)
+    def window_factor(self, windows: Sequence[WindowStress]) -> Banded | None:
+        """The largest ratio of any window.
+
+        One that misses its criterion is judged on the worse of the two analyses, with their
+        difference as its band.
+        """
+        ends = [
+            (min(ratio, 1.0), max(ratio, 1.0)) if not window.matches else (ratio, ratio)
+            for window in windows
+            for ratio in [window.value / window.driving_value]
+        ]
+        low, high = max(end[0] for end in ends), max(end[1] for end in ends)
+        return Banded(value=high, low=low, high=high)
 
 
 def _volume_percentile(
@@ -152,11 +163,11 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
         name="stress in lattice",
         allowed=allowed,
         percentile=percentile,
-        considered=placed.considered,
+        evaluated=placed.evaluated,
     )
     room = placed.lattice_volumes
     total = float(room.sum())
-    share = float(room[~placed.considered].sum() / total) if total > 0 else 0.0
+    share = float(room[~placed.evaluated].sum() / total) if total > 0 else 0.0
     return (limit,), (
         *percentile_warnings(placed.law, percentile),
         *share_warnings(share, placed.exclusion_radius),

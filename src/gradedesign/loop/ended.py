@@ -33,9 +33,9 @@ class Ended:
 
     Attributes
     ----------
-    by : {"tight", "rounds", "time", "stuck", "saturated", "refused"}
-        ``tight``: the lightest design that was looked for was accepted. ``rounds``, ``time``: a
-        budget of [run]. ``stuck``: the last round changed nothing. ``saturated``: no density of
+    by : {"tight", "iterations", "time", "stuck", "saturated", "refused"}
+        ``tight``: the lightest design that was looked for was accepted. ``iterations``, ``time``: a
+        budget of [run]. ``stuck``: the last iteration changed nothing. ``saturated``: no density of
         this lattice can hold a limit. ``refused``: the next design could not be analysed.
     words : str
         For the verdict.
@@ -71,15 +71,15 @@ def why_ended(
     if stuck(rounds):
         return Ended(
             by="stuck",
-            words="the last round found the same design again, so that no further round can "
+            words="the last iteration found the same design again, so that no further one can "
             "change it; a higher upper density, another cell, smaller cells or a skin would help",
         )
     last = rounds[-1].iteration.seconds
-    most = setup.problem.case.run.max_rounds
+    most = setup.problem.case.run.max_iterations
     if len(rounds) >= most:
         return Ended(
-            by="rounds",
-            words=f"[run] max_rounds of {most} ended the run; another round "
+            by="iterations",
+            words=f"[run] max_iterations of {most} ended the run; another iteration "
             f"takes about {_rounded(last)} s",
         )
     # The first round of all also compiles, so it is reserve enough for the second.
@@ -89,8 +89,8 @@ def why_ended(
         return Ended(
             by="time",
             words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
-            f"{counted(len(rounds), 'round')}; about {_rounded(needed - left)} s more allow "
-            f"another round",
+            f"{counted(len(rounds), 'iteration')}; about {_rounded(needed - left)} s more allow "
+            f"another iteration",
         )
     return None
 
@@ -99,7 +99,7 @@ def refused_end(rounds: Sequence[Round], error: GradeDesignError) -> Ended:
     """The design of the next round could not be meshed or analysed within the budgets."""
     return Ended(
         by="refused",
-        words=f"the design of round {len(rounds) + 1} could not be analysed: {error}",
+        words=f"the design of iteration {len(rounds) + 1} could not be analysed: {error}",
     )
 
 
@@ -111,7 +111,7 @@ def stuck(rounds: Sequence[Round]) -> bool:
 
 
 def counted(number: int, what: str) -> str:
-    """Number and noun: ``1 round``, ``2 rounds``."""
+    """Number and noun: ``1 iteration``, ``2 iterations``."""
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 

@@ -47,6 +47,6 @@ def graded_cells(problem: Problem, cells: CellChoice, rho: FloatArray) -> CellCh
     with locating(case, "lattice.size"):
         wanted = wanted_size(case, cells.cell, density_grid(problem, rho), cells.bounds)
         cell_map = graded_map(case, problem.part, wanted, cells.frames)
-        layout = cell_layout(cell_map, cells.layout.places, case.lattice.edges, wanted=wanted)
+        layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     # One scale for filters and reports, whatever the design.
     return replace(cells, layout=replace(layout, typical=cells.layout.typical))

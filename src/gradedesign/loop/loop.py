@@ -98,8 +98,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     accepted: Accepted | None = None
     analysed: Analysed | None = None
     while True:
-        if rounds and rounds[-1].iteration.round not in tried and _is_ready(rounds[-1], factors):
-            tried.add(rounds[-1].iteration.round)
+        if rounds and rounds[-1].iteration.number not in tried and _is_ready(rounds[-1], factors):
+            tried.add(rounds[-1].iteration.number)
             latest = stages.accept(rounds[-1], analysed)
             accepted = _better(accepted, latest)
             if latest.holds and is_tight(latest.rows, at_lower_bound=rounds[-1].at_lower_bound):
@@ -107,7 +107,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
                 break
             factors = latest.factors
             if not latest.holds:
-                refused = (*refused, rounds[-1].iteration.round)
+                refused = (*refused, rounds[-1].iteration.number)
             stages.store_acceptance(refused, factors)
         stop = stages.why_ended(rounds, factors)
         if stop is not None:
@@ -138,7 +138,7 @@ def _best_left(
     left = [
         r
         for r in rounds
-        if r.iteration.round not in tried and all_hold(with_factors(r.rows, factors))
+        if r.iteration.number not in tried and all_hold(with_factors(r.rows, factors))
     ]
     for done in sorted(left, key=lambda r: r.iteration.mass_g):
         accepted = stages.accept(done, None)

@@ -10,13 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from gradedesign.loop.round import FIRST_ITERATIONS, TUNING_ITERATIONS
-from gradedesign.verify.acceptance import EDGE_PER_CUBE
+from gradedesign.verify.acceptance import EDGE_PER_SPACING
 from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
 #: Rounds that a run is predicted to play where it may: most reach a used limit in two to four.
 USUAL_ROUNDS = 3
-#: Work of the second mesh size over the first: a grid 1.25 times as coarse.
-SECOND_SHARE = 1.25**-3
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 LEARNING_ITERATIONS = 2
 #: A prediction is meant to be right within this factor on an idle machine.
@@ -40,9 +38,11 @@ class RunWork:
         Bytes that its analysis asks of [run] memory before it begins.
     explicit_mesh_s, explicit_solve_s : float, s
         As the analysis estimates them.
+    whole_s : float, s
+        Of the whole printed surface at two resolutions, as its analysis estimates them.
     mesher_tets : int
         Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
-    rounds : int
+    iterations : int
         That the run may play at most.
     """
 
@@ -53,8 +53,9 @@ class RunWork:
     explicit_memory: int
     explicit_mesh_s: float
     explicit_solve_s: float
+    whole_s: float
     mesher_tets: int
-    rounds: int
+    iterations: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,21 +101,21 @@ class CostPrediction:
     memory_bytes : int
         That the explicit analysis asks of [run] memory before it begins.
     sizing_s : float, s
-        Of a first round.
+        Of a first iteration.
     explicit_mesh_s, explicit_solve_s : float, s
-        Of every round.
-    second_mesh_s : float, s
-        The accepted design on a second grid.
+        Of every iteration.
+    whole_s : float, s
+        The whole printed surface at two resolutions.
     acceptance_s : float, s
-        Surface, mesher and analysis of the exported file; without the second grid.
-    round_s : float, s
-        A first round: sizing, mesh, solve, and what it teaches.
+        Body-fitted meshes of the exported file and their analysis.
+    iteration_s : float, s
+        A first iteration: sizing, mesh, solve, and what it teaches.
     run_s : float, s
-        ``rounds`` rounds, one acceptance, part and output.
-    rounds : int
+        ``iterations`` iterations, one acceptance, part and output.
+    iterations : int
         That ``run_s`` counts.
     learned : bool
-        Whether a finished round of the same run stands behind it.
+        Whether a finished iteration of the same run stands behind it.
     """
 
     part_dofs: int
@@ -123,11 +124,11 @@ class CostPrediction:
     sizing_s: float
     explicit_mesh_s: float
     explicit_solve_s: float
-    second_mesh_s: float
+    whole_s: float
     acceptance_s: float
-    round_s: float
+    iteration_s: float
     run_s: float
-    rounds: int
+    iterations: int
     learned: bool = False
 
 
@@ -153,9 +154,9 @@ def predict_cost(
     remeshed = int(work.mesher_tets * DOFS_PER_TET)
     again = speed.solve * solve_seconds(remeshed, work.load_cases)
     accept = mesher_seconds(work.mesher_tets, speed) + again
-    second = SECOND_SHARE * (mesh + solve)
+    whole = speed.solve * work.whole_s
     learning = sizing_seconds(work, speed, LEARNING_ITERATIONS)
-    rounds = min(USUAL_ROUNDS, work.rounds)
+    rounds = min(USUAL_ROUNDS, work.iterations)
     sized = sum(sizing_seconds(work, speed, iterations_of(n)) for n in range(rounds))
     return CostPrediction(
         part_dofs=work.part_dofs,
@@ -164,11 +165,11 @@ def predict_cost(
         sizing_s=sizing,
         explicit_mesh_s=mesh,
         explicit_solve_s=solve,
-        second_mesh_s=second,
+        whole_s=whole,
         acceptance_s=accept,
-        round_s=sizing + mesh + solve + learning,
-        run_s=speed.start + sized + rounds * (mesh + solve + learning) + second + accept,
-        rounds=rounds,
+        iteration_s=sizing + mesh + solve + learning,
+        run_s=speed.start + sized + rounds * (mesh + solve + learning) + whole + accept,
+        iterations=rounds,
         learned=learned,
     )
 
@@ -191,7 +192,7 @@ def mesher_seconds(tets: int, speed: Speed = MEASURED) -> float:
 
 def mesher_tets(explicit_tets: float, share: float = 1.0) -> int:
     """Tetrahedra of the acceptance's mesher for a share of the lattice's volume."""
-    return int(share * explicit_tets / EDGE_PER_CUBE**3)
+    return int(share * explicit_tets / EDGE_PER_SPACING**3)
 
 
 def learned_speed(

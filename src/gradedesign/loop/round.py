@@ -25,7 +25,7 @@ from gradedesign.limits.state import Predicted
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.stored_sizing import stored_sizing
 from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.resolve.analysable import grid_cube
+from gradedesign.resolve.analysable import grid_spacing
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
@@ -221,7 +221,7 @@ def explicit_spacing_for(problem: Problem, cells: CellChoice, thinnest: float) -
     case = problem.case
     if case.run.explicit_mesh_size is not None:
         return case.run.explicit_mesh_size
-    return float(grid_cube(case, thinnest, cells.cubes_per_wall, problem.analysis))
+    return float(grid_spacing(case, thinnest, cells.elements_per_wall, problem.analysis))
 
 
 def predict(

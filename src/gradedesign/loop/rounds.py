@@ -178,7 +178,7 @@ def play_round(
     )
     iteration = replace(
         compared(setup, correction, sized, predicted, analysed, lesson),
-        round=len(previous) + 1,
+        number=len(previous) + 1,
         seconds=time.perf_counter() - began,
         timing_s={name: round(value, 3) for name, value in timing.items()},
     )
@@ -222,7 +222,7 @@ def compared(
     weights = setup.model.lattice_volumes
     follows = explicit_spacing(setup.problem, setup.cells, analysed.grid)
     return Iteration(
-        round=0,
+        number=0,
         lattice_mass_g=masses["lattice"],
         mass_g=sum(masses.values()),
         mean_density=float(weights @ sized.rho / weights.sum()),

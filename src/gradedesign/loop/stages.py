@@ -60,9 +60,9 @@ def round_key(setup: Setup, number: int) -> str:
 
 def save_round(out: RunFolder, setup: Setup, done: Round) -> None:
     """Store a finished round."""
-    number = done.iteration.round
+    number = done.iteration.number
     arrays, meta = round_to_stage(done)
-    out.save_stage(f"round-{number}", round_key(setup, number), arrays, meta)
+    out.save_stage(f"iteration-{number}", round_key(setup, number), arrays, meta)
 
 
 def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
@@ -92,7 +92,7 @@ def load_rounds(out: RunFolder, setup: Setup) -> tuple[Round, ...]:
     rounds: list[Round] = []
     while True:
         number = len(rounds) + 1
-        stored = out.load_stage(f"round-{number}", round_key(setup, number))
+        stored = out.load_stage(f"iteration-{number}", round_key(setup, number))
         if stored is None:
             return tuple(rounds)
         rounds.append(round_from_stage(*stored))

@@ -171,9 +171,13 @@ def _nearest_on_triangle(tri, flat, slot, x, y, z):
 
 
 @njit(cache=True)
-def _search(tri, flat, box, right, first, count, x, y, z, slot, stack, far):
-    """Nearest triangle to a point, starting from a guess; returns its slot."""
+def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far):
+    """Nearest triangle to a point, starting from a guess.
+
+    Returns its slot and squared distance; the guess and ``most`` where none is within ``most``.
+    """
     best, _, _, _ = _nearest_on_triangle(tri, flat, slot, x, y, z)
+    best = min(best, most)
     stack[0], far[0], depth = 0, _box_distance2(box, 0, x, y, z), 1
     while depth > 0:
         depth -= 1
@@ -197,7 +201,7 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, stack, far):
             d, _, _, _ = _nearest_on_triangle(tri, flat, s, x, y, z)
             if d < best:
                 best, slot = d, s
-    return slot
+    return slot, best
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -212,10 +216,28 @@ def find_closest(
         slot = 0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             x, y, z = points[0, i], points[1, i], points[2, i]
-            slot = _search(tri, flat, box, right, first, count, x, y, z, slot, stack, far)
+            slot, _ = _search(
+                tri, flat, box, right, first, count, x, y, z, slot, np.inf, stack, far
+            )
             d, v, w, code = _nearest_on_triangle(tri, flat, slot, x, y, z)
             distance[i] = np.sqrt(d)
             triangle[i] = order[slot]
             feature[i] = code
             for a in range(3):
                 closest[a, i] = tri[slot, a] + v * tri[slot, 3 + a] + w * tri[slot, 6 + a]
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def find_distance(tri, flat, box, right, first, count, points, reach, distance):
+    """Distance of every point of a (3, n) array to the triangles, at most ``reach``."""
+    n = points.shape[1]
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        stack = np.zeros(DEPTH, dtype=np.int64)
+        far = np.zeros(DEPTH)
+        slot = 0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            x, y, z = points[0, i], points[1, i], points[2, i]
+            slot, best = _search(
+                tri, flat, box, right, first, count, x, y, z, slot, reach * reach, stack, far
+            )
+            distance[i] = min(np.sqrt(best), reach)

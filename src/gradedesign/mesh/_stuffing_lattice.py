@@ -26,7 +26,7 @@ class Lattice:
 
 
 def lay_lattice(lower: FloatArray, shape: tuple[int, int, int], h: float) -> Lattice:
-    """Pad the grid by one cube on every side and lay out its neighbours."""
+    """Pad the grid by one cell on every side and lay out its neighbours."""
     if lower.shape != (3,) or len(shape) != 3 or min(shape) < 1 or not (0.0 < h < np.inf):
         raise MeshError(
             f"stuffing grid: lower {lower}, shape {shape}, h = {h} mm; expected three "
@@ -35,7 +35,7 @@ def lay_lattice(lower: FloatArray, shape: tuple[int, int, int], h: float) -> Lat
     dims = (int(shape[0]) + 3, int(shape[1]) + 3, int(shape[2]) + 3)
     if 2 * math.prod(dims) >= 2**31:
         raise ResourceError(
-            f"stuffing grid of {math.prod(dims):.3g} cubes exceeds 2**30; "
+            f"stuffing grid of {math.prod(dims):.3g} cells exceeds 2**30; "
             f"use a larger h than {h} mm"
         )
     step = (2 * dims[1] * dims[2], 2 * dims[2], 2)

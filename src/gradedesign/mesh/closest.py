@@ -118,11 +118,7 @@ def closest_features(tree: TriangleTree, points: FloatArray) -> ClosestPoints:
     ValueError
         If a point is not finite or the shape is wrong.
     """
-    points = np.ascontiguousarray(points, dtype=np.float64)
-    if points.ndim != 2 or len(points) != 3:
-        raise ValueError(f"points have shape {points.shape}, expected (3, n)")
-    if not np.isfinite(points).all():
-        raise ValueError(f"{np.count_nonzero(~np.isfinite(points))} coordinates are not finite")
+    points = _checked(points)
     n = points.shape[1]
     distance, closest = np.zeros(n), np.zeros((3, n))
     triangle, feature = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int8)
@@ -149,3 +145,37 @@ def closest_triangles(
     """Distance (n,) in mm, triangle index (n,) and closest point (3, n) in mm of each point."""
     distance, triangle, point, _ = closest_features(tree, points)
     return distance, triangle, point
+
+
+def distance_within(tree: TriangleTree, points: FloatArray, reach: float) -> FloatArray:
+    """Distance of points ``(3, n)`` to the triangles, mm, or ``reach`` beyond it, ``(n,)``.
+
+    Raises
+    ------
+    ValueError
+        If a point is not finite or the shape is wrong.
+    """
+    points = _checked(points)
+    distance = np.zeros(points.shape[1])
+    kernels.find_distance(
+        tree.triangles,
+        tree.flat,
+        tree.box,
+        tree.right,
+        tree.first,
+        tree.count,
+        points,
+        reach,
+        distance,
+    )
+    return distance
+
+
+def _checked(points: FloatArray) -> FloatArray:
+    """Points of shape (3, n), all finite, contiguous."""
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if points.ndim != 2 or len(points) != 3:
+        raise ValueError(f"points have shape {points.shape}, expected (3, n)")
+    if not np.isfinite(points).all():
+        raise ValueError(f"{np.count_nonzero(~np.isfinite(points))} coordinates are not finite")
+    return points

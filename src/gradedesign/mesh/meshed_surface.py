@@ -15,7 +15,7 @@ from gradedesign.errors import MeshError, ResourceError
 from gradedesign.mesh.long_edges import bisect_long_edges, least_count
 from gradedesign.mesh.mesh_question import STOP_ENERGY, MeshQuestion, mesh_question
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
-from gradedesign.mesh.quality import TetReport, require_sound, without_loose_points
+from gradedesign.mesh.quality import TetReport, require_sound, without_unused_points
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.workspace.cache import content_key, entry_path, load_arrays, store_arrays
@@ -216,7 +216,7 @@ def _checked(
         mesh = TetMesh(points=points.T + question.centre[:, None], tets=tets.T)
     except ValueError as cause:
         raise MeshError(f"the mesher returned a broken mesh: {cause}") from cause
-    mesh = without_loose_points(mesh)
+    mesh = without_unused_points(mesh)
     _sound(question, mesh)  # bisection takes a conforming mesh of positive volumes for granted
     longest = LONGEST_EDGE * float(question.options["edge_length"])
     count = _BISECTED * least_count(question.volume, longest)

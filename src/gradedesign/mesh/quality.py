@@ -75,7 +75,7 @@ def piece_labels(mesh: TetMesh) -> IntArray:
     return labels
 
 
-def without_loose_points(mesh: TetMesh) -> TetMesh:
+def without_unused_points(mesh: TetMesh) -> TetMesh:
     """Return the mesh without the points that no tetrahedron uses, in unchanged order."""
     used = np.zeros(mesh.points.shape[1], dtype=bool)
     used[mesh.tets] = True

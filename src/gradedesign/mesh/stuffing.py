@@ -70,10 +70,10 @@ def stuff(
     lower : (3,) array_like, mm
         Lower corner of the grid.
     shape : (3,) ints
-        Cubes per axis. The solid must lie in the grid; one more layer around it closes the
+        Grid cells per axis. The solid must lie in the grid; one more layer around it closes the
         solid there, so a flat face on the grid's limit is met exactly.
     h : float, mm
-        Edge of a cube; the edges of tetrahedra are about 0.87 h to h.
+        Grid spacing; the edges of tetrahedra are about 0.87 h to h.
     brick : int
         The field never sees more than about ``brick**3`` points at once.
     refine : int

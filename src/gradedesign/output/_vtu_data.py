@@ -148,16 +148,16 @@ def _decompressed(compressor: str, part: bytes, length: int, name: str | None) -
     """One block, of the length that is stated and no more."""
     try:
         if compressor == "vtkZLibDataCompressor":
-            found = zlib.decompressobj().decompress(part, length + 1)
+            block = zlib.decompressobj().decompress(part, length + 1)
         elif compressor == "vtkLZMADataCompressor":
-            found = lzma.LZMADecompressor(memlimit=_MOST_LZMA).decompress(part, length + 1)
+            block = lzma.LZMADecompressor(memlimit=_MOST_LZMA).decompress(part, length + 1)
         else:
             raise Damaged(f"it is compressed by {compressor}, expected zlib, lzma or nothing")
     except (zlib.error, lzma.LZMAError) as error:
         raise Damaged(f"a block of '{name}' cannot be decompressed: {error}") from error
-    if len(found) != length:
+    if len(block) != length:
         raise Damaged(f"a block of '{name}' does not have the {length} bytes it states")
-    return found
+    return block
 
 
 def _require_room(file: VtuFile, length: int, name: str | None) -> None:

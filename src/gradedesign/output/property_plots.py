@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +14,14 @@ from gradedesign.homogenise.constants import youngs_along
 from gradedesign.homogenise.directional import transverse_range
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.material.strength_surface import StrengthSurface
-from gradedesign.workspace.atomic import write_bytes
+from gradedesign.output.figure import COLOURS, GREY, empty_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Line of a law by how it was obtained.
 _LINES = {"computed": "-", "fe": "--", "experiment": ":"}
-_COLOURS = ("#1b6ca8", "#c8553d", "#588157", "#7b5ea7", "#b08900", "#444444")
-_BLUE, _RED, _GREY = "#1b6ca8", "#c8553d", "#888888"
+_BLUE, _RED = COLOURS[:2]
 
 
 def plot_stiffness(path: Path, stiffness: FloatArray, *, title: str) -> None:
@@ -37,7 +35,7 @@ def plot_stiffness(path: Path, stiffness: FloatArray, *, title: str) -> None:
         Over the base material's Young's modulus.
     title : str
     """
-    figure = _figure(13.0, 9.0, title)
+    figure = empty_figure(13.0, 9.0, title)
     _draw_sphere(figure, figure.add_subplot(2, 2, 1, projection="3d"), stiffness)
     angle = np.linspace(0, 2 * np.pi, 361)
     c, s, o = np.cos(angle), np.sin(angle), np.zeros(361)
@@ -68,7 +66,7 @@ def plot_stiffness(path: Path, stiffness: FloatArray, *, title: str) -> None:
     poisson.plot(degrees, across.poisson_mean[:91], color=_BLUE)
     poisson.set(xlabel="angle from x towards y [deg]", ylabel="Poisson's ratio", xlim=(0, 90))
     poisson.set_title("least, mean, greatest across", fontsize=10)
-    _save(path, figure)
+    save_figure(path, figure)
 
 
 def plot_laws(
@@ -94,10 +92,10 @@ def plot_laws(
     density, youngs, error : float
         The computed value and its uncertainty, over the base material's modulus.
     """
-    figure = _figure(9.0, 7.0, title)
+    figure = empty_figure(9.0, 7.0, title)
     axes: Any = figure.add_subplot()
     rho = np.geomspace(0.02, 0.99, 200)
-    axes.plot(rho, rho, color=_GREY, linewidth=1, label="Voigt")
+    axes.plot(rho, rho, color=GREY, linewidth=1, label="Voigt")
     axes.plot(
         rho, [_bound(r, poissons_ratio) for r in rho], color="black", label="Hashin-Shtrikman"
     )
@@ -109,7 +107,7 @@ def plot_laws(
             x,
             1 / compliance[:, 0, 0],
             _LINES[law.kind],
-            color=_COLOURS[k % len(_COLOURS)],
+            color=COLOURS[k % len(COLOURS)],
             label=f"{law.name} ({law.kind})",
         )
     axes.errorbar([density], [youngs], [error], fmt="o", color=_RED, capsize=4, label="this result")
@@ -117,7 +115,7 @@ def plot_laws(
     axes.set(xlabel="relative density", ylabel="E along x / E of the solid")
     axes.grid(visible=True, which="both", color="#e5e5e5", linewidth=0.6)
     axes.legend(fontsize=8, loc="upper left")
-    _save(path, figure)
+    save_figure(path, figure)
 
 
 def plot_strength_surface(path: Path, surface: StrengthSurface, *, title: str) -> None:
@@ -130,7 +128,7 @@ def plot_strength_surface(path: Path, surface: StrengthSurface, *, title: str) -
     surface : StrengthSurface
     title : str
     """
-    figure = _figure(15.0, 5.6, title)
+    figure = empty_figure(15.0, 5.6, title)
     x, y, xy = np.eye(6)[0], np.eye(6)[1], np.eye(6)[5]
     mean = np.array([1.0, 1.0, 1.0, 0, 0, 0])
     deviator = np.array([2.0, -1.0, -1.0, 0, 0, 0]) / 3
@@ -145,8 +143,8 @@ def plot_strength_surface(path: Path, surface: StrengthSurface, *, title: str) -
         stress = np.outer(first, np.cos(angle)) + np.outer(second, np.sin(angle))
         size = 1 / surface.local_stress(stress)
         axes.plot(size * np.cos(angle), size * np.sin(angle), color=_BLUE)
-        axes.axhline(0, color=_GREY, linewidth=0.6)
-        axes.axvline(0, color=_GREY, linewidth=0.6)
+        axes.axhline(0, color=GREY, linewidth=0.6)
+        axes.axvline(0, color=GREY, linewidth=0.6)
         axes.set(xlabel=f"{across} / strength", ylabel=f"{up} / strength")
         axes.locator_params(nbins=6)
     figure.text(
@@ -158,7 +156,7 @@ def plot_strength_surface(path: Path, surface: StrengthSurface, *, title: str) -
         fontsize=9,
         color="#333333",
     )
-    _save(path, figure)
+    save_figure(path, figure)
 
 
 def _draw_sphere(figure: Figure, axes: Any, stiffness: FloatArray) -> None:
@@ -185,23 +183,3 @@ def _bound(rho: float, poissons_ratio: float) -> float:
     """Young's modulus of Hashin and Shtrikman's upper bounds."""
     bulk, shear = hashin_shtrikman_upper(rho, poissons_ratio)
     return 9 * bulk * shear / (3 * bulk + shear)
-
-
-def _figure(width: float, height: float, title: str) -> Figure:
-    """Empty figure, inches, that needs no screen."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    figure = Figure(figsize=(width, height), dpi=100, facecolor="white")
-    figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, 0.05, 1.0, 0.93)))
-    FigureCanvasAgg(figure)
-    figure.suptitle(title, fontsize=13)
-    return figure
-
-
-def _save(path: Path, figure: Figure) -> None:
-    """Write a figure as PNG, whole or not at all."""
-    picture = BytesIO()
-    figure.savefig(picture, format="png")
-    write_bytes(path, picture.getvalue())

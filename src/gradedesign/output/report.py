@@ -26,9 +26,9 @@ _STATUS = {
 #: What ended a run, after "because".
 _ENDED = {
     "tight": "the accepted design uses a limit to 97 % or more",
-    "rounds": "its rounds were used up",
+    "iterations": "its iterations were used up",
     "time": "its time was used up",
-    "stuck": "the last round changed nothing",
+    "stuck": "the last iteration changed nothing",
     "saturated": "no density of this lattice can hold a limit",
     "solid": "the fully solid part breaks a limit",
     "stop_after": "the case asks for no more",
@@ -36,7 +36,10 @@ _ENDED = {
 }
 
 #: Stages that follow each other; others are parts of these.
-_STAGES = ("part", "solid", "round", "explicit", "acceptance", "density", "lattice", "output")
+_STAGES = (
+    "part", "solid", "iteration", "explicit", "acceptance", "printed", "density", "lattice",
+    "output",
+)  # fmt: skip
 
 _PICTURES = {
     "loads": "Supports and loads on the solid part",
@@ -126,13 +129,21 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": format, "percent": _percent, "plain": _plain}
+    environment.filters |= {"number": format, "percent": _percent, "plain": _plain, "ends": _ends}
     return environment
 
 
 def _percent(value: float | None) -> str:
     """Write a share with its sign, or a dash."""
     return "–" if value is None else f"{value:+.1%}"
+
+
+def _ends(band: Any) -> str:
+    """Write both ends of a band, or a dash where there is none."""
+    if band is None:
+        return "–"
+    low, high = (band["low"], band["high"]) if isinstance(band, Mapping) else (band.low, band.high)
+    return "–" if low is None else f"{low:.4g} to {high:.4g}"
 
 
 def _plain(value: Any) -> str:
@@ -150,13 +161,13 @@ def _run_words(result: RunResult) -> str:
     """How long the run took, what it was allowed, and what ended it."""
     budget, timing = result.budget, result.timing_s
     words = []
-    if rounds := len(result.iterations):
-        most = f" of {budget['max_rounds']} at most" if "max_rounds" in budget else ""
-        words.append(f"{rounds} round{'' if rounds == 1 else 's'}{most}")
+    if count := len(result.iterations):
+        most = f" of {budget['max_iterations']} at most" if "max_iterations" in budget else ""
+        words.append(f"{count} iteration{'' if count == 1 else 's'}{most}")
     if timing:
         stages = [s for s in _STAGES if s in timing] or list(timing)
         seconds = sum(timing[s] for s in stages)
-        if "round" not in timing:
+        if "iteration" not in timing:
             seconds += timing.get("sizing", 0.0)
         allowed = f" of {budget['time_s']:.0f} s" if "time_s" in budget else ""
         words.append(f"{seconds:.0f} s{allowed}")

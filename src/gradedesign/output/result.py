@@ -13,7 +13,7 @@ from gradedesign.limits.row import LimitRow, row_from_json
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitIteration:
-    """One limit in one round.
+    """One limit in one iteration.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class LimitIteration:
     discrepancy : float or None
         explicit / predicted - 1.
     factor : float
-        Correction of the prediction that this round's sizing used.
+        Correction of the prediction that this iteration's sizing used.
     """
 
     key: LimitKey
@@ -45,11 +45,11 @@ class LimitIteration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Iteration:
-    """One round: what was predicted, what the explicit analysis said, what it taught.
+    """One iteration: what was predicted, what the explicit analysis said, what it taught.
 
     Attributes
     ----------
-    round : int
+    number : int
         From 1.
     lattice_mass_g, mass_g : float
         By the explicit mesh.
@@ -66,14 +66,14 @@ class Iteration:
         volume or pieces and was refined.
     seconds : float
     stiffness_factor : float
-        Correction of the lattice's stiffness that this round's sizing used.
+        Correction of the lattice's stiffness that this iteration's sizing used.
     sizing_iterations : int
     sizing_converged : bool
     timing_s : mapping of stage to seconds
         ``sizing``, ``explicit mesh``, ``explicit solve``; the rest of ``seconds`` is learning.
     """
 
-    round: int
+    number: int
     lattice_mass_g: float
     mass_g: float
     mean_density: float
@@ -106,32 +106,37 @@ class RunResult:
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design with a limit at 97 % or more was accepted. ``rounds``, ``time``: that
-        budget. ``stuck``: the last round changed nothing. ``saturated``: no density of this lattice
-        can hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid
-        part breaks a limit. ``stop_after``: as the case asks. ``error``.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``iterations``, ``time``:
+        that budget. ``stuck``: the last iteration changed nothing. ``saturated``: no density of
+        this lattice can hold a limit. ``refused``: the next design could not be analysed.
+        ``solid``: the solid part breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
-    mass_g, solid_mass_g, lattice_mass_g : float or None
+    mass_g, lattice_mass_g : float or None
+        Of the solid that the printed file encloses, where one was written and read back; of the
+        sized homogenised part where the run stopped there.
+    solid_mass_g : float or None
     relative_density : float or None
         Mass over solid mass.
     lattice_density : float or None
-        Mean density of the lattice phase by its explicit mesh: whole members on the part's faces
+        Mean density of the lattice phase of the printed file: whole members on the part's faces
         add to what sizing asked, cut ones take away.
     iterations : tuple of Iteration
     acceptance : mapping
     measures : mapping
         Stress measures by phase, worst neighbourhood included.
+    printed : mapping
+        Measures of the printed file: volumes, thickness, and how the analysed solid differs.
     files : mapping of what to path below the run folder
     timing_s : mapping of stage to seconds
         ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
         mesh`` one of ``acceptance``.
     predicted : mapping
-        What ``timing_s`` compares with: a `CostPrediction` before the first round and another
+        What ``timing_s`` compares with: a `CostPrediction` before the first iteration and another
         after it.
     budget : mapping
-        Time and rounds that the run was allowed.
+        Time and iterations that the run was allowed.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -155,6 +160,7 @@ class RunResult:
     iterations: tuple[Iteration, ...] = ()
     acceptance: Mapping[str, Any] = field(default_factory=dict)
     measures: Mapping[str, Any] = field(default_factory=dict)
+    printed: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     timing_s: Mapping[str, float] = field(default_factory=dict)
     predicted: Mapping[str, Any] = field(default_factory=dict)
@@ -188,7 +194,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
 
 
 def iteration_from_json(data: Mapping[str, Any]) -> Iteration:
-    """The round that ``dataclasses.asdict`` made plain data of."""
+    """The iteration that ``dataclasses.asdict`` made plain data of."""
     limits = tuple(
         LimitIteration(**{**entry, "key": LimitKey(**entry["key"])}) for entry in data["limits"]
     )
@@ -201,6 +207,12 @@ def as_json(result: RunResult) -> dict[str, Any]:
     data["folder"] = str(result.folder)
     for key, rows in (("limits", result.limits), ("solid", result.solid)):
         data[key] = [
-            {**asdict(row), "utilisation": row.utilisation, "passed": row.passed} for row in rows
+            {
+                **asdict(row),
+                "decisive": row.decisive,
+                "utilisation": row.utilisation,
+                "passed": row.passed,
+            }
+            for row in rows
         ]
     return data

@@ -1,4 +1,4 @@
-"""Role of each closed shell in the part: solid, void, hole, crumb, or nothing."""
+"""Role of each closed shell in the part: solid, void, hole, fragment, or nothing."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._nesting import Nesting
 
-#: A disconnected component below this share of the largest one's volume is a crumb.
-CRUMB_SHARE = 1e-3
-#: Crumbs above this share of the other volume together are no crumbs.
-CRUMBS_SHARE = 1e-2
+#: A disconnected component below this share of the largest one's volume is a fragment.
+FRAGMENT_SHARE = 1e-3
+#: Fragments above this share of the other volume together are no fragments.
+FRAGMENTS_SHARE = 1e-2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,7 +28,7 @@ class ShellRoles:
         +1 for shells that add material, -1 for those that take it.
     inverted : bool array
         Turned around, since the file has them inside out.
-    crumb, ignored, cut : bool arrays
+    fragment, ignored, cut : bool arrays
         Dropped as too small; dropped inside a solid; a hole that reaches out of the solid.
     keep : bool array
         Bounds material.
@@ -36,7 +36,7 @@ class ShellRoles:
 
     sign: IntArray
     inverted: BoolArray
-    crumb: BoolArray
+    fragment: BoolArray
     ignored: BoolArray
     cut: BoolArray
     keep: BoolArray
@@ -45,18 +45,18 @@ class ShellRoles:
 def shell_roles(nesting: Nesting, volumes: FloatArray, source: str) -> ShellRoles:
     """Settle what each shell is, from how the shells lie to each other."""
     cluster = _clusters(nesting)
-    crumb = _crumbs(cluster, volumes)
+    fragment = _fragments(cluster, volumes)
     sign, inverted = _outward_signs(nesting, cluster, volumes, source)
     outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
-    cut = ~crumb & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
+    cut = ~fragment & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
     bounding = ((outside > 0) != (outside + sign > 0)) | cut
     return ShellRoles(
         sign=sign,
         inverted=inverted,
-        crumb=crumb,
-        ignored=~bounding & ~crumb,
+        fragment=fragment,
+        ignored=~bounding & ~fragment,
         cut=cut,
-        keep=bounding & ~crumb,
+        keep=bounding & ~fragment,
     )
 
 
@@ -66,11 +66,11 @@ def _clusters(nesting: Nesting) -> IntArray:
     return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
-def _crumbs(cluster: IntArray, volumes: FloatArray) -> BoolArray:
+def _fragments(cluster: IntArray, volumes: FloatArray) -> BoolArray:
     """Mask of disconnected components too small to be meant, unless together they matter."""
     size = np.bincount(cluster, np.abs(volumes))
-    small = size < CRUMB_SHARE * size.max()
-    if size[small].sum() > CRUMBS_SHARE * size[~small].sum():
+    small = size < FRAGMENT_SHARE * size.max()
+    if size[small].sum() > FRAGMENTS_SHARE * size[~small].sum():
         small[:] = False
     return np.asarray(small[cluster])
 

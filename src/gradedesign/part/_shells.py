@@ -1,4 +1,4 @@
-"""Which closed shells bound material: solids, voids, overlaps, crumbs.
+"""Which closed shells bound material: solids, voids, overlaps, fragments.
 
 A reversed shell inside a solid is a void, one that reaches out of it a hole; a shell inside a
 solid that runs the same way round bounds nothing and is dropped.
@@ -47,7 +47,7 @@ class SolidShells:
 def settle_shells(
     vertices: FloatArray, faces: IntArray, *, bodies: str, margin: float, source: str
 ) -> SolidShells:
-    """Turn shells outward, keep true voids, unite overlaps, drop crumbs, count the bodies.
+    """Turn shells outward, keep true voids, unite overlaps, drop fragments, count the bodies.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def settle_shells(
         "shells_inverted": int(roles.inverted.sum()),
         "shells_ignored": int(roles.ignored.sum()),
         "shells_united": int(crossing.sum()) + free.united,
-        "fragments_dropped": int(roles.crumb.sum()),
+        "fragments_dropped": int(roles.fragment.sum()),
         "bodies": int((kept_volumes > 0).sum()),
         "voids": int((kept_volumes < 0).sum()),
     }
@@ -175,7 +175,7 @@ def _require_volume(vertices: FloatArray, parts: Sequence[IntArray], source: str
 
 def _notes(volumes: FloatArray, roles: ShellRoles, source: str) -> list[str]:
     """Put the decisions about shells into words."""
-    inverted, ignored, cut, crumb = roles.inverted, roles.ignored, roles.cut, roles.crumb
+    inverted, ignored, cut, fragment = roles.inverted, roles.ignored, roles.cut, roles.fragment
     warnings = []
     if inverted.any():
         warnings.append(f"{source}: {inverted.sum()} of {len(volumes)} shells inside out, flipped")
@@ -189,10 +189,10 @@ def _notes(volumes: FloatArray, roles: ShellRoles, source: str) -> list[str]:
             f"{source}: {cut.sum()} reversed shells that reach out of the solid were taken as "
             "holes; a boss needs outward normals"
         )
-    if crumb.any():
+    if fragment.any():
         warnings.append(
-            f"{source}: {crumb.sum()} loose fragments dropped "
-            f"({np.abs(volumes[crumb]).sum():.4g} mm^3, each under 0.1 % of the largest body)"
+            f"{source}: {fragment.sum()} disconnected components dropped "
+            f"({np.abs(volumes[fragment]).sum():.4g} mm^3, each under 0.1 % of the largest body)"
         )
     return warnings
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from gradedesign.case import read_case
 from gradedesign.case.limits_schema import LimitEntry
@@ -13,7 +14,11 @@ from gradedesign.plugin.registry import Registry, build_registry
 
 
 def load_case(
-    path: str | Path, *, allow_outside: bool = False, registry: Registry | None = None
+    path: str | Path,
+    *,
+    allow_outside: bool = False,
+    registry: Registry | None = None,
+    values: Mapping[str, Any] = read_case.NO_VALUES,
 ) -> Case:
     """Read and check a case file.
 
@@ -25,6 +30,8 @@ def load_case(
         Whether the part file may lie outside the folder of the case.
     registry : Registry, optional
         Kinds of limits; the installed ones by default.
+    values : mapping of dotted key to value
+        As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
     Returns
     -------
@@ -38,7 +45,7 @@ def load_case(
         right.
     """
     return read_case.load_case(
-        path, allow_outside=allow_outside, entries=lambda: entries_of(registry)
+        path, allow_outside=allow_outside, entries=lambda: entries_of(registry), values=values
     )
 
 

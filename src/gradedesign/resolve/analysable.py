@@ -7,7 +7,8 @@ judge. The lower bound is raised to where the analysis fits, and the result says
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
 #: Densities at which the window is looked at.
 SAMPLES = 400
 #: Mean density that a sized lattice is expected to have: this share of its window above the lower
-#: bound. Cubes grow with the third root of a volume: a guess 50 % off moves them by 14 %.
+#: bound. Spacings grow with the third root of a volume: a guess 50 % off moves them by 14 %.
 EXPECTED_SHARE = 1 / 3
 
 
@@ -30,10 +31,11 @@ class Analysable:
 
     Attributes
     ----------
+    analysis : ExplicitAnalysis
     bounds : (float, float)
-    cubes_per_wall : float
+    elements_per_wall : float
         Elements across the thinnest wall.
-    cube : float, mm
+    spacing : float, mm
         Element size that the walls at the lower bound ask for.
     memory_bytes : int
         Expected of the explicit analysis.
@@ -42,9 +44,10 @@ class Analysable:
         Why no density of the window fits the budget; empty where one does.
     """
 
+    analysis: ExplicitAnalysis
     bounds: tuple[float, float]
-    cubes_per_wall: float
-    cube: float
+    elements_per_wall: float
+    spacing: float
     memory_bytes: int
     warnings: tuple[str, ...] = ()
     refusal: str = ""
@@ -56,12 +59,12 @@ def solid_layers(case: Case) -> list[float]:
     return [k.margin for k in case.keep if k.margin > 0] + ([skin] if skin else [])
 
 
-def grid_cube(
-    case: Case, wall: FloatArray | float, cubes_per_wall: float, analysis: ExplicitAnalysis
+def grid_spacing(
+    case: Case, wall: FloatArray | float, elements_per_wall: float, analysis: ExplicitAnalysis
 ) -> FloatArray:
     """Element size for walls ``(...)`` mm beside the solid layers of a case, ``(...)`` mm."""
     layers = min(solid_layers(case), default=np.inf)
-    return np.minimum(np.asarray(wall) / cubes_per_wall, layers / analysis.elements_per_layer)
+    return np.minimum(np.asarray(wall) / elements_per_wall, layers / analysis.elements_per_layer)
 
 
 def analysable_bounds(
@@ -102,29 +105,29 @@ def analysable_bounds(
     walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
     mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
     volume = solid + latticed * mean
-    least, per_wall = 0, run.mesh_cubes_per_wall or analysis.elements_per_wall(cell, low)
+    least, per_wall = 0, run.elements_per_wall or analysis.elements_per_wall(cell, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
     refusal = ""
     for _ in range(2):
-        cubes = grid_cube(case, walls, per_wall, analysis)
+        spacings = grid_spacing(case, walls, per_wall, analysis)
         if run.explicit_mesh_size:
-            cubes = np.full(SAMPLES, run.explicit_mesh_size)
+            spacings = np.full(SAMPLES, run.explicit_mesh_size)
         need = np.array(
             [
                 analysis.estimate(
-                    PlannedSolid(box=(0, 0, 0), volume=solid_volume, load_cases=1), cube
+                    PlannedSolid(box=(0, 0, 0), volume=solid_volume, load_cases=1), spacing
                 ).memory_bytes
-                for solid_volume, cube in zip(volume, cubes, strict=True)
+                for solid_volume, spacing in zip(volume, spacings, strict=True)
             ]
         )
         fits = need <= run.memory
         if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
             break
         if not fits.any():
-            refusal = _refusal(case, walls, cubes, need, analysis)
+            refusal = _refusal(case, walls, spacings, need, analysis)
             break
         least = int(np.argmax(fits))
-        per_wall = run.mesh_cubes_per_wall or analysis.elements_per_wall(cell, float(rho[least]))
+        per_wall = run.elements_per_wall or analysis.elements_per_wall(cell, float(rho[least]))
     warnings: tuple[str, ...] = ()
     if least:
         warnings = (
@@ -134,13 +137,42 @@ def analysable_bounds(
             f"cells let it fall",
         )
     return Analysable(
+        analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
-        cubes_per_wall=per_wall,
-        cube=float(cubes[least]),
+        elements_per_wall=per_wall,
+        spacing=float(spacings[least]),
         memory_bytes=int(need[least]),
         warnings=warnings,
         refusal=refusal,
     )
+
+
+def chosen_analysis(found: Sequence[Analysable]) -> Analysable:
+    """Of analyses in the order of preference, the first that leaves sizing the most densities.
+
+    Their predicted memory alone decides, so that a busy machine takes the same one.
+
+    Parameters
+    ----------
+    found : sequence of Analysable
+        One for every analysis that may be taken.
+
+    Returns
+    -------
+    Analysable
+        Where it is not the first one, with a warning that says why.
+    """
+    first, best = found[0], min(found, key=lambda able: (bool(able.refusal), able.bounds[0]))
+    if best is first:
+        return first
+    words = (
+        f"explicit analyses by {best.analysis.name}: {first.analysis.name} would take "
+        f"{first.memory_bytes / 1e9:.3g} GB"
+        if first.refusal
+        else f"explicit analyses by {best.analysis.name}, which the memory holds down to density "
+        f"{best.bounds[0]:.3g}: {first.analysis.name} would end at {first.bounds[0]:.3g}"
+    )
+    return replace(best, warnings=(words, *best.warnings))
 
 
 def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
@@ -150,17 +182,17 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
 
 
 def _refusal(
-    case: Case, walls: FloatArray, cubes: FloatArray, need: IntArray, analysis: ExplicitAnalysis
+    case: Case, walls: FloatArray, spacings: FloatArray, need: IntArray, analysis: ExplicitAnalysis
 ) -> str:
     """Sentence about what does not fit the memory, and what would."""
     best = int(np.argmin(need))
     layers = min(solid_layers(case), default=np.inf)
     larger = (need[best] / case.run.memory) ** (1 / 3)
-    governed = cubes[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
+    governed = spacings[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
     what = (
-        f"solid layers of {layers:.3g} mm ask for a grid of {cubes[best]:.3g} mm"
+        f"solid layers of {layers:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
         if governed
-        else f"walls of {walls[best]:.3g} mm ask for a grid of {cubes[best]:.3g} mm"
+        else f"walls of {walls[best]:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
     )
     return (
         f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {what}, "

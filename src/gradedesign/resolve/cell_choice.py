@@ -23,7 +23,7 @@ class CellChoice:
     law : ScalingLaw
     bounds : (float, float)
         Intersection of the user's, the family's, the law's and the printer's density windows.
-    cubes_per_wall : float
+    elements_per_wall : float
         Elements of the explicit analysis across the thinnest wall.
     layout : CellLayout
     frames : callable, optional
@@ -33,7 +33,7 @@ class CellChoice:
     cell: Cell
     law: ScalingLaw
     bounds: tuple[float, float]
-    cubes_per_wall: float
+    elements_per_wall: float
     layout: CellLayout
     frames: Field | None = None
 

@@ -126,10 +126,10 @@ def write_lattice_files(
         with replacing_path(out.path_of(file.name)) as path:
             with blaming(who):
                 file.exporter.write(path, lattice)
-            found = sorted(p.name for p in path.parent.iterdir())
-            if found != [path.name] or path.is_symlink() or not path.is_file():
+            written = sorted(p.name for p in path.parent.iterdir())
+            if written != [path.name] or path.is_symlink() or not path.is_file():
                 raise PluginError(
-                    f"{who} left {', '.join(found) or 'nothing'}; expected that one file"
+                    f"{who} left {', '.join(written) or 'nothing'}; expected that one file"
                 )
             if path.stat().st_size == 0:
                 raise PluginError(f"{who} left an empty file")

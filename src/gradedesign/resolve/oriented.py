@@ -76,10 +76,10 @@ def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | Non
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
         tets, weights, _ = locate(mesh, flat, locator=locator)
         if at == "elements":
-            found = values[tets]
+            tensor = values[tets]
         else:
-            found = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
-        return np.moveaxis(found, 0, -1).reshape(3, 3, *points.shape[1:])
+            tensor = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
+        return np.moveaxis(tensor, 0, -1).reshape(3, 3, *points.shape[1:])
 
     return read
 
@@ -106,18 +106,18 @@ def constant_size(case: Case | GenerateCase) -> Field:
 
 
 def alignment(
-    case: Case | GenerateCase, cell_map: CellMap, tensor_of: Field, places: FloatArray
+    case: Case | GenerateCase, cell_map: CellMap, tensor_of: Field, points: FloatArray
 ) -> dict[str, Any]:
     """Angles between the largest principal direction and the nearest cell axis, plain data.
 
     Weighted by the principal value; beside it the same of straight cells.
     """
-    tensor = tensor_of(places)
+    tensor = tensor_of(points)
     start = turned_axes(case.lattice.rotation)
-    straight = np.repeat(start[:, :, None], places.shape[1], axis=2)
+    straight = np.repeat(start[:, :, None], points.shape[1], axis=2)
     report = {}
     for name, axes in (
-        ("angle_degrees", local_cells(cell_map, places).axes),
+        ("angle_degrees", local_cells(cell_map, points).axes),
         ("straight_angle_degrees", straight),
     ):
         angle, weight = principal_angle(axes, tensor)
@@ -154,10 +154,10 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
     wanted = constant_size(case)
     with locating(case, "lattice.orientation"):
         cell_map = graded_map(case, problem.part, wanted, frames)
-        layout = cell_layout(cell_map, cells.layout.places, case.lattice.edges, wanted=wanted)
+        layout = cell_layout(cell_map, cells.layout.points, case.lattice.edges, wanted=wanted)
     report = {
         **layout.report,
-        "orientation": alignment(case, cell_map, tensor_of, layout.places),
+        "orientation": alignment(case, cell_map, tensor_of, layout.points),
     }
     bounds, _ = density_bounds(case, cells.cell, cells.law, layout.least)
     return replace(
@@ -175,16 +175,16 @@ def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
 
 def _solid_stress(problem: Problem, solutions: tuple[Solution, ...]) -> Field:
     """Stress of the fully solid part in the load case that cells follow, by nearest element."""
-    told = problem.case.lattice.orientation
-    name = None if told is None else told.load_case
-    found = [
+    orientation = problem.case.lattice.orientation
+    name = None if orientation is None else orientation.load_case
+    solved = [
         (case, solution)
         for case, solution in zip(problem.loads, solutions, strict=True)
         if case.name == name
     ]
-    if not found:
+    if not solved:
         raise CaseError(f"the load case '{name}' that cells are to follow was not solved")
-    case, solution = found[0]
+    case, solution = solved[0]
     stress = element_stress(
         problem.space,
         solid_stiffness(problem),

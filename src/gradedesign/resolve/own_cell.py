@@ -23,8 +23,8 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
     PluginError
         If the maker refuses its options.
     """
-    told = case.lattice.own_cell
-    if told is None:
+    own = case.lattice.own_cell
+    if own is None:
         return registry
     name = case.lattice.cell
     if name in registry.cell_families:
@@ -33,9 +33,9 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
             f"[lattice.own_cell] another name"
         )
     with locating(case, "lattice.own_cell.maker"):
-        maker = lookup(registry, "cell_makers", told.maker)
+        maker = lookup(registry, "cell_makers", own.maker)
     with locating(case, "lattice.own_cell"):
-        family = make_cell(maker, name, told.options, told.file)
+        family = make_cell(maker, name, own.options, own.file)
     by = f"the case, through '{maker.name}' of {registry.sources['cell_makers'][maker.name]}"
     kinds = {kind: dict(names) for kind, names in registry.sources.items()}
     kinds["cell_families"][name] = by

@@ -67,7 +67,7 @@ def part_facets(case: Case, part: Part, mesh: TetMesh, names: Sequence[str]) -> 
     facets = {}
     for name in names:
         region = part.regions[name]
-        found = region_facets(mesh, region.corners, tolerance=0.1 * case.part.mesh_size)
-        check_region_area(found, region.area, name=name)
-        facets[name] = found.facets
+        matched = region_facets(mesh, region.corners, tolerance=0.1 * case.part.mesh_size)
+        check_region_area(matched, region.area, name=name)
+        facets[name] = matched.facets
     return facets

@@ -72,11 +72,11 @@ def planned_law(
     DensityError
         If the walls are too thin for any grid that a law is computed on.
     """
-    asked, edges = case.lattice.law, case.lattice.edges
+    name, edges = case.lattice.law, case.lattice.edges
     changed = changed_parameters(cell.family, cell.parameters)
     unequal = min(edges) < max(edges)
-    if asked != "auto" or not (changed or unequal or not usable_laws(registry, cell.name)):
-        law = choose_law(registry, cell.name, asked, case.lattice.density)
+    if name != "auto" or not (changed or unequal or not usable_laws(registry, cell.name)):
+        law = choose_law(registry, cell.name, name, case.lattice.density)
         return PlannedLaw(name=law.name, window=law.window)
     why = f"with {values_in_words(changed, cell.parameters)}" if changed else "of this cell"
     if unequal:

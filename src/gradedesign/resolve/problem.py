@@ -38,7 +38,7 @@ class Problem:
     solver : LinearSolver
     limits : tuple of Limit
         Those relative to the solid part are resolved by `solid.with_solid`.
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Tetrahedra outside the exclusion radius.
     clamped : tuple of callable
         Distances to the regions that are supported, mm.
@@ -60,7 +60,7 @@ class Problem:
     loads: tuple[PartLoadCase, ...]
     solver: LinearSolver
     limits: tuple[Limit, ...]
-    considered: BoolArray
+    evaluated: BoolArray
     clamped: tuple[Field, ...]
     exclusion_radius: float
     analysis: ExplicitAnalysis

@@ -71,10 +71,10 @@ def resolve_law(
             )
 
         law = computed_law(cell, poissons_ratio, plan.voxels, edges, case.lattice.density, tell)
-        told = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
+        remark = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
         if case.lattice.own_cell is None:
-            told += f"; 'gradedesign homogenise {cell.name}' says more"
-        return law, (told,)
+            remark += f"; 'gradedesign homogenise {cell.name}' says more"
+        return law, (remark,)
     unequal, changed = min(edges) < max(edges), changed_parameters(cell.family, cell.parameters)
     law = choose_law(registry, cell.name, case.lattice.law, case.lattice.density)
     said = _ratio_warnings(law, poissons_ratio)

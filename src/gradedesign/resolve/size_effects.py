@@ -26,8 +26,8 @@ from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 #: Half of the lattice has fewer cells than this across where walls are taken for what they are, or
 #: a warning says that they are not. Thicker parts are predicted better as a periodic lattice.
 FEW_CELLS = 3.0
-#: Places in the lattice at which the part's thickness is measured.
-PLACES = 1500
+#: Points in the lattice at which the part's thickness is measured.
+SAMPLE_POINTS = 1500
 
 
 def why_periodic(
@@ -71,11 +71,11 @@ def why_periodic(
 
 def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
     """Median thickness of the part over its lattice, along the cells' axes, mm; inf without one."""
-    if not layout.places.size:
+    if not layout.points.size:
         return np.inf
-    every = max(layout.places.shape[1] // PLACES, 1)
+    every = max(layout.points.shape[1] // SAMPLE_POINTS, 1)
     axes = Rotation.from_euler("XYZ", case.lattice.rotation, degrees=True).as_matrix()
-    lengths = local_thickness(part.surface, layout.places[:, ::every], axes)
+    lengths = local_thickness(part.surface, layout.points[:, ::every], axes)
     return float(np.median(lengths)) if lengths.size else np.inf
 
 

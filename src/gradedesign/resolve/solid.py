@@ -78,9 +78,9 @@ class SolidAnalysis:
 def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAnalysis:
     """Measures of the fully solid part; its stress only where a limit reads any."""
     measures: dict[str, tuple[SolidStress, ...]] = {}
-    if problem.considered.any() and any(limit.needs_stress for limit in problem.limits):
+    if problem.evaluated.any() and any(limit.needs_stress for limit in problem.limits):
         weights = np.repeat(
-            (signed_volumes(problem.space.mesh) * problem.considered / 4.0)[:, None], 4, axis=1
+            (signed_volumes(problem.space.mesh) * problem.evaluated / 4.0)[:, None], 4, axis=1
         )
         stiffness = solid_stiffness(problem)
         for case, solution in zip(problem.loads, solutions, strict=True):

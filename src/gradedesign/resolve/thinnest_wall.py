@@ -23,8 +23,8 @@ def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> flo
     lattice = problem.solid_fraction < 1
     if not lattice.any():
         return float(wall_mm(cells.cell, cells.bounds[0], layout.typical))
-    places = centroids(problem.space.mesh)[:, lattice]
-    density = evaluate(grid, places)
-    sizes = local_cells(layout.cell_map, places).least
+    points = centroids(problem.space.mesh)[:, lattice]
+    density = evaluate(grid, points)
+    sizes = local_cells(layout.cell_map, points).least
     walls = wall_mm(cells.cell, density, sizes)
     return float(walls.min())

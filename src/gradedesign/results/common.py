@@ -41,7 +41,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
         "case_name": problem.case.name,
         "budget": {
             "time_s": problem.case.run.time,
-            "max_rounds": problem.case.run.max_rounds,
+            "max_iterations": problem.case.run.max_iterations,
         },
         "law": {
             "name": law.name,

@@ -20,7 +20,7 @@ FOR_GOOD = ("tight", "stuck", "saturated", "solid", "stop_after")
 def finished_result(out: RunFolder, case: Case) -> RunResult | None:
     """The stored result of this case, where nothing could be added to it; else None.
 
-    A run that failed goes on, and so does one that time or rounds ended if the case allows more
+    A run that failed goes on, and so does one that time or iterations ended if the case allows more
     of them now, or one whose files are missing or damaged.
     """
     if RESULT_NAME not in out.artefacts() or out.damaged_artefacts():
@@ -39,8 +39,8 @@ def is_final(stored: RunResult, case: Case) -> bool:
     """Whether a run of the case as it is now would end where the stored one did."""
     if stored.ended_by in FOR_GOOD:
         return True
-    if stored.ended_by == "rounds":
-        return case.run.max_rounds <= len(stored.iterations)
+    if stored.ended_by == "iterations":
+        return case.run.max_iterations <= len(stored.iterations)
     if stored.ended_by == "time":
         return case.run.time <= stored.budget["time_s"]
     return False

@@ -1,4 +1,4 @@
-"""The rounds of a run as a table for other programs: iterations.csv."""
+"""The iterations of a run as a table for other programs: iterations.csv."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from itertools import chain
 
 from gradedesign.output.result import Iteration
 
-#: Header and attribute of what every round has.
+#: Header and attribute of what every iteration has.
 _COLUMNS = (
-    ("round [-]", "round"),
+    ("iteration [-]", "number"),
     ("mass [g]", "mass_g"),
     ("lattice mass [g]", "lattice_mass_g"),
     ("mean density [-]", "mean_density"),
@@ -26,7 +26,7 @@ _COLUMNS = (
 
 
 def iteration_log(iterations: Sequence[Iteration]) -> str:
-    """One line per round, comma separated, one value in a field and its unit in the header.
+    """One line per iteration, comma separated, one value in a field and its unit in the header.
 
     Every limit has columns of its own: the prediction before the analysis, the explicit value, the
     discrepancy, the latter over the former less one, and the factor on the prediction.

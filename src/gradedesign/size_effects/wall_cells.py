@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -106,7 +106,8 @@ def wall_factors(
     faces, axes = wall_faces(cell_map, part, domain, mesh, lattice)
     kinds, kind = wall_kinds(faces, axes, signed_volumes(mesh) * lattice, cells.cell.family)
     classes: list[WallClass] = []
-    warnings = []
+    unknown: list[str] = []
+    reasons: list[str] = []
     # The last entry stands for no wall.
     known = np.full(len(kinds) + 1, -1)
     for number, wall in enumerate(counted(kinds, "wall", len(kinds))):
@@ -115,18 +116,16 @@ def wall_factors(
             classes.append(_class(cells, wall, before))
         except (DensityError, LatticeError, ResourceError, SolverError) as error:
             at = centroids(mesh)[:, np.flatnonzero(kind[wall.axis] == number)[0]]
-            warnings.append(
-                f"walls of {_words(wall)}, as near ({', '.join(f'{v:.3g}' for v in at)}) mm, count "
-                f"as periodic lattice in sizing, which explicit analyses correct: {error}"
-            )
+            unknown.append(f"{_words(wall)} near ({', '.join(f'{v:.3g}' for v in at)}) mm")
+            reasons.append(str(error))
         else:
             known[number] = len(classes) - 1
     kind = known[kind]
     corners = cell_map(mesh.points)[:, mesh.tets]
-    places = np.einsum("dcm,qc->dqm", corners, points)
+    sample_points = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
     half = np.maximum(0.5 * (faces[1] - faces[0])[:, None], 1e-9)
-    height = np.where(kind[:, None] >= 0, (places - middle) / half, 0.0)
+    height = np.where(kind[:, None] >= 0, (sample_points - middle) / half, 0.0)
     factors = WallFactors(
         density=cells.density,
         classes=tuple(classes),
@@ -135,7 +134,18 @@ def wall_factors(
         points=points,
         weights=weights,
     )
-    return factors, tuple(warnings)
+    return factors, _unknown_walls(unknown, reasons)
+
+
+def _unknown_walls(walls: Sequence[str], reasons: Sequence[str]) -> tuple[str, ...]:
+    """One warning on all walls without ratios, with the reason of the first."""
+    if not walls:
+        return ()
+    of_how_many = f" (the first of {len(walls)})" if len(walls) > 1 else ""
+    return (
+        f"walls of {'; '.join(walls)} count as periodic lattice in sizing, which explicit analyses "
+        f"correct: {reasons[0]}{of_how_many}",
+    )
 
 
 def wall_resolution(cell: Cell, low: float) -> int | None:

@@ -54,7 +54,7 @@ def size_uniform(
     problem : SizingProblem
         With a filter of one column.
     start : float, optional
-        Density at which to look after the lower bound, such as that of an earlier round.
+        Density at which to look after the lower bound, such as that of an earlier iteration.
     max_iterations : int
         Analyses at most; when they run out the least density that is known to hold is returned,
         else the last.

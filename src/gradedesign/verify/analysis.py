@@ -1,4 +1,4 @@
-"""The protocol of explicit analyses: what rounds, acceptance and files know of them.
+"""The protocol of explicit analyses: what the loop, acceptance and files know of them.
 
 An analysis solves the printed solid at a resolution. What it returns holds sample points with
 stress, and displacements by region and by point; how it divides the solid is its own matter.

@@ -22,19 +22,22 @@ class ExclusionZone:
         Share of the phase's volume within the radius; phases that the solid has.
     everywhere : dict of load case to dict of phase to float, MPa
         The percentile that is judged, over the whole phase instead of the part outside.
+    maximum : dict of load case to dict of phase to float, MPa
+        Largest value in the whole phase.
     """
 
     radius: float
     percentile: float
     share: dict[str, float] = field(default_factory=dict)
     everywhere: dict[str, dict[str, float]] = field(default_factory=dict)
+    maximum: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
 def exclusion_zone(
     volumes: FloatArray,
     von_mises: Mapping[str, FloatArray],
     phase: IntArray,
-    considered: BoolArray,
+    evaluated: BoolArray,
     *,
     radius: float,
     percentile: float,
@@ -48,7 +51,7 @@ def exclusion_zone(
         Each value stands for a q-th of the point's volume.
     phase : (M,) int array
         Index into `measures.PHASES`.
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Outside the radius.
     radius : float, mm
     percentile : float
@@ -63,7 +66,7 @@ def exclusion_zone(
         radius=radius,
         percentile=percentile,
         share={
-            name: float(1.0 - volumes[chosen & considered].sum() / volumes[chosen].sum())
+            name: float(1.0 - volumes[chosen & evaluated].sum() / volumes[chosen].sum())
             for name, chosen in present.items()
         },
         everywhere={
@@ -73,6 +76,10 @@ def exclusion_zone(
                 )
                 for name, chosen in present.items()
             }
+            for case, stress in von_mises.items()
+        },
+        maximum={
+            case: {name: float(stress[chosen].max()) for name, chosen in present.items()}
             for case, stress in von_mises.items()
         },
     )

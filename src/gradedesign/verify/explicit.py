@@ -14,7 +14,7 @@ from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSoli
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import PHASES, StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import considered_at
+from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
 
@@ -90,7 +90,7 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
     report_step("stress measures")
     points, volumes = solved.points, solved.volumes
     phase = phase_at(solid.design.domain, points)
-    considered = considered_at(points, solid.clamped, solid.exclusion_radius)
+    evaluated = evaluated_at(points, solid.clamped, solid.exclusion_radius)
     von_mises = {name: solved.von_mises(name) for name in solved.load_cases}
     measures = {
         name: stress_measures(
@@ -98,7 +98,7 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
             volumes,
             stress,
             phase,
-            considered,
+            evaluated,
             limit=solid.stress_limit or np.inf,
             percentile=solid.percentile,
             cells=neighbourhood_cells(solid.design),
@@ -115,7 +115,7 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
             volumes,
             von_mises,
             phase,
-            considered,
+            evaluated,
             radius=solid.exclusion_radius,
             percentile=solid.percentile,
         ),

@@ -17,8 +17,8 @@ from gradedesign.errors import MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.lattice.islands import largest_pieces
 from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
+from gradedesign.mesh.feature_edges import snap_feature_edges
 from gradedesign.mesh.quality import TetReport, tet_report
-from gradedesign.mesh.sharpen import sharpen
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.workspace.progress import counted, report_step, stepping
@@ -26,7 +26,7 @@ from gradedesign.workspace.progress import counted, report_step, stepping
 log = logging.getLogger(__name__)
 
 #: Disconnected components may hold this share of the volume before the mesh is refused.
-LOOSE_SHARE = 0.01
+DISCONNECTED_SHARE = 0.01
 #: The mesh's volume may differ from the field's by this share.
 VOLUME_TOLERANCE = 0.04
 #: Points per cube edge when the field's volume is counted.
@@ -47,7 +47,7 @@ PLAIN_STEP = 0.8
 DOFS_PER_TET = 5.4
 #: Tetrahedra per solid volume of one grid cube: twelve of the body-centred grid, and what the cuts
 #: at the surface add (measured 1.1 to 1.4). What a mesh really has is counted before it is solved.
-TETS_PER_CUBE = 14.0
+TETS_PER_GRID_CELL = 14.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -125,16 +125,16 @@ def predict_unknowns(solid_volume: float, cube: float) -> int:
     cube : float, mm
         Edge of the grid cubes.
     """
-    return int(TETS_PER_CUBE * solid_volume / cube**3 * DOFS_PER_TET)
+    return int(TETS_PER_GRID_CELL * solid_volume / cube**3 * DOFS_PER_TET)
 
 
-def fitting_cube(solid_volume: float, memory_limit_bytes: float) -> float:
+def fitting_spacing(solid_volume: float, memory_limit_bytes: float) -> float:
     """Smallest cube whose solve fits the memory, mm; infinite where nothing fits."""
     room = memory_limit_bytes - predict_memory_bytes(0, 2)
     if room <= 0:
         return np.inf
     each = (predict_memory_bytes(10**6, 2) - predict_memory_bytes(0, 2)) / 1e6
-    cubes = room / (each * TETS_PER_CUBE * DOFS_PER_TET)
+    cubes = room / (each * TETS_PER_GRID_CELL * DOFS_PER_TET)
     # A little above, so that a cube nudged to divide the part's box still fits.
     return float(1.01 * (solid_volume / cubes) ** (1 / 3))
 
@@ -163,15 +163,15 @@ def mesh_lattice(
     """
     box = design.domain.upper - design.domain.lower
     with stepping("volume of the lattice"):
-        volume = field_volume(design, fitted_cube(box, cube))
+        volume = field_volume(design, dividing_spacing(box, cube))
     _require_memory(volume, cube, memory_limit_bytes)
-    asked, cube = cube, fitted_cube(box, cube, fitting_cube(volume, memory_limit_bytes))
+    asked, cube = cube, dividing_spacing(box, cube, fitting_spacing(volume, memory_limit_bytes))
     lower, shape = grid_for(design, cube)
     field = lattice_field(design, band=3 * cube)
     with stepping(f"meshing the lattice at {cube:.3g} mm"):
         stuffed = stuff(field, lower, shape, cube)
         report_step("sharp edges")
-        raw = sharpen(stuffed, design.domain.distance, body_field(design), cube)
+        raw = snap_feature_edges(stuffed, design.domain.distance, body_field(design), cube)
         report_step("disconnected components")
         mesh, dropped, share = _main_pieces(raw, bodies)
         report_step("quality")
@@ -193,21 +193,21 @@ def mesh_lattice(
 
 
 def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
-    """The largest piece of every body; more than crumbs beside them may be the grid's fault."""
+    """The largest piece of every body; more than fragments beside them may be the grid's fault."""
     if raw.tets.shape[1] == 0:
         raise CoarseGridError("no tetrahedron is left on this grid", step=PLAIN_STEP)
     mesh, dropped, share = largest_pieces(raw, keep=bodies, max_share=1.0)
-    if share > LOOSE_SHARE:
+    if share > DISCONNECTED_SHARE:
         raise CoarseGridError(
             f"the lattice falls apart: {dropped} disconnected components hold {share:.2%} "
-            f"of its volume, at most {LOOSE_SHARE:.0%} may be dropped",
+            f"of its volume, at most {DISCONNECTED_SHARE:.0%} may be dropped",
             step=PLAIN_STEP,
             pieces=share,
         )
     return mesh, dropped, share
 
 
-def fitted_cube(box: ArrayLike, cube: float, least: float = 0.0) -> float:
+def dividing_spacing(box: ArrayLike, cube: float, least: float = 0.0) -> float:
     """Largest cube, at most 12 % below the requested one, that divides a box best, mm.
 
     Faces of the part on grid planes come out flat and sharp; others are chamfered by a third of
@@ -267,7 +267,7 @@ def _require_memory(volume: float, cube: float, limit: float) -> None:
     dofs = predict_unknowns(volume, cube)
     need = predict_memory_bytes(dofs, 2)
     if need > limit:
-        coarser = fitting_cube(volume, limit)
+        coarser = fitting_spacing(volume, limit)
         raise ResourceError(
             f"the explicit analysis needs about {dofs / 1e6:.2g} M unknowns and "
             f"{need / 1e9:.3g} GB at a grid of {cube:.3g} mm, but [run] memory is "

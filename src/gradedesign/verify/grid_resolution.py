@@ -1,7 +1,7 @@
-"""How many grid cubes the thinnest wall or strut of a cell needs, measured on the cell itself.
+"""How many grid elements the thinnest wall or strut of a cell needs, measured on the cell itself.
 
-Isosurface stuffing keeps a wall of 1.25 cubes, but rounds a strut of 2 cubes to an eighth less
-volume and loses one of 1.25: what a feature needs depends on its shape. One period of the cell is
+Isosurface stuffing keeps a wall of 1.25 elements, but rounds a strut of 2 to an eighth less volume
+and loses one of 1.25: what a feature needs depends on its shape. One period of the cell is
 meshed on ever finer grids until its volume is near enough to the density it stands for.
 """
 
@@ -20,26 +20,27 @@ from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
-KIND = "grid-resolution"
-#: Cubes across a solid layer with plane faces, and at least across anything.
-LAYER_CUBES = 1.25
-#: Cubes across the thinnest wall that are tried, coarsest first. What is no wall has two at least:
-#: with fewer, joints may make up for the volume that struts lose.
-TRIED = (LAYER_CUBES, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
+KIND = "elements-per-wall"
+#: Elements across a solid layer with plane faces, and at least across anything.
+LAYER_ELEMENTS = 1.25
+#: Elements across the thinnest wall that are tried, coarsest first. What is no wall has two at
+#: least: with fewer, joints may make up for the volume that struts lose.
+TRIED = (LAYER_ELEMENTS, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
 #: Relative error of the volume that the thinnest walls of a design may have. Denser cells have
 #: less, so that the whole lattice keeps within the tolerance of its mesh.
 CELL_TOLERANCE = 0.06
-#: Corners of a cell at which the grid begins, in cubes: where struts lie on planes of the grid or
-#: between them changes the volume, so the mean over some places counts.
+#: Corners of a cell at which the grid begins, in elements: where struts lie on planes of the grid
+#: or between them changes the volume, so the mean over some places counts.
 PLACES = ((0.13, 0.27, 0.41), (0.61, 0.83, 0.07), (0.37, 0.53, 0.71))
 #: Corner of the period that is counted, cells: off the planes in which walls and struts often lie.
 CORNER = (0.31, 0.37, 0.43)
-#: Grids of more cubes per edge are not tried: cells as thin as this are sheets, which need least.
-MOST_CUBES = 110
+#: Grids of more elements per edge are not tried: cells as thin as this are sheets, which need
+#: least.
+MOST_ELEMENTS = 110
 
 
-def cubes_per_wall(cell: Cell, rho: float) -> float:
-    """Grid cubes across the thinnest wall with which a cell keeps its volume.
+def elements_per_wall(cell: Cell, rho: float) -> float:
+    """Grid elements across the thinnest wall with which a cell keeps its volume.
 
     Parameters
     ----------
@@ -52,40 +53,40 @@ def cubes_per_wall(cell: Cell, rho: float) -> float:
     -------
     float
         The least of `TRIED` with which the volume of a period is within `CELL_TOLERANCE`, or the
-        finest that `MOST_CUBES` allow.
+        finest that `MOST_ELEMENTS` allow.
     """
-    return _cubes_per_wall(cell, round(float(rho), 4))
+    return _elements_per_wall(cell, round(float(rho), 4))
 
 
 @lru_cache(maxsize=64)
-def _cubes_per_wall(cell: Cell, rho: float) -> float:
+def _elements_per_wall(cell: Cell, rho: float) -> float:
     key = content_key(KIND, cell_key(cell), rho)
     stored = load_arrays(KIND, key)
     if stored is not None:
-        return float(stored["cubes"])
-    cubes = _measured(cell, rho)
-    store_arrays(KIND, key, cubes=cubes)
-    return cubes
+        return float(stored["elements"])
+    elements = _measured(cell, rho)
+    store_arrays(KIND, key, elements=elements)
+    return elements
 
 
 def _measured(cell: Cell, rho: float) -> float:
     """The coarsest of `TRIED` that keeps the volume of a period, by meshing it."""
     wall = float(wall_mm(cell, rho, 1.0))
     coarsest = TRIED[0]
-    for cubes in TRIED:
-        if wall <= 0 or cell.family.period * cubes / wall > MOST_CUBES:
+    for elements in TRIED:
+        if wall <= 0 or cell.family.period * elements / wall > MOST_ELEMENTS:
             break
-        coarsest = cubes
+        coarsest = elements
         # A long period shows its struts in many places of the grid by itself.
         places = PLACES if cell.family.period == 1 else PLACES[:1]
-        volumes = [_volume(cell, rho, wall / cubes, np.array(place)) for place in places]
+        volumes = [_volume(cell, rho, wall / elements, np.array(place)) for place in places]
         if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
             break
     return coarsest
 
 
 def _volume(cell: Cell, rho: float, h: float, place: FloatArray) -> float:
-    """Share of a period that its mesh on cubes of ``h`` cells holds."""
+    """Share of a period that its mesh on elements of ``h`` cells holds."""
     family, period = cell.family, float(cell.family.period)
     level = float(cell.level_of(rho))
     count = int(np.ceil(period / h)) + 9

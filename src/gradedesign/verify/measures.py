@@ -28,9 +28,9 @@ class StressMeasure:
     maximum : float, MPa
         Largest Gauss-point value: grows with refinement, reported only.
     share_above : float
-        Share of the phase's considered volume above the limit.
+        Share of the phase's evaluated volume above the limit.
     volume : float, mm^3
-        Considered volume.
+        Evaluated volume.
     worst_cell : float, MPa
         Largest percentile of any single neighbourhood of one cell.
     worst_cell_centre : (float, float, float), mm
@@ -50,7 +50,7 @@ def stress_measures(
     volumes: FloatArray,
     von_mises: FloatArray,
     phase: IntArray,
-    considered: BoolArray,
+    evaluated: BoolArray,
     *,
     limit: float,
     percentile: float,
@@ -67,7 +67,7 @@ def stress_measures(
         Each value stands for a q-th of the point's volume.
     phase : (M,) int array
         Index into `PHASES`.
-    considered : (M,) bool array
+    evaluated : (M,) bool array
         Outside the exclusion radius of clamped regions.
     limit : float, MPa
     percentile : float
@@ -80,7 +80,7 @@ def stress_measures(
     """
     measures = []
     for number, name in enumerate(PHASES):
-        chosen = considered & (phase == number)
+        chosen = evaluated & (phase == number)
         if not chosen.any():
             continue
         values = von_mises[chosen].ravel()

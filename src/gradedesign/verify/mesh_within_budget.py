@@ -13,9 +13,9 @@ from gradedesign.verify.explicit_mesh import (
     CoarseGridError,
     ExplicitMesh,
     LargeGridError,
+    dividing_spacing,
     field_volume,
-    fitted_cube,
-    fitting_cube,
+    fitting_spacing,
     mesh_lattice,
     predict_unknowns,
 )
@@ -65,8 +65,8 @@ def mesh_within_budget(
     """
     with stepping("volume of the lattice"):
         box = design.domain.upper - design.domain.lower
-        volume = field_volume(design, fitted_cube(box, cube))
-    fitting = fitting_cube(volume, memory_limit_bytes)
+        volume = field_volume(design, dividing_spacing(box, cube))
+    fitting = fitting_spacing(volume, memory_limit_bytes)
     refused: list[str] = []
 
     def refuse(message: str) -> None:

@@ -29,12 +29,12 @@ from gradedesign.verify.analysis import (
     Resolution,
 )
 from gradedesign.verify.explicit_mesh import (
-    fitted_cube,
-    fitting_cube,
+    dividing_spacing,
+    fitting_spacing,
     mesh_lattice,
     predict_unknowns,
 )
-from gradedesign.verify.grid_resolution import LAYER_CUBES, cubes_per_wall
+from gradedesign.verify.grid_resolution import LAYER_ELEMENTS, elements_per_wall
 from gradedesign.verify.mesh_within_budget import COARSEST, mesh_within_budget
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.tet_fields import TetFields, solid_stiffness
@@ -42,12 +42,12 @@ from gradedesign.workspace.progress import report_step
 
 #: Tetrahedra per solid volume of one grid cube, and unknowns per tetrahedron, of walls two to
 #: three cubes thick: measured 13.2 to 13.8 and 4.8 to 5.0 on the cases mini and size-graded.
-TETS_PER_SOLID_CUBE, DOFS_PER_TET = 14.0, 5.1
-#: Seconds for each cube of the grid (sampling its field, stuffing, sharpening), for each unknown
+TETS_PER_GRID_CELL, DOFS_PER_TET = 14.0, 5.1
+#: Seconds for each element of the grid (sampling its field, stuffing, snapping), for each unknown
 #: (assembly, multigrid and the first load case), and what each further load case adds as a share of
 #: the latter; they are iterated in pairs, on one hierarchy. Measured in first rounds on two idle
 #: cores: 0.5 to 2.7e-4 and 1.9 to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M.
-CUBE_S, UNKNOWN_S, MORE_CASES = 1.1e-4, 2.4e-5, 0.45
+GRID_CELL_S, UNKNOWN_S, MORE_CASES = 1.1e-4, 2.4e-5, 0.45
 
 
 def solve_tets(
@@ -153,12 +153,12 @@ def solve_stuffed(
 def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     """Size of the analysis on grid cubes of a spacing, mm."""
     counts = np.ceil(np.asarray(planned.box) / spacing) + 4
-    tets = TETS_PER_SOLID_CUBE * planned.volume / spacing**3
+    tets = TETS_PER_GRID_CELL * planned.volume / spacing**3
     unknowns = int(tets * DOFS_PER_TET)
     return AnalysisEstimate(
         unknowns=unknowns,
         memory_bytes=predict_memory_bytes(predict_unknowns(planned.volume, spacing), 2),
-        mesh_s=CUBE_S * float(counts.prod()),
+        mesh_s=GRID_CELL_S * float(counts.prod()),
         solve_s=solve_seconds(unknowns, planned.load_cases),
         surface_tets=tets,
     )
@@ -171,10 +171,10 @@ def solve_seconds(unknowns: float, load_cases: int) -> float:
 
 def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -> float:
     """Cube that `solve_stuffed` takes, mm: one that the memory holds and that divides the box."""
-    fitting = fitting_cube(planned.volume, memory_bytes)
+    fitting = fitting_spacing(planned.volume, memory_bytes)
     if spacing < fitting <= COARSEST * spacing:
         spacing = fitting
-    return fitted_cube(planned.box, spacing, fitting)
+    return dividing_spacing(planned.box, spacing, fitting)
 
 
 #: Body-fitted quadratic tetrahedra by isosurface stuffing, ``[run] analysis = "tets"``.
@@ -183,7 +183,7 @@ STUFFED_TETS = ExplicitAnalysis(
     solve=solve_stuffed,
     estimate=estimate,
     fitted_spacing=fitted_spacing,
-    elements_per_wall=cubes_per_wall,
-    elements_per_layer=LAYER_CUBES,
+    elements_per_wall=elements_per_wall,
+    elements_per_layer=LAYER_ELEMENTS,
     coarsest=COARSEST,
 )

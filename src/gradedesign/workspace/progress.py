@@ -1,10 +1,10 @@
 """Progress reports of a run; only the command line draws them.
 
 Two ways lead out of a computation. An `Event` goes to the listener that the caller passed: a stage
-began or ended, a round was finished. A *step* says where a long computation stands at this moment:
-`report_step`, `stepping` and `counted` write it into the `Watch` of the current context, where
-another thread may read it, and do nothing where nobody watches. So steps need no argument through
-ten functions, and cost nothing that could be measured.
+began or ended, an iteration was finished. A *step* says where a long computation stands at this
+moment: `report_step`, `stepping` and `counted` write it into the `Watch` of the current context,
+where another thread may read it, and do nothing where nobody watches. So steps need no argument
+through ten functions, and cost nothing that could be measured.
 """
 
 from __future__ import annotations

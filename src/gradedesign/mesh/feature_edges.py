@@ -1,4 +1,4 @@
-"""Restore sharp edges of a stuffed mesh where two smooth surfaces meet.
+"""Snap vertices of a stuffed mesh to the feature edge where two smooth surfaces meet.
 
 Isosurface stuffing cuts off an edge between two faces: the surface triangle runs from a vertex on
 one face to a vertex on the other. Here one end of each such triangle side is moved onto the edge,
@@ -16,17 +16,17 @@ from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 
 log = logging.getLogger(__name__)
 
-#: A vertex lies on a face when the face's field is smaller than this, in grid cubes.
+#: A vertex lies on a face when the face's field is smaller than this, in grid spacings.
 ON_FACE = 0.08
-#: A vertex moves at most this far, in grid cubes.
+#: A vertex moves at most this far, in grid spacings.
 FARTHEST = 0.75
 #: Dihedral angles that moved tetrahedra must keep, degrees.
 LEAST_ANGLE, LARGEST_ANGLE = 9.0, 165.0
-#: Step of the difference quotients, in grid cubes.
+#: Step of the difference quotients, in grid spacings.
 STEP = 1e-3
 
 
-def sharpen(mesh: TetMesh, first: Field, second: Field, cube: float) -> TetMesh:
+def snap_feature_edges(mesh: TetMesh, first: Field, second: Field, spacing: float) -> TetMesh:
     """Move vertices onto the edge where two fields vanish together.
 
     Parameters
@@ -35,20 +35,20 @@ def sharpen(mesh: TetMesh, first: Field, second: Field, cube: float) -> TetMesh:
         Stuffed from ``max(one, other)``.
     first, second : callable
         Fields in about mm, negative inside.
-    cube : float, mm
-        Grid of the stuffing.
+    spacing : float, mm
+        Grid spacing of the stuffing.
 
     Returns
     -------
     TetMesh
         Same connectivity; a vertex whose move would spoil a tetrahedron stays where it was.
     """
-    movers = _vertices_to_move(mesh, first, second, cube)
+    movers = _vertices_to_move(mesh, first, second, spacing)
     if len(movers) == 0:
         return mesh
     start = mesh.points[:, movers]
-    target, sound = _onto_both(start, first, second, cube)
-    keep = sound & (np.linalg.norm(target - start, axis=0) <= FARTHEST * cube)
+    target, sound = _onto_both(start, first, second, spacing)
+    keep = sound & (np.linalg.norm(target - start, axis=0) <= FARTHEST * spacing)
     points = np.array(mesh.points)
     points[:, movers[keep]] = target[:, keep]
     moved = np.zeros(points.shape[1], dtype=bool)
@@ -62,12 +62,12 @@ def sharpen(mesh: TetMesh, first: Field, second: Field, cube: float) -> TetMesh:
             break
         points[:, culprits] = mesh.points[:, culprits]
         moved[culprits] = False
-    log.info("sharpened %d of %d edge vertices", np.count_nonzero(moved), len(movers))
+    log.info("snapped %d of %d edge vertices", np.count_nonzero(moved), len(movers))
     return TetMesh(points=points, tets=mesh.tets)
 
 
 def _vertices_to_move(
-    mesh: TetMesh, first_field: Field, second_field: Field, cube: float
+    mesh: TetMesh, first_field: Field, second_field: Field, spacing: float
 ) -> IntArray:
     """Of every triangle side from one face to the other, the end nearer to their edge."""
     facets, _ = boundary_facets(mesh)
@@ -77,7 +77,7 @@ def _vertices_to_move(
     # Distance to the edge: the field that does not vanish here.
     near[used] = np.maximum(np.abs(first), np.abs(second))
     side = np.zeros(mesh.points.shape[1], dtype=np.int64)
-    on_one, on_other = np.abs(first) <= ON_FACE * cube, np.abs(second) <= ON_FACE * cube
+    on_one, on_other = np.abs(first) <= ON_FACE * spacing, np.abs(second) <= ON_FACE * spacing
     side[used[on_one & ~on_other]] = 1
     side[used[on_other & ~on_one]] = 2
     ends = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]])
@@ -87,12 +87,12 @@ def _vertices_to_move(
 
 
 def _onto_both(
-    points: FloatArray, first: Field, second: Field, cube: float
+    points: FloatArray, first: Field, second: Field, spacing: float
 ) -> tuple[FloatArray, BoolArray]:
     """Newton steps of least length onto both zero sets; the mask says where they arrive."""
     position = np.array(points)
     for _ in range(4):
-        value, gram, slopes = _linearised(position, first, second, cube)
+        value, gram, slopes = _linearised(position, first, second, spacing)
         det = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
         steep = det > np.maximum(1e-2 * gram[0, 0] * gram[1, 1], 1e-12)
         det = np.where(steep, det, 1.0)
@@ -100,19 +100,19 @@ def _onto_both(
         b = (gram[0, 0] * value[1] - gram[0, 1] * value[0]) / det
         step = -(a * slopes[0] + b * slopes[1])
         length = np.linalg.norm(step, axis=0)
-        step *= np.minimum(1.0, 0.5 * cube / np.maximum(length, 1e-300))
+        step *= np.minimum(1.0, 0.5 * spacing / np.maximum(length, 1e-300))
         position += np.where(steep, step, 0.0)
-    value, _, slopes = _linearised(position, first, second, cube)
+    value, _, slopes = _linearised(position, first, second, spacing)
     size = np.linalg.norm(slopes, axis=1)
-    reached = np.abs(value) <= 0.02 * cube * size
+    reached = np.abs(value) <= 0.02 * spacing * size
     return position, np.asarray((reached & (size > 0)).all(axis=0))
 
 
 def _linearised(
-    points: FloatArray, first: Field, second: Field, cube: float
+    points: FloatArray, first: Field, second: Field, spacing: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Values ``(2, n)``, products of gradients ``(2, 2, n)`` and gradients ``(2, 3, n)``."""
-    step = STEP * cube
+    step = STEP * spacing
     slopes = np.zeros((2, *points.shape))
     for k, field in enumerate((first, second)):
         for d in range(3):

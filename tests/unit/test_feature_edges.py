@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from gradedesign.mesh.feature_edges import snap_feature_edges
 from gradedesign.mesh.quality import tet_report
-from gradedesign.mesh.sharpen import sharpen
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import boundary_facets
 
@@ -23,10 +23,12 @@ def _plane(x):
     return np.tensordot(NORMAL, x, axes=1) - NORMAL @ CENTRE
 
 
-def _meshes(cube=0.5):
-    count = int(7.5 / cube)
-    raw = stuff(lambda x: np.maximum(_ball(x), _plane(x)), (-0.01, -0.02, 0.03), (count,) * 3, cube)
-    return raw, sharpen(raw, _ball, _plane, cube)
+def _meshes(spacing=0.5):
+    count = int(7.5 / spacing)
+    raw = stuff(
+        lambda x: np.maximum(_ball(x), _plane(x)), (-0.01, -0.02, 0.03), (count,) * 3, spacing
+    )
+    return raw, snap_feature_edges(raw, _ball, _plane, spacing)
 
 
 def _rim(mesh):
@@ -36,12 +38,12 @@ def _rim(mesh):
     return np.linalg.norm(points[:, flat] - CENTRE[:, None], axis=0)
 
 
-@pytest.mark.parametrize("cube", [0.5, 0.3])
-def test_the_chamfer_is_gone(cube):
+@pytest.mark.parametrize("spacing", [0.5, 0.3])
+def test_the_chamfer_is_gone(spacing):
     """Volume of a hemisphere, 2/3 pi R^3, less what chords take from the whole ball."""
-    raw, sharp = _meshes(cube)
-    count = int(7.5 / cube)
-    ball = stuff(_ball, (-0.01, -0.02, 0.03), (count,) * 3, cube)
+    raw, sharp = _meshes(spacing)
+    count = int(7.5 / spacing)
+    ball = stuff(_ball, (-0.01, -0.02, 0.03), (count,) * 3, spacing)
     chords = 1 - tet_report(ball).volume / (4 / 3 * np.pi * RADIUS**3)
     before, after = (
         1 - tet_report(m).volume / (2 / 3 * np.pi * RADIUS**3) - chords for m in (raw, sharp)
@@ -51,7 +53,7 @@ def test_the_chamfer_is_gone(cube):
 
 
 def test_the_edge_is_reached():
-    """Most of the rim's vertices lie on the circle of radius 3 mm after sharpening."""
+    """Most of the rim's vertices lie on the circle of radius 3 mm after snapping."""
     raw, sharp = _meshes()
     on_edge = [np.count_nonzero(np.abs(_rim(m) - RADIUS) < 0.02) for m in (raw, sharp)]
     assert on_edge[1] >= 20
@@ -77,4 +79,4 @@ def test_moved_vertices_lie_on_both_faces():
 
 def test_a_smooth_solid_is_left_alone():
     mesh = stuff(_ball, (0.0, 0.0, 0.0), (15, 15, 15), 0.5)
-    assert sharpen(mesh, _ball, lambda x: x[0] - 50.0, 0.5) is mesh
+    assert snap_feature_edges(mesh, _ball, lambda x: x[0] - 50.0, 0.5) is mesh

@@ -1,0 +1,233 @@
+"""The table of a sweep: a row for each design, as records, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from io import StringIO
+from typing import Any
+
+from gradedesign.limits.row import LimitRow
+from gradedesign.output.result import RunResult
+from gradedesign.sweep.study import Design, Study, value_text
+
+#: Status of a design that was not run yet.
+WAITING = "waiting"
+FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitValue:
+    """One limit of one design.
+
+    Attributes
+    ----------
+    value, limit : float
+    unit : str
+    """
+
+    value: float
+    limit: float
+    unit: str
+
+    @property
+    def utilisation(self) -> float:
+        """Value over limit."""
+        return self.value / self.limit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignRow:
+    """One design of the table.
+
+    Attributes
+    ----------
+    number : int
+        From 1, in the order of the study.
+    label : str
+        Values of the design in one line.
+    values : mapping of dotted key to value
+    status : str
+        Of its run, or `WAITING`.
+    lightest : bool
+    mass_g, solid_mass_g, relative_density : float or None
+    limits : mapping of name to LimitValue
+        In the order of the result.
+    error : str
+        One sentence where the run failed.
+    folder : str
+        Below that of the sweep.
+    seconds : float or None
+        Of the session that finished it.
+    """
+
+    number: int
+    label: str
+    values: Mapping[str, Any]
+    status: str
+    folder: str
+    lightest: bool = False
+    mass_g: float | None = None
+    solid_mass_g: float | None = None
+    relative_density: float | None = None
+    limits: Mapping[str, LimitValue]
+    error: str = ""
+    seconds: float | None = None
+
+    @property
+    def utilisation(self) -> float | None:
+        """Largest value over limit; None without limits."""
+        return max((limit.utilisation for limit in self.limits.values()), default=None)
+
+    @property
+    def holds(self) -> bool:
+        """Whether there is a mass and every limit holds, if only by the homogenised prediction."""
+        most = self.utilisation
+        return self.mass_g is not None and most is not None and most <= 1.0
+
+
+def design_row(
+    design: Design,
+    folder: str,
+    result: RunResult | None,
+    *,
+    error: str = "",
+    seconds: float | None = None,
+) -> DesignRow:
+    """The row of a design.
+
+    Parameters
+    ----------
+    design : Design
+    folder : str
+        Below that of the sweep.
+    result : RunResult or None
+        None before it ran.
+    error : str
+        Message of what ended its run; replaces the result.
+    seconds : float, optional
+    """
+    waiting = DesignRow(
+        number=design.number,
+        label=design.label,
+        values=dict(design.values),
+        status=WAITING,
+        folder=folder,
+        limits={},
+        seconds=seconds,
+    )
+    if error or (result is not None and result.status == FAILED):
+        said = error or ("" if result is None else result.reason)
+        return replace(waiting, status=FAILED, error=" ".join(said.split()))
+    if result is None:
+        return waiting
+    return replace(
+        waiting,
+        status=result.status,
+        lightest=result.lightest,
+        mass_g=result.mass_g,
+        solid_mass_g=result.solid_mass_g,
+        relative_density=result.relative_density,
+        limits={
+            limit_name(row): LimitValue(value=row.value, limit=row.limit, unit=row.unit)
+            for row in result.limits
+        },
+    )
+
+
+def limit_name(row: LimitRow) -> str:
+    """Name of a limit, with its load case where it belongs to one."""
+    return f"{row.name} ({row.key.load_case})" if row.key.load_case else row.name
+
+
+def limit_units(rows: Sequence[DesignRow]) -> dict[str, str]:
+    """Units of the limits of all designs by name, in the order in which they come."""
+    return {name: limit.unit for row in rows for name, limit in row.limits.items()}
+
+
+def table_csv(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) -> str:
+    """One line per design, comma separated, one value in a field and its unit in the header.
+
+    Parameters
+    ----------
+    study : Study
+    rows : sequence of DesignRow
+    best : frozenset of int
+        Numbers of the non-dominated designs.
+    """
+    units = limit_units(rows)
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_header(study, units))
+    for row in rows:
+        numbers = [row.mass_g, row.solid_mass_g, row.relative_density]
+        for name in units:
+            found = row.limits.get(name)
+            numbers += (
+                [None] * 3 if found is None else [found.value, found.limit, found.utilisation]
+            )
+        writer.writerow(
+            [
+                row.number,
+                *(value_text(row.values[key]) if key in row.values else "" for key in study.keys),
+                row.status,
+                int(row.lightest),
+                int(row.number in best),
+                *("" if number is None else f"{number:.6g}" for number in numbers),
+                row.folder,
+                row.error,
+                "" if row.seconds is None else f"{row.seconds:.1f}",
+            ]
+        )
+    return text.getvalue()
+
+
+def _header(study: Study, units: Mapping[str, str]) -> Iterator[str]:
+    yield "design"
+    yield from study.keys
+    yield from ("status", "lightest", "non-dominated")
+    yield from ("mass [g]", "solid mass [g]", "relative density [-]")
+    for name, unit in units.items():
+        yield from (f"{name} [{unit}]", f"limit of {name} [{unit}]", f"utilisation of {name} [-]")
+    yield from ("folder", "error", "time [s]")
+
+
+def table_json(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) -> dict[str, Any]:
+    """The table as plain data, numbers in six digits as in the CSV."""
+    return {
+        "study": study.name,
+        "keys": list(study.keys),
+        "designs": [
+            {
+                "design": row.number,
+                "values": json.loads(json.dumps(row.values, default=str)),
+                "status": row.status,
+                "lightest": row.lightest,
+                "non_dominated": row.number in best,
+                "mass_g": _short(row.mass_g),
+                "solid_mass_g": _short(row.solid_mass_g),
+                "relative_density": _short(row.relative_density),
+                "limits": [
+                    {
+                        "name": name,
+                        "value": _short(limit.value),
+                        "limit": _short(limit.limit),
+                        "unit": limit.unit,
+                        "utilisation": _short(limit.utilisation),
+                    }
+                    for name, limit in row.limits.items()
+                ],
+                "folder": row.folder,
+                "error": row.error,
+                "seconds": row.seconds,
+            }
+            for row in rows
+        ],
+    }
+
+
+def _short(number: float | None) -> float | None:
+    """A number in six digits: further ones depend on the number of threads."""
+    return None if number is None else float(f"{number:.6g}")
