@@ -121,7 +121,7 @@ def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
             f"{found.element_mm:.3g} mm, so that a strut or wall is missing in one of them"
         )
     if warnings:
-        warnings[-1] += '; raise [run] mesh_cubes_per_wall, or judge by acceptance = "whole"'
+        warnings[-1] += '; raise [run] elements_per_wall, or judge by acceptance = "whole"'
     return tuple(warnings)
 
 
