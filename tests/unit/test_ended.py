@@ -81,7 +81,8 @@ def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):
     found = verdict(0.94, BY_TIME)
     assert (found.status, found.lightest, found.ended_by) == ("met", False, "time")
     assert found.reason == (
-        "every limit holds in the accepted analysis; the most used one to 94.0%; not the lightest: "
+        "every limit holds at the unfavourable end of its band; the most used one to 94.0%; "
+        "not the lightest: "
         f"{BY_TIME.words}, and a lighter design may exist"
     )
     assert found.warnings == ("a grid of 1 mm was refined",)

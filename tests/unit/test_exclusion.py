@@ -4,28 +4,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.limits.local_stress import KIND, share_warnings
 from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.verify.exclusion import exclusion_zone
 from gradedesign.verify.measures import stress_measures
 
-CASE = """\
-[case]
-name = "block"
-[part]
-box = ["30 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "pull"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+CASE = (
+    held_bar(box_part(30, 10, 10, 5), name="block")
+    + """\
 [limits]
 stress = "20 MPa"
 exclusion_radius = "10 mm"
@@ -34,6 +22,7 @@ cell = "gyroid-sheet"
 size = "5 mm"
 density = [0.2, 0.5]
 """
+)
 
 
 def test_share_and_stress_with_everything_are_measured_by_phase():

@@ -207,6 +207,12 @@ def as_json(result: RunResult) -> dict[str, Any]:
     data["folder"] = str(result.folder)
     for key, rows in (("limits", result.limits), ("solid", result.solid)):
         data[key] = [
-            {**asdict(row), "utilisation": row.utilisation, "passed": row.passed} for row in rows
+            {
+                **asdict(row),
+                "decisive": row.decisive,
+                "utilisation": row.utilisation,
+                "passed": row.passed,
+            }
+            for row in rows
         ]
     return data
