@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from small_parts import SHORT_BAR
 
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import write_stl
@@ -12,26 +13,10 @@ from gradedesign.results import files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first round and exports what it found.
-CASE = """
-[case]
-name = "two bodies"
-[part]
-file = "two.stl"
-units = "mm"
-mesh_size = "4 mm"
-bodies = "all"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[keep]]
-region = "root"
-margin = "1.5 mm"
-[[keep]]
-region = "tip"
-margin = "1.5 mm"
+PART = 'file = "two.stl"\nunits = "mm"\nbodies = "all"'
+CASE = (
+    SHORT_BAR.replace('box = ["16 mm", "8 mm", "8 mm"]', PART)
+    + """
 [[load_case]]
 name = "shear"
 fix = [{region = "root"}]
@@ -47,6 +32,7 @@ elements_per_wall = 1.0
 [output]
 formats = ["stl"]
 """
+)
 
 
 @pytest.fixture
@@ -91,7 +77,7 @@ def test_two_bodies_are_judged_by_their_exported_surface(cli, folder):
     text = (folder / "case.toml").read_text(encoding="utf-8")
     text = text.replace('magnitude = "0.006 mm"', 'magnitude = "0.02 mm"')
     text = text.replace("elements_per_wall = 1.0", "elements_per_wall = 1.2")
-    text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_rounds = 2')
+    text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_iterations = 2')
     (folder / "case.toml").write_text(text, encoding="utf-8")
     ended = cli("run", folder, "-o", folder / "run")
     # A first acceptance found 2.2 % more than the explicit analysis: either verdict may come.

@@ -196,9 +196,7 @@ def test_the_whole_surface_goes_to_the_mesher_of_the_case(mesher, monkeypatch):
 
     monkeypatch.setattr(acceptance, "solve_tets", solve)
     solid = printed()
-    result = accept_whole(
-        box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(), solid), time_limit_s=600.0
-    )
+    result = accept_whole(box_surface((SIDE, SIDE, SIDE)), solid, size=1.0, time_limit_s=600.0)
     (volume, options), (mesh, division, tolerance) = mesher[0], solved[0]
     assert volume == pytest.approx(SIDE**3)
     # 1.2 times the surface size an edge, an envelope of 6 % of it: by definition of the route.
@@ -229,16 +227,16 @@ def test_a_lattice_of_one_body_that_falls_in_two_is_refused(monkeypatch):
     monkeypatch.setattr(acceptance, "solve_tets", lambda mesh, *_: kept.append(mesh) or Block())
     surface, one, two = box_surface((1.0, 1.0, 2.0)), printed(), printed(bodies=2)
     with pytest.raises(LatticeError, match="falls apart"):
-        accept_whole(surface, one, explicit(Block(), one), time_limit_s=1.0)
+        accept_whole(surface, one, size=1.0, time_limit_s=1.0)
     assert kept == []
-    accept_whole(surface, two, explicit(Block(), two), time_limit_s=1.0)
+    accept_whole(surface, two, size=1.0, time_limit_s=1.0)
     assert kept[0].tets.shape == two_boxes().mesh.tets.shape
 
 
 # --- windows --------------------------------------------------------------------------------------
 
-#: Its box reaches 1.4 halves from the centre: from 2 to 10 mm.
-WINDOW = Window(centre=(6.0, 6.0, 6.0), half=4.0 / 1.4, value=1.0, load_case="pull")
+#: Its box reaches two halves from the centre: from 2 to 10 mm.
+WINDOW = Window(centre=(6.0, 6.0, 6.0), half=2.0, value=1.0, load_case="pull")
 
 
 def windowed(block=None, **asked):
@@ -248,6 +246,7 @@ def windowed(block=None, **asked):
         WINDOW,
         explicit(block or Block(), solid),
         solid,
+        size=1.0,
         time_limit_s=60.0,
     )
 
@@ -289,22 +288,67 @@ def test_the_most_stressed_cells_are_judged():
         box_surface((SIDE, SIDE, SIDE)),
         solid,
         explicit(Block(peak=3.0), solid),
+        size=1.0,
         time_limit_s=600.0,
         on_window=told.append,
     )
-    assert (result.scope, result.whole, list(result.windows)) == ("windows", None, told)
+    assert (result.scope, result.whole) == ("windows", None)
+    assert set(map(id, result.windows)) <= set(map(id, told))  # enlarged ones are told too
     # The cell of 3 MPa first, about (7.5, 7.5, 7.5) mm; then one that does not overlap it.
     assert told[0].window.centre == pytest.approx((7.5, 7.5, 7.5))
     assert told[0].window.value == 3.0
-    assert len(told) == 2
+    assert len(result.windows) == 2
     # Two cells of 27 of the 1728 mm^3.
     assert result.share == pytest.approx(2 * 27 / SIDE**3, rel=0.3)
+
+
+def test_a_window_that_misses_is_enlarged_and_then_said(mesher):
+    """Stiffer beyond the middle, twice: no box can match, and the one around it is tried."""
+    solid, told = printed(), []
+    result = accept_windows(
+        box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0, spoil=1.05), solid),
+        size=1.0, time_limit_s=600.0, on_window=told.append,
+    )  # fmt: skip
+    missed = [one for one in told if not one.matches and not one.window.enlarged]
+    assert missed
+    for one in missed:
+        after = told[told.index(one) + 1]
+        assert after.window.enlarged
+        assert after.window.centre == one.window.centre
+        assert after in result.windows
+        assert one not in result.windows
+    assert len(mesher) == len(told)
+
+
+def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatch):
+    calls = []
+
+    def fails_second(surface, **options):
+        calls.append(surface)
+        if len(calls) == 2:
+            raise MeshError("no memory for it")
+        return real(surface, **options)
+
+    real = submodel.tetrahedralize
+    monkeypatch.setattr(submodel, "tetrahedralize", fails_second)
+    solid = printed()
+    solid = replace(solid, case=SimpleNamespace(
+        run=SimpleNamespace(memory=10**9, window_count=1), load_case=solid.case.load_case
+    ))  # fmt: skip
+    result = accept_windows(
+        box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0, spoil=1.05), solid),
+        size=1.0, time_limit_s=600.0,
+    )  # fmt: skip
+    assert not result.windows[0].matches
+    assert not result.windows[0].window.enlarged
+    assert "was not enlarged: no memory for it" in result.refused[0]
+    assert len(mesher) == 1
 
 
 def test_without_a_window_there_is_no_verdict():
     solid = printed(clamped=(lambda p: np.zeros(p.shape[1:]),))
     with pytest.raises(MeshError, match="no window can be chosen"):
-        accept_windows(None, solid, explicit(Block(), solid), time_limit_s=600.0)
+        accept_windows(None, solid, explicit(Block(), solid), size=1.0, time_limit_s=600.0)
 
 
 def test_scope_follows_the_surface_that_the_analysis_states():

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import CaseError, LatticeError
-from gradedesign.finite_cell import Plane, extrapolated
+from gradedesign.finite_cell import Plane
 from gradedesign.finite_cell.elements import cut_elements, solid_volume
-from gradedesign.finite_cell.extrapolation import observed_order
 from gradedesign.finite_cell.grid import fit_grid
 
 
@@ -86,16 +85,3 @@ def test_a_field_that_is_not_finite_is_refused():
 
     with pytest.raises(LatticeError, match="not finite at"):
         cut_elements(field, fit_grid([-1] * 3, [1] * 3, 0.5))
-
-
-def test_values_at_two_spacings_give_a_band():
-    found = extrapolated((2.0, 9.0), (1.0, 9.75))
-    high = 9.75 + 0.75 / (2**0.75 - 1)
-    assert (found.low, found.high) == (9.75, pytest.approx(high))  # the fine value, order 3/4
-    assert found.value == pytest.approx(9.75 + 0.75 / (2**1.5 - 1))
-    assert found.unfavourable == found.high
-    assert found.band == pytest.approx((high - 9.75) / 2 / found.value)
-    assert extrapolated((2.0, 9.75), (1.0, 9.0)).unfavourable == 9.0
-    assert observed_order((4.0, 8.0), (2.0, 9.0), (1.0, 9.25)) == pytest.approx(2.0)
-    with pytest.raises(CaseError, match="cannot extrapolate"):
-        extrapolated((1.0, 9.0), (1.0, 9.75))

@@ -5,6 +5,7 @@ import pytest
 from gradedesign.cli import show
 from gradedesign.cli.layout import table_lines, wrapped
 from gradedesign.cli.run import print_verdict
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.output.result import RunResult
@@ -19,7 +20,7 @@ ROWS = (
         limit=0.14,
         unit="mm",
         judged_by="explicit analysis",
-        resolution_error=-0.0123,
+        band=Banded(value=0.1387, low=0.1372, high=0.1399, sizes_mm=(0.9, 0.6)),
     ),
     LimitRow(
         key=LimitKey(kind="stress"),
@@ -32,7 +33,7 @@ ROWS = (
     ),
 )
 WARNING = (
-    "a second mesh of 0.91 mm was refused: the mesh holds 12.3 mm^3 but its field 12.9 mm^3, a "
+    "elements of 0.91 mm were refused: the mesh holds 12.3 mm^3 but its field 12.9 mm^3, a "
     "difference of 4.7 %; see /a/rather/long/path/without/a/single/blank/that/fits/into/no/line/of"
     "/eighty/columns.txt"
 )
@@ -88,7 +89,7 @@ def test_the_columns_of_limits_stay_aligned(capsys):
         assert {line[start - 1 : start] for line in body} <= {" ", ""}
     for unit in ("0.1387 mm", "0.14 mm", "1556 MPa", "550 MPa"):
         assert sum(unit in line for line in body) == 1  # a number stays with its unit
-    assert any("+0.9%" in line for line in body)
+    assert any("+0.1%" in line for line in body)
     assert lines[-1] == f"  [2] {WINDOWS}"
 
 

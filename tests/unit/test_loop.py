@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import MeshError
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.local_stress import StressLimit
@@ -254,14 +255,25 @@ def a_stress_limit():
 
 
 class Judge:
-    """Stands in for what `accept_design` calls; the explicit mesh has ``tets`` tetrahedra."""
+    """Stands in for what `accept_design` calls; the explicit mesh has ``tets`` tetrahedra.
 
-    def __init__(self, monkeypatch, tets=1000, asked="auto"):
-        self.limits_s = []
+    The whole printed surface gives ``found``, within 2 %; its mesh 0.98 and 1.02, its windows 1.2
+    and 0.9 times the stress that drives them.
+    """
+
+    def __init__(self, monkeypatch, tets=1000, asked="auto", found=(), matches=True):
+        self.limits_s, self.matches = [], matches
+        self.found = tuple(
+            one.banded(Banded(value=one.value, low=0.98 * one.value, high=1.02 * one.value))
+            for one in found
+        )
         self.analysed = SimpleNamespace(
             solid=None,
             result=SimpleNamespace(
-                solved=SimpleNamespace(division=SimpleNamespace(surface_tets=tets)), mesh_size=1.0
+                solved=SimpleNamespace(
+                    division=SimpleNamespace(surface_tets=tets, surface_size=1.0)
+                ),
+                mesh_size=1.0,
             ),
         )
         self.setup = SimpleNamespace(
@@ -271,8 +283,9 @@ class Judge:
             )
         )
         replaced = {
-            "export_surface": lambda *_: (None, None),
-            "analyse_second_size": lambda *_: SimpleNamespace(rows=()),
+            "export_surface": lambda *_: (None, None, "0"),
+            "printed_stage": lambda *_: None,
+            "judge_whole": lambda *_: SimpleNamespace(rows=self.found, result=None),
             "accept_whole": self.whole,
             "accept_windows": self.windows,
             "limit_rows": lambda _limits, found, judge: tuple(
@@ -283,14 +296,17 @@ class Judge:
         for name, stage in replaced.items():
             monkeypatch.setattr(accepting, name, stage)
 
-    def whole(self, *_, time_limit_s):
+    def whole(self, *_, size, time_limit_s):
+        assert size == 1.0
         self.limits_s.append(time_limit_s)
         found = SimpleNamespace(values=(0.98, 1.02))
         return SimpleNamespace(scope="whole", whole=found)
 
     def windows(self, *_, time_limit_s, **__):
         self.limits_s.append(time_limit_s)
-        windows = tuple(SimpleNamespace(value=v, driving_value=1.0) for v in (1.2, 0.9))
+        windows = tuple(
+            SimpleNamespace(value=v, driving_value=1.0, matches=self.matches) for v in (1.2, 0.9)
+        )
         return SimpleNamespace(scope="windows", whole=None, windows=windows)
 
     def accept(self, done):
@@ -307,25 +323,77 @@ def test_what_is_judged_does_not_depend_on_the_clock(monkeypatch):
     assert judge.limits_s == [1200.0, 1200.0]
 
 
-def test_a_large_lattice_is_judged_in_windows(monkeypatch):
-    # 1.728 million tetrahedra are a million of the mesher's, 2500 s at 400 in a second.
-    judge = Judge(monkeypatch, tets=1_728_000)
-    done = a_round(1, 0.98)
-    done = replace(done, rows=(*done.rows, row(0.7, STRESS)))
-    found = judge.accept(done)
+def judged(*values):
+    """Rows of the whole printed surface: two displacements, and stress."""
+    rows = (moved(v, key) for v, key in zip(values, (PULL, SIDE), strict=False))
+    return (*rows, *(row(v, STRESS) for v in values[2:]))
+
+
+def moved(value, key):
+    """A row that converges."""
+    return replace(row(value, key), converges=True)
+
+
+# 1.728 million tetrahedra are a million of the mesher's, 2500 s at 400 in a second.
+LARGE = 1_728_000
+
+
+def test_a_large_lattice_has_its_stress_judged_in_windows(monkeypatch):
+    done = replace(a_round(1, 0.98, 0.5), rows=(*a_round(1, 0.98, 0.5).rows, row(0.7, STRESS)))
+    found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7)).accept(done)
     assert found.acceptance.scope == "windows"
-    # Displacements are the explicit ones, stress carries the ratio of the windows.
-    assert [r.value for r in found.rows] == pytest.approx([0.98, 0.84])
-    assert found.rows[1].judged_by == "explicit analysis times the ratio of 2 windows"
+    # Displacements are those of the printed surface, stress carries the ratio of the windows.
+    assert [r.value for r in found.rows] == pytest.approx([0.9, 0.5, 0.84])
+    assert [r.decisive for r in found.rows] == pytest.approx([0.918, 0.51, 0.8568])
+    assert found.rows[2].judged_by == "explicit analysis times the ratio of 2 submodels"
+    assert (found.fitted, found.holds) == ({STRESS}, True)
+    # The next design is held where the unfavourable ends are.
+    assert found.factors[PULL] == pytest.approx(0.918 / 0.98)
+    assert found.factors[STRESS] == pytest.approx(0.8568 / 0.7)
 
 
-def test_both_load_cases_of_a_region_learn_from_the_whole_lattice(monkeypatch):
-    """Explicit 0.98 and 0.85, accepted 0.98 and 1.02: the design misses in the second only."""
+def test_no_limit_is_met_by_a_window_that_misses_its_criterion(monkeypatch):
+    """Windows of 1.2 and 0.9: a match takes the larger ratio, a miss spans from 1 to 1.2."""
+    found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7), matches=False).accept(
+        a_round(1, 0.98)
+    )
+    stress = found.rows[2]
+    assert stress.value == pytest.approx(0.84)
+    assert (stress.band.low, stress.band.high) == pytest.approx((0.98 * 0.7, 1.02 * 0.84))
+    # A window of less stress than drives it does not relieve the limit.
+    limit = a_stress_limit()
+    low = SimpleNamespace(value=0.5, driving_value=1.0, matches=False)
+    factor = limit.window_factor([low])
+    assert (factor.low, factor.value, factor.high) == (0.5, 1.0, 1.0)
+
+
+def test_a_limit_without_a_band_does_not_hold(monkeypatch):
+    judge = Judge(monkeypatch, tets=LARGE)
+    judge.found = (moved(0.9, PULL),)
+    found = judge.accept(a_round(1, 0.98))
+    assert (all_hold(found.rows), found.holds) == (True, False)
+
+
+def test_bands_hold_what_the_mesh_of_the_whole_lattice_shows(monkeypatch):
+    """Explicit 0.98 and 0.85, by finite cells 0.98 and 0.9, by the mesh 0.98 and 1.02."""
     done = a_round(1, 0.98, 0.85)
-    found = Judge(monkeypatch).accept(done)
+    found = Judge(monkeypatch, found=judged(0.98, 0.9)).accept(done)
     assert not found.holds
-    assert [r.value for r in with_factors(done.rows, found.factors)] == pytest.approx([0.98, 1.02])
+    assert [r.decisive for r in found.rows] == pytest.approx([0.9996, 1.02])
+    assert found.rows[1].value == 0.9
+    assert found.rows[1].judged_by.endswith("1.02 mm by re-meshed whole lattice")
+    assert [r.value for r in with_factors(done.rows, found.factors)] == pytest.approx(
+        [0.9996, 1.02]
+    )
     assert not loop._is_ready(done, found.factors)
+
+
+def test_stress_of_the_whole_lattice_is_that_of_its_mesh(monkeypatch):
+    """Percentiles of finite cells give the band alone: 2 % about 0.98 of the mesh."""
+    judge = Judge(monkeypatch, found=(row(0.8, PULL),))
+    found = judge.accept(a_round(1, 0.9))
+    assert (found.rows[0].value, found.rows[0].band.high) == pytest.approx((0.98, 0.9996))
+    assert found.fitted == {PULL}
 
 
 # --- sizing ---------------------------------------------------------------------------------------

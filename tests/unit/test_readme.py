@@ -18,6 +18,7 @@ from gradedesign.cli.app import app
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import print_verdict
 from gradedesign.errors import GradeDesignError
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.loop.announce import Announcer
 from gradedesign.output.result import Iteration, LimitIteration
@@ -158,7 +159,8 @@ def sentences(module):
 def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     case = load_case("cases/bracket")
     result = run(case, on_event=ProgressLines())
-    rows = tuple(replace(row, resolution_error=-0.029) for row in result.limits)
+    band = Banded(value=0.1, low=0.1, high=0.1)
+    rows = tuple(replace(row, band=band) for row in result.limits)
     key = LimitKey(kind="stress", region="lattice")
     rows += (replace(rows[0], key=key, name="stress in lattice", unit="MPa"),)
     limits = tuple(

@@ -1,10 +1,14 @@
 """Limits with what acceptance taught: by key."""
 
+from dataclasses import replace
+
 import pytest
 
+from gradedesign.errors import SolverError
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, learned_factors, scaled_rows, with_factors
+from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
 
 STRESS = LimitKey(kind="stress", region="lattice")
 
@@ -50,11 +54,22 @@ def test_stress_is_learned_over_all_load_cases():
     assert with_factors([stress("pull", 50.0)], factors)[0].value == pytest.approx(55.0)
 
 
-def test_rows_without_a_factor_keep_value_and_judge():
-    rows = scaled_rows([moves("pull", 0.9), stress("pull", 80.0)], {STRESS: 1.1}, "w")
-    assert rows[0] == moves("pull", 0.9)
-    assert (rows[1].value, rows[1].judged_by) == (pytest.approx(88.0), "w")
+def test_the_unfavourable_end_is_learned():
+    """Explicit 0.9, accepted 0.93 to 1.08: the next design must hold at 1.08, 1.2 times 0.9."""
+    band = Banded(value=0.95, low=0.93, high=1.08)
+    accepted = [replace(moves("pull", 0.95), band=band)]
+    assert not all_hold(accepted)
+    factors = learned_factors([moves("pull", 0.9)], accepted)
+    assert with_factors([moves("pull", 0.9)], factors)[0].value == pytest.approx(1.08)
 
 
-def test_what_was_zero_before_teaches_nothing():
-    assert learned_factors([moves("pull", 0.0)], [moves("pull", 0.1)]) == {}
+def test_what_was_zero_before_is_learned_or_an_error():
+    """No factor leads from 0 to 0.1, and without one the loop would take the miss for a hit."""
+    zero = moves("pull", 0.0)
+    assert learned_factors([zero], [zero]) == {zero.key: 1.0}
+    with pytest.raises(SolverError, match=r"is 0 mm in the explicit analysis but 0\.1 mm"):
+        learned_factors([zero], [moves("pull", 0.1)])
+
+
+def test_what_only_acceptance_knows_teaches_nothing():
+    assert learned_factors([moves("pull", 0.5)], [moves("side", 0.5)]) == {}

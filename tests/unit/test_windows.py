@@ -10,6 +10,7 @@ from gradedesign.verify.windows import (
     Window,
     clip_surface,
     cut_facets,
+    enlarged_window,
     inside_cube,
     most_stressed_windows,
     window_box,
@@ -72,9 +73,22 @@ def test_the_analysed_box_reaches_beyond_the_judged_cube():
     window = Window(centre=(1.0, 2.0, 3.0), half=5.0, value=1.0, load_case="a")
     low, high = window_box(window)
     assert np.allclose((low + high) / 2, window.centre)
-    assert np.allclose(high - low, 14.0)  # 10 mm and a fifth of a cell on either side
+    assert np.allclose(high - low, 20.0)  # 10 mm and half a cell on either side
     points = np.array([[6.0, 6.1], [2.0, 2.0], [3.0, 3.0]])
     assert inside_cube(points, window).tolist() == [True, False]
+
+
+def test_a_window_is_enlarged_where_it_has_room():
+    window = Window(centre=(0.0, 0.0, 0.0), half=5.0, value=1.0, load_case="a")
+    held = np.array([[[13.0, -1.0, -1.0], [13.0, 1.0, -1.0], [13.0, 0.0, 1.0]]])
+    larger = enlarged_window(window, [held])
+    # From 10 to 15 mm on five sides; on the sixth a held face lies at 13 mm.
+    low, high = window_box(larger)
+    assert (low.tolist(), high.tolist()) == ([-15.0] * 3, [10.0, 15.0, 15.0])
+    assert (window.enlarged, larger.enlarged) == (False, True)
+    assert inside_cube(np.array([[5.1], [0.0], [0.0]]), larger).tolist() == [False]
+    around = np.array([[-13.0, 13.0, 13.0], [13.0, 13.0, -13.0], [-13.0, -13.0, -13.0]])
+    assert enlarged_window(window, [around[None]]) is None
 
 
 def test_cut_facets_lie_on_the_planes():

@@ -27,7 +27,6 @@ from gradedesign.finite_cell import (
     analyse,
     displacement_at,
     displacement_on,
-    extrapolated,
     stress_sample,
 )
 from gradedesign.finite_cell.elements import cut_elements
@@ -40,13 +39,14 @@ from gradedesign.finite_cell.supports import held_by
 from gradedesign.finite_cell.surface import region_points
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.limits.banded import banded
 from gradedesign.material.material import Material
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.part.part_mesh import region_facets
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.explicit import analyse_printed_solid
-from gradedesign.verify.finite_cells import FINITE_CELLS
+from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
 from gradedesign.verify.printed_solid import PrintedSolid
 
 TENSION = load_case(
@@ -372,7 +372,7 @@ def test_a_gyroid_sheet_is_as_stiff_as_by_tetrahedra():
     tets = tetrahedra_of(solid, (0, 0, 0), (64, 32, 32), 1 / 32)
     coarse, fine = analyse(solid, 1 / 8), analyse(solid, 1 / 12)
     for name, (work, high_stress, middle_stress) in tets.items():
-        band = extrapolated((coarse.spacing, coarse.work[name]), (fine.spacing, fine.work[name]))
+        band = banded([(r.spacing, r.work[name]) for r in (coarse, fine)], ORDERS)
         assert band.low <= work <= band.high
         assert fine.work[name] == pytest.approx(work, rel=0.03)
         sample = stress_sample(fine, name)

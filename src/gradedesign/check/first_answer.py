@@ -114,8 +114,9 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     """The constant density of one limit."""
     if not row.passed:
         return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
-    # Displacements and the work of the loads fall as one over the stiffness.
-    least = density_for_stress if row.unit == "MPa" else density_for_displacement
+    # What sizing knows by gradient, displacements and work, falls as one over the stiffness.
+    stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
+    least = density_for_displacement if row.key.kind in stiff else density_for_stress
     try:
         density = max(least(setup.cells.law, row.value, row.limit), setup.cells.bounds[0])
     except DensityError as error:

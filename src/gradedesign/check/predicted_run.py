@@ -13,12 +13,13 @@ from gradedesign.loop.predicted_cost import (
     mesher_tets,
     predict_cost,
 )
-from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable, analysable_bounds
+from gradedesign.loop.printed_stage import whole_seconds
+from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.resolve.resolved_case import ResolvedCase
+from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
-from gradedesign.verify.windows import MARGIN
+from gradedesign.verify.windows import BUFFERS
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -103,12 +104,9 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     """
     case = known.case
     share = known.layout.points.shape[1] / max(inside, 1)
-    able = analysable_bounds(
-        case,
-        known.cell,
+    able = analysable_lattice(
+        known,
         known.bounds,
-        known.layout.least,
-        known.analysis,
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -119,11 +117,11 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     explicit = case.run.stop_after == "verdict"
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
-    size = known.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
+    size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     tets = size.surface_tets
     scope = case.run.acceptance
     scope = choose_scope(scope, tets, case.run.time)
-    edges = np.minimum((1 + 2 * MARGIN) * known.layout.typical, np.ptp(_corners(known), axis=0))
+    edges = np.minimum((1 + 2 * BUFFERS[0]) * known.layout.typical, np.ptp(_corners(known), axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
@@ -133,6 +131,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
+        whole_s=whole_seconds(planned, grid.spacing) if explicit else 0.0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
         iterations=case.run.max_iterations if explicit else 1,
     )
@@ -154,7 +153,7 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
     wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
-    layer = known.analysis.elements_per_layer
+    layer = able.analysis.elements_per_layer
     spacings = {
         f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
         / able.elements_per_wall

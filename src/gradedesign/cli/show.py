@@ -38,15 +38,15 @@ def print_limits(rows: Sequence[LimitRow]) -> None:
     marks = {basis: f"[{n}]" for n, basis in enumerate(bases, start=1)}
     print_table(
         "Limits",
-        ("limit", "load case", "value", "allowed", "margin", "second mesh", "", "by"),
+        ("limit", "load case", "value", "band", "allowed", "margin", "", "by"),
         [
             (
                 row.name,
                 row.load_case,
                 f"{row.value:.4g} {row.unit}",
+                "-" if row.band is None else f"{row.band.low:.4g} to {row.band.high:.4g}",
                 f"{row.limit:.4g} {row.unit}" + (f" ({row.stated})" if row.stated else ""),
                 f"{1 - row.utilisation:+.1%}",
-                "-" if row.resolution_error is None else f"{row.resolution_error:+.1%}",
                 "holds" if row.passed else "BROKEN",
                 marks[row.judged_by],
             )

@@ -4,17 +4,16 @@ Examples
 --------
 A solid, its regions and load cases make a `Problem`; two spacings give a value with a band::
 
-    from gradedesign.finite_cell import analyse, displacement_on, extrapolated
+    from gradedesign.finite_cell import analyse, displacement_on
+    from gradedesign.limits.banded import banded
+    from gradedesign.verify.finite_cells import ORDERS
 
-    coarse, fine = analyse(problem, 2.0), analyse(problem, 1.0)
-    tip = extrapolated(
-        *((r.spacing, displacement_on(r, "tip", "bending", None)) for r in (coarse, fine))
-    )
-    print(tip.value, tip.unfavourable)
+    found = [analyse(problem, spacing) for spacing in (2.0, 1.0)]
+    tip = banded([(r.spacing, displacement_on(r, "tip", "bending", None)) for r in found], ORDERS)
+    print(tip.value, tip.low, tip.high)
 """
 
 from gradedesign.finite_cell.analysis import Accuracy, analyse
-from gradedesign.finite_cell.extrapolation import Estimate, extrapolated
 from gradedesign.finite_cell.grid import Plane
 from gradedesign.finite_cell.problem import Problem
 from gradedesign.finite_cell.result import (
@@ -27,7 +26,6 @@ from gradedesign.finite_cell.result import (
 
 __all__ = [
     "Accuracy",
-    "Estimate",
     "FiniteCellResult",
     "Plane",
     "Problem",
@@ -35,6 +33,5 @@ __all__ = [
     "analyse",
     "displacement_at",
     "displacement_on",
-    "extrapolated",
     "stress_sample",
 ]

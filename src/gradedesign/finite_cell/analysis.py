@@ -141,7 +141,6 @@ def solve_divided(
         solutions=solutions,
         places=places,
         volume=volume,
-        mass=volume * material.density,
         spacing=float(elements.grid.edges.max()),
         unknowns=3 * len(space.place),
         processor_seconds=time.process_time() - begin,
@@ -245,7 +244,7 @@ def _require_converged(name: str, residual: float, iterations: int) -> None:
 
 
 def _notes(elements: Elements) -> tuple[str, ...]:
-    """What could not be aligned or was left out."""
+    """Sentences on planes that are not aligned and pieces that were left out."""
     notes = [
         f"the plane face at {'xyz'[p.axis]} = {p.place:.6g} mm ({p.area:.4g} mm^2) lies between "
         "the grid planes of the finite cells"

@@ -1,4 +1,7 @@
-"""The active elements of a grid cut by a field: whole ones, and cut ones with fitted weights."""
+"""Active elements of a grid cut by a field: whole ones, and cut ones with fitted weights.
+
+Above 300 lines: the sampled layers, their loose pieces and the weights share their arrays.
+"""
 
 from __future__ import annotations
 

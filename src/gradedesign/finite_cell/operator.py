@@ -35,7 +35,7 @@ class Springs:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Operator:
-    """What a product with the stiffness takes, in one precision.
+    """Arrays of a product with the stiffness, in one precision.
 
     Attributes
     ----------

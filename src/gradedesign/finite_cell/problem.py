@@ -1,4 +1,4 @@
-"""What finite cells analyse: a solid given by a field, with its loads and supports."""
+"""The solid that finite cells analyse, given by a field, with its loads and supports."""
 
 from __future__ import annotations
 

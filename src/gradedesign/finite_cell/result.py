@@ -1,4 +1,4 @@
-"""What an analysis by finite cells found, and values of it at points and regions."""
+"""Solution of an analysis by finite cells, and values of it at points and regions."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class CaseSolution:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FiniteCellResult:
-    """What an analysis found.
+    """Displacements of every load case on the elements.
 
     Attributes
     ----------
@@ -56,14 +56,13 @@ class FiniteCellResult:
     places : dict of name to SurfacePoints
         Where the solid reaches each region.
     volume : float, mm^3
-    mass : float, t
     spacing : float, mm
         Longest edge of an element.
     unknowns : int
     processor_seconds : float
     lame : (float, float), MPa
     notes : tuple of str
-        What could not be aligned or was left out, in words.
+        On planes that are not aligned and pieces that were left out.
     """
 
     elements: Elements
@@ -71,7 +70,6 @@ class FiniteCellResult:
     solutions: tuple[CaseSolution, ...]
     places: dict[str, SurfacePoints]
     volume: float
-    mass: float
     spacing: float
     unknowns: int
     processor_seconds: float

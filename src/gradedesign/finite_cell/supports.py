@@ -53,7 +53,7 @@ class Held:
 
 
 def support_key(case: LoadCaseSpecification) -> tuple[tuple[str, tuple[bool, ...]], ...]:
-    """What load cases share that share their supports: regions and held components."""
+    """Regions and held components: equal for load cases that can share a set-up."""
     return tuple(sorted((f.region, tuple(d is not None for d in f.displacement)) for f in case.fix))
 
 

@@ -52,3 +52,7 @@ class WindowStress(Protocol):
     @property
     def driving_value(self) -> float:
         """The same percentile of the driving analysis, MPa."""
+
+    @property
+    def matches(self) -> bool:
+        """Whether boundary force and strain energy match the driving analysis."""

@@ -43,6 +43,7 @@ class ComplianceLimit(Limit):
     """Work of the loads of one load case."""
 
     unit: ClassVar[str] = "N mm"
+    converges: ClassVar[bool] = True
     by_gradient: ClassVar[bool] = True
 
     @property

@@ -54,6 +54,7 @@ class DisplacementLimit(Limit):
     component: int | None
 
     unit: ClassVar[str] = "mm"
+    converges: ClassVar[bool] = True
     by_gradient: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

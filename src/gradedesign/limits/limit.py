@@ -17,6 +17,7 @@ from gradedesign.case.limits_schema import LimitEntry
 from gradedesign.case.schema import Case
 from gradedesign.fe.supports import Supports
 from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted, Response
@@ -59,6 +60,10 @@ class Limit(ABC):
     needs_stress: ClassVar[bool] = False
     #: An explicit analysis measures it; else the homogenised prediction is its value throughout.
     explicit: ClassVar[bool] = True
+    #: End of a band that decides, ``"high"`` or ``"low"``.
+    unfavourable: ClassVar[str] = "high"
+    #: The value converges with the order that an analysis states; percentiles and maxima do not.
+    converges: ClassVar[bool] = False
     #: What sizing may multiply the limit of a point by while the value is below its aim.
     most_allowance: ClassVar[float] = 1.0
     #: Utilisation up to which a miss may still vanish by what changes around it.
@@ -106,8 +111,11 @@ class Limit(ABC):
         """
         return ()
 
-    def window_factor(self, windows: Sequence[WindowStress]) -> float | None:  # noqa: ARG002
-        """Accepted over explicit value by submodels of the printed surface; None: not by them."""
+    def window_factor(self, windows: Sequence[WindowStress]) -> Banded | None:  # noqa: ARG002
+        """Factor of submodels of the printed surface over their driving analysis, with its band.
+
+        None: submodels do not judge this limit.
+        """
         return None
 
     def rest(self, analysis: Analysis) -> float:  # noqa: ARG002
@@ -137,6 +145,8 @@ class Limit(ABC):
             measure=self.measure,
             stated=self.stated,
             homogenised=homogenised,
+            unfavourable=self.unfavourable,
+            converges=self.converges,
         )
 
 

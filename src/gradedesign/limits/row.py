@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 
 
@@ -25,8 +27,12 @@ class LimitRow:
     unit : str
     judged_by : str
         Analysis behind the value.
-    resolution_error : float or None
-        Relative change of the explicit value from the first mesh size to the second.
+    band : Banded or None
+        Where the value is expected for small elements; None: it was taken at one resolution.
+    unfavourable : {"high", "low"}
+        End of the band that decides.
+    converges : bool
+        The value converges with the order that an analysis states, see `Limit.converges`.
     measure : str
         How the value is taken from the analysis, such as ``largest nodal value on the region``.
     stated : str
@@ -44,21 +50,48 @@ class LimitRow:
     limit: float
     unit: str
     judged_by: str
-    resolution_error: float | None = None
+    band: Banded | None = None
+    unfavourable: str = "high"
+    converges: bool = False
     measure: str = ""
     stated: str = ""
     phase: str = ""
     homogenised: bool = False
 
     @property
+    def decisive(self) -> float:
+        """The unfavourable end of the band; the value where there is none."""
+        if self.band is None:
+            return self.value
+        return self.band.high if self.unfavourable == "high" else self.band.low
+
+    @property
     def utilisation(self) -> float:
-        """Value over limit."""
-        return self.value / self.limit
+        """Decisive value over limit, or limit over value where the low end is unfavourable."""
+        if self.unfavourable == "low":
+            return self.limit / self.decisive if self.decisive > 0.0 else math.inf
+        return self.decisive / self.limit
 
     @property
     def passed(self) -> bool:
-        """Whether the limit holds."""
-        return self.value <= self.limit
+        """Whether the limit holds at the unfavourable end of the band."""
+        return self.utilisation <= 1.0
+
+    @property
+    def undecided(self) -> bool:
+        """The limit lies in the band: one end holds and the other does not."""
+        return self.band is not None and self.band.low <= self.limit <= self.band.high
+
+    def banded(self, band: Banded) -> LimitRow:
+        """The row with the value of a band."""
+        return replace(self, value=band.value, band=band)
+
+    def scaled(self, factor: Banded, judged_by: str) -> LimitRow:
+        """The row times a factor that has a band of its own."""
+        if self.band is None:
+            return replace(self, value=self.value * factor.value, judged_by=judged_by)
+        band = self.band.scaled(factor.low, factor.value, factor.high)
+        return replace(self, value=band.value, band=band, judged_by=judged_by)
 
 
 def row_from_json(data: Mapping[str, Any]) -> LimitRow:
@@ -71,4 +104,6 @@ def row_from_json(data: Mapping[str, Any]) -> LimitRow:
     """
     known = {field.name for field in fields(LimitRow)}
     plain = {name: value for name, value in data.items() if name in known}
+    if (band := plain.get("band")) is not None:
+        plain["band"] = Banded(**{**band, "sizes_mm": tuple(band["sizes_mm"])})
     return LimitRow(**{**plain, "key": LimitKey(**data["key"])})

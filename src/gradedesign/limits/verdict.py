@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from gradedesign.errors import SolverError
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
@@ -27,27 +28,40 @@ def with_factors(rows: Sequence[LimitRow], factors: Factors) -> tuple[LimitRow, 
     return tuple(replace(r, value=r.value * factors.get(r.key, 1.0)) for r in rows)
 
 
-def scaled_rows(rows: Sequence[LimitRow], factors: Factors, judged_by: str) -> tuple[LimitRow, ...]:
-    """Rows with their factors, judged by another analysis where there is one."""
-    return tuple(
-        replace(new, judged_by=judged_by) if new.key in factors else new
-        for new in with_factors(rows, factors)
-    )
-
-
 def learned_factors(
     explicit: Sequence[LimitRow], accepted: Sequence[LimitRow]
 ) -> dict[LimitKey, float]:
-    """Accepted over explicit value of every limit that both judged; the largest of each."""
+    """Accepted over explicit value of every limit that both judged; the largest of each.
+
+    The accepted one is the unfavourable end of its band, so that the next design holds there.
+
+    Raises
+    ------
+    SolverError
+        If an explicit value is 0 where acceptance finds one: no factor leads from one to the other.
+    """
     before, after = _largest(explicit), _largest(accepted)
-    return {key: value / before[key] for key, value in after.items() if before.get(key, 0.0) > 0}
+    factors: dict[LimitKey, float] = {}
+    for key, row in after.items():
+        if key not in before:
+            continue
+        old, new = before[key].decisive, row.decisive
+        if old == 0.0 and new != 0.0:
+            raise SolverError(
+                f"{row.name} ({row.load_case}) is 0 {row.unit} in the explicit analysis but "
+                f"{new:.4g} {row.unit} in acceptance, so nothing can be learned from it; expected "
+                f"both to measure the same: look at supports and loads there, or drop the limit"
+            )
+        factors[key] = new / old if old else 1.0
+    return factors
 
 
-def _largest(rows: Sequence[LimitRow]) -> dict[LimitKey, float]:
-    values: dict[LimitKey, float] = {}
+def _largest(rows: Sequence[LimitRow]) -> dict[LimitKey, LimitRow]:
+    largest: dict[LimitKey, LimitRow] = {}
     for row in rows:
-        values[row.key] = max(row.value, values.get(row.key, 0.0))
-    return values
+        if row.key not in largest or row.utilisation > largest[row.key].utilisation:
+            largest[row.key] = row
+    return largest
 
 
 def all_hold(rows: Sequence[LimitRow]) -> bool:
@@ -56,7 +70,7 @@ def all_hold(rows: Sequence[LimitRow]) -> bool:
 
 
 def worst_utilisation(rows: Sequence[LimitRow]) -> float:
-    """Largest utilisation of any limit."""
+    """Largest utilisation of any limit, at the unfavourable end of its band."""
     return max((row.utilisation for row in rows), default=0.0)
 
 

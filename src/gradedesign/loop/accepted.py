@@ -1,32 +1,28 @@
-"""Judge a design: export its surface, read it back, mesh it again whole or in windows, analyse."""
+"""Judge a design: export its surface, read it back, analyse it whole and in body-fitted meshes."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.islands import Islands, remove_islands
 from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.limits.banded import Banded
+from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import (
-    Factors,
-    all_hold,
-    learned_factors,
-    limit_rows,
-    scaled_rows,
-)
+from gradedesign.limits.verdict import Factors, all_hold, learned_factors, limit_rows
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.loop.rounds import Analysed, Round
-from gradedesign.loop.second_size import SecondSize, analyse_second_size, with_resolution
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.stl import write_stl
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import read_stl
+from gradedesign.part.stl import parse_stl
 from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
@@ -36,6 +32,7 @@ from gradedesign.verify.acceptance import (
     choose_scope,
 )
 from gradedesign.verify.submodel import SubmodelResult
+from gradedesign.verify.whole_solid import WholeJudgement, judge_whole
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -54,25 +51,32 @@ class Accepted:
         Explicit analysis that judged it.
     surface : SurfaceMesh
         As read back from the exported file.
+    sha256 : str
+        Of that file.
     islands : Islands
+    whole : WholeJudgement
+        Of the whole printed surface, from two resolutions or more.
     acceptance : Acceptance
-    second : SecondSize
-        The same design on another grid.
+        By body-fitted meshes of it.
     rows : tuple of LimitRow
         The values that decide.
     factors : dict of LimitKey to float
-        Accepted over explicit values.
+        Unfavourable ends of the accepted bands over explicit values.
+    fitted : frozenset of LimitKey
+        Limits whose value is that of the body-fitted meshes.
     holds : bool
     """
 
     round: Round
     analysed: Analysed
     surface: SurfaceMesh
+    sha256: str
     islands: Islands
+    whole: WholeJudgement
     acceptance: Acceptance
-    second: SecondSize
     rows: tuple[LimitRow, ...]
     factors: Factors
+    fitted: frozenset[LimitKey]
     holds: bool
 
 
@@ -85,54 +89,69 @@ def accept_design(
 ) -> Accepted:
     """Export the surface of a design and have it accepted or refused.
 
-    With scope "whole" an independent mesh of the surface judges every limit. With "windows" the
-    explicit analysis does, those limits that windows can judge times their ratio.
+    Every limit is judged on the whole printed surface, from two resolutions. Body-fitted meshes of
+    the same surface judge stress: of all of it with scope "whole", whose displacements the bands
+    then include, else of the most stressed windows. A limit that has no band does not hold.
     """
-    surface, islands = export_surface(setup, out, analysed)
+    surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
-    second = analyse_second_size(setup, done, analysed)
-    announce.took("second mesh", time.perf_counter() - began)
+    limits, division = setup.problem.limits, analysed.result.solved.division
+    whole = judge_whole(limits, printed_stage(setup, surface, analysed, announce.listener))
+    announce.took("whole printed surface", time.perf_counter() - began)
     # Stated budgets alone decide what is judged and how: never the time that is left.
     budget, requested = setup.problem.case.run.time, setup.problem.case.run.acceptance
-    scope = choose_scope(requested, analysed.result.solved.division.surface_tets, budget)
-    if scope == "whole":
-        acceptance = accept_whole(surface, analysed.solid, analysed.result, time_limit_s=budget)
-        rows, factors = _whole_rows(setup, done, acceptance)
+    if choose_scope(requested, division.surface_tets, budget) == "whole":
+        acceptance = accept_whole(
+            surface, analysed.solid, size=division.surface_size, time_limit_s=budget
+        )
+        rows = with_remeshed(limits, whole.rows, acceptance)
     else:
         acceptance = accept_windows(
             surface,
             analysed.solid,
-            analysed.result,
+            whole.result,
+            size=division.surface_size,
             time_limit_s=budget,
             on_window=announce.window,
         )
-        factors = window_factors(setup.problem.limits, acceptance.windows)
-        rows = scaled_rows(
-            done.rows,
-            factors,
-            f"explicit analysis times the ratio of {len(acceptance.windows)} windows",
-        )
-    rows = with_resolution(rows, done.rows, second.rows)
+        rows = with_windows(limits, whole.rows, acceptance.windows)
+    judged = zip(whole.rows, rows, strict=True)
+    fitted = [new for old, new in judged if new.judged_by != old.judged_by and not new.converges]
+    rows = (*rows, *(row for row in done.rows if row.homogenised))
     return Accepted(
         round=done,
         analysed=analysed,
         surface=surface,
+        sha256=digest,
         islands=islands,
+        whole=whole,
         acceptance=acceptance,
-        second=second,
         rows=rows,
-        factors=factors,
-        holds=all_hold(rows),
+        factors=learned_factors(done.rows, rows),
+        fitted=frozenset(row.key for row in fitted),
+        holds=all_hold(rows) and not without_band(rows),
     )
 
 
-def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[SurfaceMesh, Islands]:
+def export_surface(
+    setup: Setup, out: RunFolder, analysed: Analysed
+) -> tuple[SurfaceMesh, Islands, str]:
     """Extract the surface, drop islands, write the STL file and read it back.
+
+    Returns
+    -------
+    surface : SurfaceMesh
+        As read back.
+    islands : Islands
+    sha256 : str
+        Of the file.
 
     Raises
     ------
     LatticeError
         If the file's volume differs from the analysed solid's by more than 5 %.
+    ResourceError
+        If the file that is read back is not the one that was written.
     """
     design, problem = analysed.design, setup.problem
     size = analysed.result.solved.division.surface_size
@@ -143,11 +162,10 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
         raw, keep=setup.problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
     report_step("writing and reading back the surface")
-    path = out.path_of(STL_NAME)
-    write_stl(path, surface)
-    out.adopt(STL_NAME)
-    triangles = read_stl(path)
-    back, _ = build_surface(triangles.corners, repair="safe", bodies=problem.case.part.bodies)
+    digest = write_stl(out.path_of(STL_NAME), surface)
+    out.adopt(STL_NAME, digest)
+    corners, _ = parse_stl(out.read_bytes(STL_NAME), STL_NAME)
+    back, _ = build_surface(corners, repair="safe", bodies=problem.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
@@ -155,22 +173,48 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
             f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
             f"for {setup.cells.cell.name}: raise [run] elements_per_wall"
         )
-    return back, islands
+    return back, islands, digest
 
 
-def _whole_rows(
-    setup: Setup, done: Round, acceptance: Acceptance
-) -> tuple[tuple[LimitRow, ...], Factors]:
-    """Rows judged by the re-meshed whole lattice, and their ratios to the explicit values."""
-    whole = acceptance.whole
-    if whole is None:
+def with_remeshed(
+    limits: Sequence[Limit], rows: Sequence[LimitRow], acceptance: Acceptance
+) -> tuple[LimitRow, ...]:
+    """Rows beside the body-fitted mesh of the whole surface.
+
+    It judges stress; the bands of values that converge are widened to hold its values.
+    """
+    if acceptance.whole is None:
         raise LatticeError("acceptance of the whole lattice returned no analysis")
-    rows = limit_rows(setup.problem.limits, whole, "re-meshed whole lattice")
-    factors = learned_factors(done.rows, rows)
-    return (*rows, *(row for row in done.rows if row.homogenised)), factors
+    judge = "re-meshed whole lattice"
+    remeshed = {row.key: row for row in limit_rows(limits, acceptance.whole, judge)}
+    out = []
+    for row in rows:
+        other = remeshed.get(row.key)
+        if other is None or (row.converges and row.band is None):
+            out.append(row)
+        elif not row.converges:
+            ratio = other.value / row.value if row.value else 1.0
+            out.append(row.scaled(Banded(value=ratio, low=ratio, high=ratio), judge))
+        elif row.band is not None:
+            band = row.band.including(other.value)
+            words = f"{row.judged_by}; {other.value:.4g} {row.unit} by {judge}"
+            out.append(replace(row, band=band, judged_by=words))
+    return tuple(out)
 
 
-def window_factors(limits: Sequence[Limit], windows: Sequence[SubmodelResult]) -> Factors:
-    """Accepted over explicit value of every limit that windows can judge."""
-    found = {limit.key: limit.window_factor(windows) for limit in limits}
-    return {key: factor for key, factor in found.items() if factor is not None}
+def with_windows(
+    limits: Sequence[Limit], rows: Sequence[LimitRow], windows: Sequence[SubmodelResult]
+) -> tuple[LimitRow, ...]:
+    """Rows with the factors that windows find for the limits that they can judge."""
+    factors = {limit.key: limit.window_factor(windows) for limit in limits}
+    out = []
+    for row in rows:
+        factor = factors.get(row.key)
+        words = f"{row.judged_by} times the ratio of {len(windows)} submodels"
+        out.append(row if factor is None else row.scaled(factor, words))
+    return tuple(out)
+
+
+def without_band(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
+    """Rows that were analysed at one resolution only, so that nothing is known of their error."""
+    return tuple(row for row in rows if row.band is None and not row.homogenised)

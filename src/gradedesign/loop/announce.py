@@ -11,9 +11,11 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.predicted_cost import CostPrediction
 from gradedesign.loop.rounds import Round
+from gradedesign.material.material import Material
 from gradedesign.resolve.problem import part_volume
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingStep
+from gradedesign.verify.printed_body import PrintedBody
 from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import Event, Listener, stepping
 
@@ -54,8 +56,7 @@ class Announcer:
             "cost",
             f"predicted {basis}: {found.explicit_dofs / 1e6:.2g} M unknowns, "
             f"{found.memory_bytes / 1e9:.2g} of {budget.memory / 1e9:.3g} GB; an iteration "
-            f"{found.iteration_s:.0f} s, acceptance "
-            f"{found.second_mesh_s + found.acceptance_s:.0f} s, "
+            f"{found.iteration_s:.0f} s, acceptance {found.whole_s + found.acceptance_s:.0f} s, "
             f"a run of {iterations} {found.run_s:.0f} of {budget.time:.0f} s",
             seconds_per_iteration_s=found.iteration_s,
             seconds_per_run_s=found.run_s,
@@ -94,9 +95,10 @@ class Announcer:
         """Report the utilisation of each limit."""
         for row in rows:
             stated = f" ({row.stated})" if row.stated else ""
+            band = "" if row.band is None else f" ({row.band.low:.4g} to {row.band.high:.4g})"
             self.say(
                 stage,
-                f"{row.name} ({row.load_case}): {row.value:.4g} of {row.limit:.4g} {row.unit}"
+                f"{row.name} ({row.load_case}): {row.value:.4g}{band} of {row.limit:.4g} {row.unit}"
                 f"{stated}, {row.utilisation:.1%}{'' if row.passed else '  BROKEN'}",
                 utilisation=row.utilisation,
             )
@@ -131,12 +133,27 @@ class Announcer:
             utilisation=it.utilisation,
         )
 
+    def printed(self, found: PrintedBody, material: Material) -> None:
+        """Report the printed file: its mass, its thinnest walls, and how far the analysed one is.
+
+        What differs beyond its threshold is a warning of the result.
+        """
+        thin, both = found.thickness.percentiles_mm, found.comparison
+        self.say(
+            "printed",
+            f"mass {found.mass_g(material.density):.4g} g by the file; 1 % of the surface has "
+            f"less than {thin['1']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
+            f"volume {both.volume_difference:+.1%} and surface up to {both.distance_mm:.2g} mm off "
+            f"the analysed solid",
+        )
+
     def window(self, result: SubmodelResult) -> None:
         """Report one analysed submodel."""
         self.say(
             "acceptance",
-            f"window at {tuple(round(c, 1) for c in result.window.centre)} mm: "
-            f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the explicit "
+            f"{'enlarged ' if result.window.enlarged else ''}submodel at "
+            f"{tuple(round(c, 1) for c in result.window.centre)} mm: "
+            f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the driving "
             f"analysis; force {result.force_discrepancy:.1%}, "
             f"energy {result.energy_discrepancy:.1%}, "
             f"{result.tets} tets, mesher {result.seconds:.0f} s",

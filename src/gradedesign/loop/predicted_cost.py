@@ -15,8 +15,6 @@ from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
 #: Rounds that a run is predicted to play where it may: most reach a used limit in two to four.
 USUAL_ROUNDS = 3
-#: Work of the second mesh size over the first: a grid 1.25 times as coarse.
-SECOND_SHARE = 1.25**-3
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 LEARNING_ITERATIONS = 2
 #: A prediction is meant to be right within this factor on an idle machine.
@@ -40,6 +38,8 @@ class RunWork:
         Bytes that its analysis asks of [run] memory before it begins.
     explicit_mesh_s, explicit_solve_s : float, s
         As the analysis estimates them.
+    whole_s : float, s
+        Of the whole printed surface at two resolutions, as its analysis estimates them.
     mesher_tets : int
         Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
     iterations : int
@@ -53,6 +53,7 @@ class RunWork:
     explicit_memory: int
     explicit_mesh_s: float
     explicit_solve_s: float
+    whole_s: float
     mesher_tets: int
     iterations: int
 
@@ -103,10 +104,10 @@ class CostPrediction:
         Of a first iteration.
     explicit_mesh_s, explicit_solve_s : float, s
         Of every iteration.
-    second_mesh_s : float, s
-        The accepted design on a second grid.
+    whole_s : float, s
+        The whole printed surface at two resolutions.
     acceptance_s : float, s
-        Surface, mesher and analysis of the exported file; without the second grid.
+        Body-fitted meshes of the exported file and their analysis.
     iteration_s : float, s
         A first iteration: sizing, mesh, solve, and what it teaches.
     run_s : float, s
@@ -123,7 +124,7 @@ class CostPrediction:
     sizing_s: float
     explicit_mesh_s: float
     explicit_solve_s: float
-    second_mesh_s: float
+    whole_s: float
     acceptance_s: float
     iteration_s: float
     run_s: float
@@ -153,7 +154,7 @@ def predict_cost(
     remeshed = int(work.mesher_tets * DOFS_PER_TET)
     again = speed.solve * solve_seconds(remeshed, work.load_cases)
     accept = mesher_seconds(work.mesher_tets, speed) + again
-    second = SECOND_SHARE * (mesh + solve)
+    whole = speed.solve * work.whole_s
     learning = sizing_seconds(work, speed, LEARNING_ITERATIONS)
     rounds = min(USUAL_ROUNDS, work.iterations)
     sized = sum(sizing_seconds(work, speed, iterations_of(n)) for n in range(rounds))
@@ -164,10 +165,10 @@ def predict_cost(
         sizing_s=sizing,
         explicit_mesh_s=mesh,
         explicit_solve_s=solve,
-        second_mesh_s=second,
+        whole_s=whole,
         acceptance_s=accept,
         iteration_s=sizing + mesh + solve + learning,
-        run_s=speed.start + sized + rounds * (mesh + solve + learning) + second + accept,
+        run_s=speed.start + sized + rounds * (mesh + solve + learning) + whole + accept,
         iterations=rounds,
         learned=learned,
     )

@@ -76,6 +76,7 @@ def learned_cost(work: RunWork, first: Round) -> CostPrediction:
         explicit_dofs=it.dofs,
         explicit_memory=int(grown * work.explicit_memory),
         explicit_solve_s=grown * work.explicit_solve_s,
+        whole_s=grown * work.whole_s,
         mesher_tets=int(grown * work.mesher_tets),
     )
     speed = learned_speed(real, it.sizing_iterations, it.timing_s)

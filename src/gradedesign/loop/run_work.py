@@ -9,11 +9,12 @@ import numpy as np
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
+from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.loop.round import explicit_spacing_for
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.windows import MARGIN
+from gradedesign.verify.windows import BUFFERS
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
@@ -47,7 +48,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     explicit = setup.problem.analysis.estimate(planned, spacing)
     tets = explicit.surface_tets
     scope = choose_scope(case.run.acceptance, tets, case.run.time)
-    edges = np.minimum((1 + 2 * MARGIN) * setup.cells.layout.typical, np.ptp(points, axis=0))
+    edges = np.minimum((1 + 2 * BUFFERS[0]) * setup.cells.layout.typical, np.ptp(points, axis=0))
     windows = min(1.0, case.run.window_count * density * float(edges.prod()) / volume)
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
@@ -57,6 +58,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
+        whole_s=whole_seconds(planned, spacing),
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
         iterations=case.run.max_iterations,
     )

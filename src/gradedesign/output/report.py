@@ -36,7 +36,10 @@ _ENDED = {
 }
 
 #: Stages that follow each other; others are parts of these.
-_STAGES = ("part", "solid", "iteration", "explicit", "acceptance", "density", "lattice", "output")
+_STAGES = (
+    "part", "solid", "iteration", "explicit", "acceptance", "printed", "density", "lattice",
+    "output",
+)  # fmt: skip
 
 _PICTURES = {
     "loads": "Supports and loads on the solid part",
@@ -126,13 +129,21 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": format, "percent": _percent, "plain": _plain}
+    environment.filters |= {"number": format, "percent": _percent, "plain": _plain, "ends": _ends}
     return environment
 
 
 def _percent(value: float | None) -> str:
     """Write a share with its sign, or a dash."""
     return "–" if value is None else f"{value:+.1%}"
+
+
+def _ends(band: Any) -> str:
+    """Write both ends of a band, or a dash where there is none."""
+    if band is None:
+        return "–"
+    low, high = (band["low"], band["high"]) if isinstance(band, Mapping) else (band.low, band.high)
+    return "–" if low is None else f"{low:.4g} to {high:.4g}"
 
 
 def _plain(value: Any) -> str:

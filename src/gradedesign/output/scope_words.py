@@ -11,16 +11,18 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
     if not acceptance:
         return ""
     share = f"{acceptance['share_of_volume']:.1%} of the printed volume"
+    judged = (
+        "every limit is judged on the whole printed surface: read back from the file and analysed "
+        "by finite cells at two resolutions or more"
+    )
     if acceptance["scope"] == "whole":
         return (
-            f"displacement and stress are judged on the printed surface: read back from the file, "
-            f"meshed again by an independent mesher and analysed whole ({share})"
+            f"{judged}; an independent mesher meshed it again whole ({share}) for stress, and "
+            f"bands of displacements include what that mesh shows"
         )
     count = len(acceptance["windows"])
     submodels = f"{count} most stressed submodels" if count != 1 else "most stressed submodel"
     return (
-        f"displacements are judged by the explicit analysis of a mesh of the lattice's field; the "
-        f"printed surface was read back and meshed again by an independent mesher only in its "
-        f"{submodels} ({share}), whose stress over that of the explicit analysis scales the stress "
-        f"in the lattice"
+        f"{judged}; an independent mesher meshed it again in its {submodels} ({share}), whose "
+        f"stress over that of the finite cells scales the stress in the lattice"
     )

@@ -9,12 +9,11 @@ from typing import Any
 from gradedesign.arrays import FloatArray
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, is_tight, worst_utilisation
-from gradedesign.loop.accepted import Accepted
+from gradedesign.limits.verdict import TIGHT, all_hold, is_tight, worst_utilisation
+from gradedesign.loop.accepted import Accepted, without_band
 from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.round import predict
 from gradedesign.loop.rounds import Round
-from gradedesign.loop.second_size import unresolved_warnings
 from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
@@ -23,7 +22,12 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
+from gradedesign.verify.body_comparison import comparison_warnings
 from gradedesign.verify.correction import Correction
+from gradedesign.verify.printed_body import PrintedBody
+
+#: A band whose half is wider than this share of its value is warned of where its limit is used.
+UNRESOLVED = 0.10
 
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
@@ -100,8 +104,9 @@ def verdict_result(
     rounds: Sequence[Round],
     accepted: Accepted | None,
     ended: Ended,
+    printed: PrintedBody,
 ) -> RunResult:
-    """Met or not, with the best design that was found."""
+    """Met or not, with the best design that was found and its printed file."""
     common = common_entries(setup, registry)
     warnings = list(common.pop("warnings"))
     iterations = tuple(r.iteration for r in rounds)
@@ -115,7 +120,7 @@ def verdict_result(
         if accepted.holds:
             status = "met"
             reason = (
-                f"every limit holds in the accepted analysis; the most used one to "
+                f"every limit holds at the unfavourable end of its band; the most used one to "
                 f"{worst_utilisation(rows):.1%}"
             )
             if tight:
@@ -125,30 +130,47 @@ def verdict_result(
         else:
             status, reason = "not_met", _why_not(rows, ended)
         warnings += _acceptance_warnings(accepted)
-        warnings += unresolved_warnings(accepted.rows)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
+    warnings += comparison_warnings(printed.comparison)
     warnings += design_notes(setup, design.rho)
-    it = design.iteration
+    density = setup.problem.material.density
+    mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
     return RunResult(
         status=status,
         lightest=status == "met" and tight,
         reason=reason,
         ended_by=ended.by,
         limits=rows,
-        mass_g=it.mass_g,
-        lattice_mass_g=it.lattice_mass_g,
-        relative_density=it.mass_g / solid_mass(setup.problem),
-        lattice_density=it.lattice_mass_g / latticed_mass(setup.model),
+        mass_g=mass,
+        lattice_mass_g=lattice,
+        relative_density=mass / solid_mass(setup.problem),
+        lattice_density=lattice / latticed_mass(setup.model),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
         },
+        printed=printed_data(printed),
         warnings=tuple(warnings),
         **common,
     )
+
+
+def printed_data(printed: PrintedBody) -> dict[str, Any]:
+    """Plain data on the printed file for result.json."""
+    thickness, comparison = printed.thickness, printed.comparison
+    return {
+        "volumes_mm3": dict(printed.volumes_mm3),
+        "thickness_percentiles_mm": dict(thickness.percentiles_mm),
+        "thickness_method": thickness.method,
+        "thickness_rays": thickness.rays,
+        "comparison": {
+            **asdict(comparison),
+            "volume_difference": comparison.volume_difference,
+        },
+    }
 
 
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
@@ -164,44 +186,47 @@ def best_round(rounds: Sequence[Round]) -> Round:
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
     """Analyses that the verdict rests on, per limit."""
-    a, analysed = accepted.acceptance, accepted.analysed
-    division = analysed.result.solved.division
-    sizes = [division.mesh_size]
-    if accepted.second.mesh_size is not None:
-        sizes.append(accepted.second.mesh_size)
+    a, whole = accepted.acceptance, accepted.whole.result
     entries = []
     for row in accepted.rows:
         if row.homogenised:
             continue
-        remeshed = a.scope == "whole" or row.key in accepted.factors
+        fitted = row.key in accepted.fitted
         entries.append(
             {
                 "limit": row.name,
                 "load_case": row.load_case,
                 "judged_by": row.judged_by,
-                "mesher": analysed.solid.mesher.name if remeshed else division.made_by,
-                "scope": a.scope if remeshed else "whole",
-                "volume_mm3": a.volume if remeshed else analysed.result.volume,
-                "mesh_sizes_mm": sizes,
+                "mesher": accepted.analysed.solid.mesher.name
+                if fitted
+                else whole.solved.division.made_by,
+                "scope": a.scope if fitted else "whole",
+                "volume_mm3": a.volume if fitted else whole.volume,
+                "mesh_sizes_mm": [] if row.band is None else list(row.band.sizes_mm),
+                "order": None if row.band is None else row.band.order,
                 "value": row.value,
+                "low": None if row.band is None else row.band.low,
+                "high": None if row.band is None else row.band.high,
+                "decisive": row.decisive,
                 "unit": row.unit,
-                "resolution_error": row.resolution_error,
             }
         )
     return {
         "scope": a.scope,
         "share_of_volume": a.share,
-        "exclusion": exclusion_data((a.whole or analysed.result).exclusion),
+        "exclusion": exclusion_data((a.whole or whole).exclusion),
         "limits": entries,
         "windows": [
             {
                 "centre_mm": list(w.window.centre),
                 "load_case": w.window.load_case,
                 "value_MPa": w.value,
-                "explicit_MPa": w.driving_value,
+                "driving_MPa": w.driving_value,
                 "force_discrepancy": w.force_discrepancy,
                 "energy_discrepancy": w.energy_discrepancy,
                 "matches": w.matches,
+                "enlarged": w.window.enlarged,
+                "buffer_cells": list(w.window.buffer),
                 "tets": w.tets,
                 "mesher_seconds": w.seconds,
             }
@@ -209,33 +234,44 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
-        "tet_components_dropped": division.dropped_pieces,
+        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_pieces,
     }
 
 
 def measure_data(accepted: Accepted) -> dict[str, Any]:
     """Stress measures by load case and phase, worst neighbourhood included."""
-    result = accepted.acceptance.whole or accepted.analysed.result
+    result = accepted.acceptance.whole or accepted.whole.result
     return {
         case: {m.phase: asdict(m) for m in measures} for case, measures in result.measures.items()
     }
 
 
 def _acceptance_warnings(accepted: Accepted) -> list[str]:
-    warnings = []
+    warnings = [
+        f"the band of {row.name} ({row.load_case}) is {row.band.low:.4g} to {row.band.high:.4g} "
+        f"{row.unit}, {row.band.half_width:.0%} to either side of its middle: the verdict takes "
+        f"the unfavourable end, and a finer analysis may allow a lighter design"
+        for row in accepted.rows
+        if row.band is not None and row.band.half_width > UNRESOLVED and row.utilisation >= TIGHT
+    ]
+    warnings += accepted.whole.undecided
+    missing = without_band(accepted.rows)
+    if missing:
+        warnings.append(
+            f"{', '.join(dict.fromkeys(row.name for row in missing))}: no second resolution could "
+            f"be analysed, so nothing is known of the error and the limit does not hold"
+        )
+        warnings += accepted.whole.refused
     for w in accepted.acceptance.windows:
         if not w.matches:
             warnings.append(
                 f"the submodel at {tuple(round(c, 1) for c in w.window.centre)} mm differs from "
-                f"the explicit analysis by {w.force_discrepancy:.1%} in boundary force and "
+                f"the analysis that drives it by {w.force_discrepancy:.1%} in boundary force and "
                 f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
+                f"{', enlarged too' if w.window.enlarged else ''}: stress is judged on the worse "
+                f"of the two"
             )
-    warnings += accepted.second.refused
-    if accepted.second.mesh_size is None:
-        warnings.append(
-            "no second mesh size could be analysed, so the resolution error of this verdict is "
-            "unknown; raise [run] elements_per_wall or memory"
-        )
+    warnings += accepted.acceptance.refused
     for attempt in failed_attempts(accepted.acceptance.attempts):
         warnings.append(f"the mesher of the acceptance was asked again after: {attempt}")
     return warnings
@@ -246,7 +282,8 @@ def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
     worst = max(rows, key=lambda row: row.utilisation)
+    end = "" if worst.band is None else f" at the {worst.unfavourable} end of its band"
     return (
-        f"{worst.name} ({worst.load_case}) is {worst.value:.4g} {worst.unit}, "
+        f"{worst.name} ({worst.load_case}) is {worst.decisive:.4g} {worst.unit}{end}, "
         f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
     )

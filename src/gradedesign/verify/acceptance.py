@@ -1,17 +1,17 @@
 """Acceptance: the exported surface, whole or in submodels, meshed by an independent route.
 
-Whole, its analysis judges every limit. Windows judge stress only, in a few cells.
+Both judge stress; displacements of the whole mesh stand beside the analysis that judges them.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from gradedesign.arrays import BoolArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
-from gradedesign.errors import MeshError
+from gradedesign.errors import MeshError, ResourceError
 from gradedesign.lattice.domain import LATTICE
 from gradedesign.lattice.islands import largest_pieces
 from gradedesign.mesh.meshed_surface import tetrahedralize
@@ -24,7 +24,13 @@ from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
 from gradedesign.verify.tets import solve_tets
-from gradedesign.verify.windows import most_stressed_windows
+from gradedesign.verify.windows import (
+    BUFFERS,
+    Room,
+    Window,
+    enlarged_window,
+    most_stressed_windows,
+)
 from gradedesign.workspace.progress import counted, stepping
 
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
@@ -52,6 +58,8 @@ class Acceptance:
         That volume over the whole solid's.
     attempts : tuple of str
         What the mesher needed.
+    refused : tuple of str
+        Windows that could not be enlarged, and why.
     """
 
     scope: str
@@ -60,6 +68,7 @@ class Acceptance:
     volume: float
     share: float
     attempts: tuple[str, ...]
+    refused: tuple[str, ...] = ()
 
 
 def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
@@ -84,13 +93,12 @@ def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
 def accept_whole(
     surface: SurfaceMesh,
     solid: PrintedSolid,
-    explicit: ExplicitResult,
     *,
+    size: float,
     time_limit_s: float,
 ) -> Acceptance:
-    """Re-mesh and analyse the whole exported surface."""
+    """Re-mesh and analyse the whole exported surface; ``size``, mm, sets edges and envelope."""
     began = time.perf_counter()
-    size = explicit.solved.division.surface_size
     with stepping("meshing the whole surface again"):
         meshed = tetrahedralize(
             surface,
@@ -127,40 +135,56 @@ def accept_windows(
     solid: PrintedSolid,
     explicit: ExplicitResult,
     *,
+    size: float,
     time_limit_s: float,
     on_window: Callable[[SubmodelResult], None] | None = None,
 ) -> Acceptance:
     """Re-mesh and analyse the most stressed cells as submodels.
+
+    A window whose boundary force or energy misses 3 % is enlarged once, where it has room and the
+    memory holds it.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        The exported surface, read back.
+    solid : PrintedSolid
+    explicit : ExplicitResult
+        Chooses the windows and drives them.
+    size : float, mm
+        Surface size of their meshes.
+    time_limit_s : float, s
+        Of the mesher, for all windows.
+    on_window : callable, optional
+        Hears every analysed window.
 
     Raises
     ------
     MeshError
         If no window can be chosen.
     """
-    windows = most_stressed_windows(
-        explicit.solved.points,
-        explicit.solved.volumes,
-        explicit.von_mises,
-        eligible_lattice(solid, explicit),
-        percentile=solid.percentile,
-        cells=neighbourhood_cells(solid.design),
-        count=solid.case.run.window_count,
-        avoid=[solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))],
-    )
-    if not windows:
-        raise MeshError(
-            "no window can be chosen: every cell of lattice lies within the exclusion radius of a "
-            "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
-            'or set [run] acceptance = "whole"'
-        )
-    results = []
+    avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
+    windows = _chosen_windows(solid, explicit, avoid)
+    results, refused = [], []
     for window in counted(windows, "window", len(windows)):
-        result = analyse_window(
-            surface, window, explicit, solid, time_limit_s=time_limit_s / len(windows)
-        )
+
+        def analysed(window: Window) -> SubmodelResult:
+            result = analyse_window(
+                surface, window, explicit, solid, size=size,
+                time_limit_s=time_limit_s / len(windows),
+            )  # fmt: skip
+            if on_window is not None:
+                on_window(result)
+            return result
+
+        result = analysed(window)
+        larger = None if result.matches else enlarged_window(window, avoid)
+        if larger is not None:
+            try:
+                result = analysed(larger)
+            except (MeshError, ResourceError) as error:
+                refused.append(f"the submodel at {_place(window)} mm was not enlarged: {error}")
         results.append(result)
-        if on_window is not None:
-            on_window(result)
     volume = sum(r.volume for r in results)
     return Acceptance(
         scope="windows",
@@ -169,7 +193,36 @@ def accept_windows(
         volume=volume,
         share=volume / explicit.volume,
         attempts=tuple(a for r in results for a in r.attempts),
+        refused=tuple(refused),
     )
+
+
+def _chosen_windows(
+    solid: PrintedSolid, explicit: ExplicitResult, avoid: Sequence[FloatArray]
+) -> tuple[Window, ...]:
+    """The most stressed cells with room for a buffer around them."""
+    for buffer in BUFFERS:
+        windows = most_stressed_windows(
+            explicit.solved.points,
+            explicit.solved.volumes,
+            explicit.von_mises,
+            eligible_lattice(solid, explicit),
+            percentile=solid.percentile,
+            cells=neighbourhood_cells(solid.design),
+            count=solid.case.run.window_count,
+            room=Room(avoid=avoid, buffer=buffer),
+        )
+        if windows:
+            return windows
+    raise MeshError(
+        "no window can be chosen: every cell of lattice lies within the exclusion radius of a "
+        "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
+        'or set [run] acceptance = "whole"'
+    )
+
+
+def _place(window: Window) -> tuple[float, ...]:
+    return tuple(round(c, 1) for c in window.centre)
 
 
 def held_and_loaded(case: Case) -> set[str]:

@@ -45,7 +45,7 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 MATCH = 0.03
 #: Share of a window's cut nodes that may find no driving displacement.
 MOST_UNDRIVEN = 0.05
-#: The mesher's envelope as a share of the explicit mesh's cubes.
+#: The mesher's envelope as a share of the surface size.
 ENVELOPE = 0.06
 
 
@@ -92,6 +92,7 @@ def analyse_window(
     explicit: ExplicitResult,
     solid: PrintedSolid,
     *,
+    size: float,
     time_limit_s: float,
 ) -> SubmodelResult:
     """Cut, mesh and solve one submodel, and compare it with the driving analysis.
@@ -102,8 +103,10 @@ def analyse_window(
         The exported surface, read back.
     window : Window
     explicit : ExplicitResult
-        Drives the window; its resolution sets edge length and envelope.
+        Drives the window.
     solid : PrintedSolid
+    size : float, mm
+        Surface size of the mesh: sets edge length and envelope.
     time_limit_s : float
         Of the mesher.
 
@@ -111,7 +114,7 @@ def analyse_window(
     -------
     SubmodelResult
     """
-    driving, cube = explicit.solved, explicit.solved.division.surface_size
+    driving, cube = explicit.solved, size
     material, name = solid.material, window.load_case
     box = window_box(window)
     report_step("clipping")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from gradedesign.verify.neighbourhoods import neighbourhoods
 
 log = logging.getLogger(__name__)
 
-#: A window reaches this share of a cell beyond the cube that it judges.
-MARGIN = 0.2
+#: A window is analysed this share of a cell beyond the cube that it judges, and is enlarged by as
+#: much; the second share is for parts with no room for the first one anywhere.
+BUFFERS = (0.5, 0.2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,19 +37,59 @@ class Window:
         Stress percentile of the driving analysis in the judged cube.
     load_case : str
         The load case with that value.
+    buffer : (float, float, float, float, float, float)
+        What is analysed but not judged on each side, cells: x low, x high, y low, ...
     """
 
     centre: tuple[float, float, float]
     half: float
     value: float
     load_case: str
+    buffer: tuple[float, ...] = (BUFFERS[0],) * 6
+
+    @property
+    def enlarged(self) -> bool:
+        """Whether a side lies farther out than those of any first window."""
+        return max(self.buffer) > BUFFERS[0]
 
 
 def window_box(window: Window) -> tuple[FloatArray, FloatArray]:
     """Lower and upper corner of the analysed box, mm."""
-    reach = window.half * (1 + 2 * MARGIN)
+    reach = window.half * (1 + 2 * np.asarray(window.buffer).reshape(3, 2))
     centre = np.asarray(window.centre)
-    return centre - reach, centre + reach
+    return centre - reach[:, 0], centre + reach[:, 1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Room:
+    """Where windows may lie.
+
+    Attributes
+    ----------
+    avoid : sequence of (k, 3, 3) array, mm
+        Triangles that no analysed box may touch: held and loaded regions, whose supports and
+        loads a window does not carry.
+    buffer : float
+        What is analysed around the judged cube, cells.
+    """
+
+    avoid: Sequence[FloatArray] = ()
+    buffer: float = BUFFERS[0]
+
+
+def enlarged_window(window: Window, avoid: Sequence[FloatArray]) -> Window | None:
+    """The window with half a cell more on every side that then touches no avoided triangle.
+
+    None where no side has room.
+    """
+    grown = window
+    for side in range(6):
+        buffer = list(grown.buffer)
+        buffer[side] += BUFFERS[0]
+        tried = replace(grown, buffer=tuple(buffer))
+        if not any(_touches(tried, corners) for corners in avoid):
+            grown = tried
+    return None if grown == window else grown
 
 
 def inside_cube(points: FloatArray, window: Window) -> BoolArray:
@@ -66,7 +107,7 @@ def most_stressed_windows(
     percentile: float,
     cells: CellMap | float,
     count: int,
-    avoid: Sequence[FloatArray] = (),
+    room: Room = Room(),
 ) -> tuple[Window, ...]:
     """Choose the cells with the highest stress percentile, none overlapping another.
 
@@ -82,9 +123,7 @@ def most_stressed_windows(
     cells : CellMap or float, mm
         Cells of a map, or the edge of cubes.
     count : int
-    avoid : sequence of (k, 3, 3) array, mm
-        Triangles that no analysed box may touch: held and loaded regions, whose supports and
-        loads a window does not carry.
+    room : Room
 
     Returns
     -------
@@ -103,11 +142,17 @@ def most_stressed_windows(
                 stress[members].ravel(), shared_volumes(volume[members], stress), percentile
             )
             candidates.append(
-                Window(centre=near.centre, half=near.edge / 2, value=value, load_case=name)
+                Window(
+                    centre=near.centre,
+                    half=near.edge / 2,
+                    value=value,
+                    load_case=name,
+                    buffer=(room.buffer,) * 6,
+                )
             )
     chosen: list[Window] = []
     for window in sorted(candidates, key=lambda w: -w.value):
-        if any(_touches(window, corners) for corners in avoid):
+        if any(_touches(window, corners) for corners in room.avoid):
             continue
         apart = all(
             np.abs(np.subtract(window.centre, other.centre)).max()

@@ -1,0 +1,132 @@
+"""A value with its band: what analyses at two resolutions say of the limit of small elements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from gradedesign.errors import CaseError
+
+#: Spacing of the elements, mm, and the value found with them.
+Found: TypeAlias = tuple[float, float]
+
+#: Spacings nearer than this say nothing about their difference.
+LEAST_RATIO = 1.05
+#: Order with which the error is taken to fall where none is known: the volume that chamfers and
+#: missed struts lose goes with the square of the element.
+UNKNOWN_ORDER = 2.0
+#: Half the band of a value without a known order is this share at least: two errors of opposite
+#: sign, walls that are held too stiff and struts that lose volume, may cancel in the difference of
+#: two meshes. Measured on stuffed tetrahedra: docs/decisions.md, "Bands".
+LEAST_UNKNOWN = 0.04
+#: Safety factor on an observed order (Roache, J. Fluids Eng. 116, 1994: grid convergence index).
+SAFETY = 1.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Banded:
+    """A value and the band in which its limit for small elements is expected.
+
+    Attributes
+    ----------
+    value, low, high : float
+        In the unit of the value.
+    sizes_mm : tuple of float, mm
+        Elements of the analyses behind it, coarse first.
+    order : {"assumed", "observed", "unknown"}
+        Order with which the error falls: a range that was assumed, the one that three resolutions
+        show, or none, where the band is symmetric about the value of the finest one.
+    """
+
+    value: float
+    low: float
+    high: float
+    sizes_mm: tuple[float, ...] = ()
+    order: str = "unknown"
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of the band over the value."""
+        half = 0.5 * (self.high - self.low)
+        return half / abs(self.value) if self.value else (math.inf if half else 0.0)
+
+    def scaled(self, low: float, value: float, high: float) -> Banded:
+        """The value times a positive factor that has a band of its own."""
+        return Banded(
+            value=self.value * value,
+            low=self.low * low,
+            high=self.high * high,
+            sizes_mm=self.sizes_mm,
+            order=self.order,
+        )
+
+    def including(self, value: float) -> Banded:
+        """The value with a band that holds another one, of an independent analysis."""
+        return Banded(
+            value=self.value,
+            low=min(self.low, value),
+            high=max(self.high, value),
+            sizes_mm=self.sizes_mm,
+            order=self.order,
+        )
+
+
+def banded(found: Sequence[Found], orders: Sequence[float] | None) -> Banded:
+    """Value for small elements from those at two or three resolutions (Richardson).
+
+    Parameters
+    ----------
+    found : sequence of (float, float)
+        Spacing in mm and value, coarse first; the last two count, and the one before them where
+        the three spacings are in one ratio and converge evenly.
+    orders : sequence of float or None
+        Orders with which the error may fall: the least and the most give the ends of the band, the
+        middle one the value. None where errors of opposite sign meet and none can be assumed.
+
+    Returns
+    -------
+    Banded
+
+    Raises
+    ------
+    CaseError
+        If two spacings do not differ by 5 %.
+
+    Examples
+    --------
+    >>> found = banded([(2.0, 9.0), (1.0, 9.5)], (1.0, 1.0, 1.0))
+    >>> found.value, found.low, found.high
+    (10.0, 9.5, 10.0)
+    """
+    (coarse, before), (fine, value) = found[-2], found[-1]
+    ratio = coarse / fine if fine > 0.0 else 0.0
+    if not ratio >= LEAST_RATIO:
+        raise CaseError(
+            f"no band follows from elements of {coarse:g} and {fine:g} mm; expected the first to "
+            f"be larger by 5 % or more"
+        )
+    change, sizes = value - before, tuple(size for size, _ in found)
+    if orders is None:
+        half = max(abs(change) / (ratio**UNKNOWN_ORDER - 1.0), LEAST_UNKNOWN * abs(value))
+        return Banded(value=value, low=value - half, high=value + half, sizes_mm=sizes)
+    seen = observed_order(found)
+    if seen is not None and min(orders) <= seen <= max(orders):
+        rest = change / (ratio**seen - 1.0)
+        ends, best, order = (value, value + SAFETY * rest), value + rest, "observed"
+    else:
+        limits = [value + change / (ratio**order - 1.0) for order in sorted(orders)]
+        ends, best, order = (value, *limits), limits[len(limits) // 2], "assumed"
+    return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
+
+
+def observed_order(found: Sequence[Found]) -> float | None:
+    """Order that three spacings in one ratio show; None where they do not converge evenly."""
+    if len(found) < 3:
+        return None
+    (h1, v1), (h2, v2), (h3, v3) = found[-3:]
+    ratio, first, second = h2 / h3, v2 - v1, v3 - v2
+    if abs(h1 / h2 - ratio) > 0.02 * ratio or not (second and first / second > 1.0):
+        return None
+    return math.log(first / second) / math.log(ratio)

@@ -1,0 +1,75 @@
+"""The whole printed surface by finite cells: how acceptance analyses it at any resolution."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gradedesign.loop.rounds import Analysed
+from gradedesign.mesh.printed_field import printed_field
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.resolve.setup import Setup
+from gradedesign.verify.analysis import PlannedSolid, Resolution
+from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
+from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS, SURFACE_PER_BRICK
+from gradedesign.verify.whole_solid import WholeStage
+from gradedesign.workspace.progress import Event, Listener
+
+#: One spacing over the next finer one.
+RATIO = 1.5
+#: The field is exact within this many elements of the surface.
+BAND = 2.0
+#: Share of the stated time that one analysis may be predicted to take, beyond the first.
+TIME_SHARE = 1.0 / 6.0
+
+
+def printed_stage(
+    setup: Setup, surface: SurfaceMesh, analysed: Analysed, on_event: Listener
+) -> WholeStage:
+    """Finite cells on the surface as read back from its file.
+
+    The first spacing resolves the walls as the explicit mesh does.
+    """
+    run, solid = setup.problem.case.run, analysed.solid
+    x, y, z = np.ptp(setup.problem.part.surface.vertices, axis=0).tolist()
+    planned = PlannedSolid(
+        box=(x, y, z),
+        volume=analysed.result.volume,
+        load_cases=len(setup.problem.case.load_case),
+    )
+
+    def need(spacing: float) -> tuple[bool, str]:
+        size = FINITE_CELLS.estimate(planned, spacing)
+        seconds = size.mesh_s + size.solve_s
+        fits = size.memory_bytes <= run.memory and seconds <= TIME_SHARE * run.time
+        return fits, (
+            f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "
+            f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds:.0f} s of "
+            f"{TIME_SHARE * run.time:.0f} s, a sixth of [run] time"
+        )
+
+    def analyse(spacing: float) -> ExplicitResult:
+        printed = replace(solid, field=printed_field(surface, BAND * spacing))
+        return analyse_printed_solid(
+            FINITE_CELLS,
+            printed,
+            Resolution(spacing=spacing),
+            lambda message: on_event(Event(stage="acceptance", message=message)),
+        )
+
+    return WholeStage(
+        analyse=analyse,
+        spacing=analysed.result.solved.division.surface_size / SURFACE_PER_BRICK,
+        ratio=RATIO,
+        orders=ORDERS,
+        judged_by="finite cells on the whole printed surface",
+        need=need,
+    )
+
+
+def whole_seconds(planned: PlannedSolid, spacing: float) -> float:
+    """Seconds of the first two resolutions, s, by the spacing of the explicit mesh in mm."""
+    sizes = (spacing / SURFACE_PER_BRICK, spacing / SURFACE_PER_BRICK / RATIO)
+    found = [FINITE_CELLS.estimate(planned, size) for size in sizes]
+    return sum(one.mesh_s + one.solve_s for one in found)

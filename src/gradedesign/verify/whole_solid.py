@@ -1,0 +1,168 @@
+"""Limits judged on a whole solid from two resolutions, finer ones until their bands decide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from gradedesign.errors import LatticeError, MeshError, ResourceError
+from gradedesign.limits.banded import LEAST_RATIO, Banded, banded
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import limit_rows
+from gradedesign.verify.explicit import ExplicitResult
+from gradedesign.workspace.progress import stepping
+
+#: A band whose half is below this share of its value is narrow: where the limit lies in it, another
+#: design is looked for instead of a finer analysis.
+NARROW = 0.02
+#: Most resolutions of one design.
+MOST = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WholeStage:
+    """How a whole solid is analysed at any resolution.
+
+    Attributes
+    ----------
+    analyse : callable
+        ``analyse(spacing) -> ExplicitResult``, mm; a `LatticeError` or `MeshError` where that
+        spacing does not hold the solid, a `ResourceError` where the memory does not hold it.
+    spacing : float, mm
+        Of the first, cheap analysis.
+    ratio : float
+        Of one spacing to the next finer one.
+    orders : sequence of float or None
+        With which the error of values that converge may fall, see `limits.banded.banded`.
+    judged_by : str
+        Analysis and solid, in words.
+    need : callable
+        ``need(spacing) -> (fits, words)``: whether the budgets of the case hold that spacing, by
+        prediction, and what it takes.
+    """
+
+    analyse: Callable[[float], ExplicitResult]
+    spacing: float
+    ratio: float
+    orders: Sequence[float] | None
+    judged_by: str
+    need: Callable[[float], tuple[bool, str]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WholeJudgement:
+    """Limits on a whole solid.
+
+    Attributes
+    ----------
+    result : ExplicitResult
+        Of the finest analysis.
+    rows : tuple of LimitRow
+        With their bands; a row without one could be taken at one resolution only.
+    refused : tuple of str
+        Resolutions that could not be analysed, and why.
+    undecided : tuple of str
+        Limits that lie in a wide band, with what a finer analysis would take.
+    """
+
+    result: ExplicitResult
+    rows: tuple[LimitRow, ...]
+    refused: tuple[str, ...] = ()
+    undecided: tuple[str, ...] = ()
+
+
+def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
+    """Analyse a solid at two resolutions, and at finer ones while a wide band does not decide.
+
+    The resolutions follow from the stated budgets, never from the time that is left.
+
+    Raises
+    ------
+    LatticeError
+        If no resolution holds the solid.
+    ResourceError
+        If the memory does not hold the first one.
+    """
+    found = _Analyses(stage=stage, limits=limits)
+    found.attempt(stage.spacing, first=True)
+    goes_on = found.attempt(stage.spacing / stage.ratio)
+    if not goes_on and found.result is not None:
+        found.attempt(stage.spacing * stage.ratio)
+    elif len(found.values) == 1:  # the first one did not hold the solid
+        goes_on = found.attempt(stage.spacing / stage.ratio**2)
+    if found.result is None:
+        raise LatticeError(f"the whole solid was not analysed: {'; '.join(found.refused)}")
+    while goes_on and _undecided(found.rows()) and len(found.values) < MOST:
+        goes_on = found.attempt(found.values[-1][0] / stage.ratio)
+    rows, finer = found.rows(), found.values[-1][0] / stage.ratio
+    return WholeJudgement(
+        result=found.result,
+        rows=rows,
+        refused=tuple(found.refused),
+        undecided=tuple(
+            f"{row.name} ({row.load_case}): the band of {band.low:.4g} to {band.high:.4g} "
+            f"{row.unit} does not decide the limit of {row.limit:.4g} {row.unit}; elements of "
+            f"{finer:.3g} mm would narrow it and take {stage.need(finer)[1]}"
+            for row, band in _undecided(rows)
+        ),
+    )
+
+
+@dataclass(slots=True, kw_only=True)
+class _Analyses:
+    """Rows of one solid by spacing, coarse first, and the result of the finest analysis."""
+
+    stage: WholeStage
+    limits: Sequence[Limit]
+    values: list[tuple[float, dict[LimitKey, LimitRow]]] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+    result: ExplicitResult | None = None
+
+    def attempt(self, spacing: float, *, first: bool = False) -> bool:
+        """Analyse at a spacing that the budgets hold; whether that says something new."""
+        fits, need = self.stage.need(spacing)
+        if not fits and not first:
+            self.refused.append(f"elements of {spacing:.3g} mm are out of budget: {need}")
+            return False
+        try:
+            with stepping(f"elements of {spacing:.3g} mm"):
+                result = self.stage.analyse(spacing)
+        except ResourceError as error:
+            if first:
+                raise
+            self.refused.append(f"elements of {spacing:.3g} mm were refused: {error}")
+            return False
+        except (LatticeError, MeshError) as error:
+            self.refused.append(f"elements of {spacing:.3g} mm were refused: {error}")
+            return False
+        size = result.mesh_size
+        if any(max(size, known) < LEAST_RATIO * min(size, known) for known, _ in self.values):
+            self.refused.append(f"elements of {spacing:.3g} mm divide the part as others do")
+            return False
+        if not self.values or size < self.values[-1][0]:
+            self.result = result
+        rows = limit_rows(self.limits, result, self.stage.judged_by)
+        self.values.append((size, {row.key: row for row in rows}))
+        self.values.sort(key=lambda one: -one[0])
+        return True
+
+    def rows(self) -> tuple[LimitRow, ...]:
+        """Rows of the finest analysis with their bands."""
+        return tuple(self._banded(row) for row in self.values[-1][1].values())
+
+    def _banded(self, row: LimitRow) -> LimitRow:
+        found = [(size, rows[row.key].value) for size, rows in self.values if row.key in rows]
+        if len(found) < 2:
+            return row
+        return row.banded(banded(found, self.stage.orders if row.converges else None))
+
+
+def _undecided(rows: Sequence[LimitRow]) -> list[tuple[LimitRow, Banded]]:
+    """Rows whose limit lies in a wide band, so that nothing is decided."""
+    return [
+        (row, row.band)
+        for row in rows
+        if row.band is not None and row.undecided and row.band.half_width > NARROW
+    ]

@@ -1,0 +1,48 @@
+"""A run whose explicit analysis is finite cells ends in a verdict on an independent mesh."""
+
+import json
+import subprocess
+import sys
+
+import meshio
+import pytest
+from small_parts import SHORT_BAR
+
+CASE = (
+    SHORT_BAR
+    + """
+[[load_case]]
+name = "shear"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "0.05 mm"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "8 mm"
+density = [0.4, 0.7]
+size_effects = false
+[run]
+analysis = "finite-cells"
+acceptance = "whole"
+[output]
+formats = ["stl", "vtu"]
+"""
+)
+
+
+@pytest.mark.slow
+def test_a_run_by_finite_cells_is_accepted_by_tetrahedra(tmp_path):
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    command = [
+        *(sys.executable, "-m", "gradedesign", "run", str(tmp_path)),
+        "-o",
+        str(tmp_path / "r"),
+    ]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    result = json.loads((tmp_path / "r" / "result.json").read_text(encoding="utf-8"))
+    assert result["status"] == "met"
+    assert result["verdict"]["analysis"]["mesher"] == "pytetwild"
+    lattice = meshio.read(tmp_path / "r" / "lattice.vtu")
+    assert {block.type for block in lattice.cells} == {"hexahedron27"}
