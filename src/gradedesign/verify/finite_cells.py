@@ -32,10 +32,14 @@ from gradedesign.verify.tets import TETS_PER_GRID_CELL
 
 log = logging.getLogger(__name__)
 
-#: Grid of tetrahedra that resolves the same walls, over the edge of a brick. Quadratic finite
-#: cells of 1.4 walls displace a gyroid sheet within 2 % (8 bricks a cell at density 0.3), where
-#: stuffing takes cubes of 0.8 walls; what holds a strut by stuffing does so here, too.
+#: Grid of tetrahedra that resolves the same sheets, over the edge of a brick: quadratic finite
+#: cells of 1.4 walls displace a gyroid sheet within 3 % (8 bricks a cell at density 0.3), where
+#: stuffing takes grid cells of 0.8 walls.
 SURFACE_PER_BRICK = 0.56
+#: What stuffing needs this many grid cells across is a strut, which needs this share of as many
+#: bricks: struts of the cell sc bend 18, 10 and 2 % too little or too much with 1.1, 1.5 and 1.8
+#: bricks across, since facets between sub-cells take volume off them.
+STRUT, BRICKS_PER_STRUT = 2.0, 0.9
 #: Order of the error of displacement and work in the spacing: the least, the usual and the most
 #: that was observed; less than 1 where plates meet sheets in re-entrant edges and one cell is
 #: across.
@@ -118,8 +122,9 @@ def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -
 
 
 def elements_per_wall(cell: Cell, rho: float) -> float:
-    """Bricks across the thinnest wall or strut of a cell for 2 % in displacement."""
-    return SURFACE_PER_BRICK * tets_per_wall(cell, rho)
+    """Bricks across the thinnest wall or strut of a cell for 2 to 3 % in displacement."""
+    tets = tets_per_wall(cell, rho)
+    return tets * (BRICKS_PER_STRUT if tets >= STRUT else SURFACE_PER_BRICK)
 
 
 #: Quadratic finite cells, ``[run] analysis = "finite-cells"``.
