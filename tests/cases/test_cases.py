@@ -18,7 +18,9 @@ SLOW = {
     "bracket",
     "cantilever-compact",
     "clevis",
+    "compression-block",
     "engine-bracket",
+    "mbb-beam",
     "ramirez-cantilever",
     "size-graded",
 }
