@@ -119,7 +119,8 @@ def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
         warnings.append(
             f"the {found.farther} surface lies up to {found.distance_mm:.3g} mm from the other, "
             f"at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {DISTANCE_WARNING:g} elements of "
-            f"{found.element_mm:.3g} mm, so that a strut, a wall or an acute rim is missing in one of them"
+            f"{found.element_mm:.3g} mm, so that a strut, a wall "
+            f"or an acute rim is missing in one of them"
         )
     if warnings:
         warnings[-1] += "; state a larger [run] elements_per_wall with more memory"
