@@ -141,8 +141,8 @@ class Announcer:
         thin, both = found.thickness.percentiles_mm, found.comparison
         self.say(
             "printed",
-            f"mass {found.mass_g(material.density):.4g} g by the file; 1 % of the surface has "
-            f"less than {thin['1']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
+            f"mass {found.mass_g(material.density):.4g} g by the file; 5 % of the surface has "
+            f"less than {thin['5']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
             f"volume {both.volume_difference:+.1%} and surface up to {both.distance_mm:.2g} mm off "
             f"the analysed solid",
         )

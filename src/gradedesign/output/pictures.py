@@ -207,17 +207,11 @@ def picture_stress(
         colours="turbo",
         above=_ABOVE if limit is not None and top > limit else None,
     )
-    faces = (
-        surface.faces if unjudged is None else surface.faces[unjudged[surface.faces].all(axis=1)]
-    )
-    shaded = unjudged is not None and len(faces) > 0
-    scene = Scene(
-        title=title,
-        caption=caption,
-        layers=(layer, _shade(surface, faces)) if shaded else (layer,),
-        legend=(LegendEntry(text="held regions: not judged", colour=_SHADE),) if shaded else (),
-        bar=bar,
-    )
+    scene = Scene(title=title, caption=caption, layers=(layer,), bar=bar)
+    if unjudged is not None and (shaded := unjudged[surface.faces].all(axis=1)).any():
+        entry = LegendEntry(text="near held regions: not judged", colour=_SHADE)
+        layers = (layer, _shade(surface, surface.faces[shaded]))
+        scene = replace(scene, layers=layers, legend=(entry,))
     return _draw(path, scene)
 
 
