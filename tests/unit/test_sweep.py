@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from matplotlib.image import imread
+from numba import get_num_threads
 from small_parts import SHORT_BAR
 
 from gradedesign import load_case
@@ -304,6 +305,14 @@ def test_memory_side_by_side_is_told_and_chooses_the_workers(cli, stand_in, fold
     assert "3 designs side by side may take [run] memory of 24 GB together" in told
     assert "this machine has 20 GB" in told
     assert "pip install distributed" in ended.err
+
+
+@pytest.mark.parametrize(("asked", "given"), [(1, 1), (None, "all"), (10_000, "all")])
+def test_threads_of_a_computation(asked, given):
+    everything = get_num_threads()
+    expected = everything if given == "all" else given
+    assert on_dask.with_threads(asked, get_num_threads) == expected
+    assert get_num_threads() == everything
 
 
 def row(number, mass, **limits):

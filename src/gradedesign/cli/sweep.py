@@ -181,9 +181,8 @@ def _outcomes(
             for place in counted(waiting, "design", len(waiting)):
                 yield place, run_design(place)
             return
-    cluster = Cluster(
-        workers=count, scheduler=request.scheduler, threads=max(1, usable_cores() // count)
-    )
+    threads = max(1, usable_cores() // count) if request.scheduler is None else None
+    cluster = Cluster(workers=count, scheduler=request.scheduler, threads=threads)
     tasks = [(place,) for place in waiting]
     for task, future in on_dask(run_design, tasks, cluster, text="designs side by side"):
         lost = future.exception()
