@@ -89,7 +89,7 @@ def test_a_missing_piece_is_a_warning_that_says_where():
         assert "volume of the printed solid" in volume
         assert "components" in topology
         assert "3.5 mm" in distance
-        assert "mesh_cubes_per_wall" in distance
+        assert "elements_per_wall" in distance
 
 
 def test_a_hole_that_one_lacks_is_a_warning():

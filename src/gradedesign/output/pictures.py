@@ -147,9 +147,7 @@ def _loads_legend(
     return (*roles, *(LegendEntry(text=name, colour=colour) for name, colour in cases.items()))
 
 
-def picture_density(
-    path: Path, mesh: TetMesh, rho: FloatArray, *, title: str = "Relative density"
-) -> tuple[str, ...]:
+def picture_density(path: Path, mesh: TetMesh, rho: FloatArray) -> tuple[str, ...]:
     """Draw element densities ``(m,)`` with the quarter towards the viewer cut away."""
     rho = np.asarray(rho, dtype=np.float64)
     middle = 0.5 * (mesh.points.min(axis=1) + mesh.points.max(axis=1))
@@ -160,7 +158,7 @@ def picture_density(
     layer = Layer(vertices=mesh.points.T, faces=facets, values=rho[kept][owners], per_face=True)
     cut = ", the corner towards the viewer cut away" if len(kept) < len(rho) else ""
     scene = Scene(
-        title=title,
+        title="Relative density",
         caption=f"relative density {rho.min():.3g} to {rho.max():.3g}{cut}",
         layers=(layer,),
         bar=ColourBar(title="density [-]", low=float(rho.min()), high=float(rho.max())),
@@ -240,18 +238,16 @@ def picture_deformed(
     surface: SurfaceMesh,
     displacement: FloatArray,
     *,
-    factor: float | None = None,
     title: str = "Deformed shape",
 ) -> tuple[str, ...]:
-    """Draw the surface moved by ``factor`` times its displacement ``(3, n)`` mm.
+    """Draw the surface moved by a multiple of its displacement ``(3, n)`` mm.
 
-    Without a factor the largest displacement is drawn at about a twelfth of the diagonal, with
-    a factor of 1, 2 or 5 times a power of ten. The caption names the factor.
+    The largest displacement is drawn at about a twelfth of the diagonal, with a factor of 1, 2 or
+    5 times a power of ten. The caption names the factor.
     """
     displacement = np.asarray(displacement, dtype=np.float64)
     size = np.linalg.norm(displacement, axis=0)
-    if factor is None:
-        factor = round_factor(_SHOWN_SHIFT * _diagonal(surface.vertices), float(size.max()))
+    factor = round_factor(_SHOWN_SHIFT * _diagonal(surface.vertices), float(size.max()))
     moved = Layer(
         vertices=surface.vertices + factor * displacement.T, faces=surface.faces, values=size
     )

@@ -93,8 +93,8 @@ def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
         warnings.append(
             f"the volume of the printed solid is {found.volume_difference:+.1%} off the analysed "
             f"one ({printed.volume_mm3:.6g} against {analysed.volume_mm3:.6g} mm^3, more than "
-            f"{VOLUME_WARNING:.0%}): displacements of the explicit analysis are off by at least "
-            f"about as much"
+            f"{VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which sizing "
+            f"learns, are off by at least about as much"
         )
     counts = {
         "components": (analysed.components, printed.components),
@@ -110,8 +110,8 @@ def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
     if differ:
         warnings.append(
             f"the analysed solid differs in topology from the printed one: {', '.join(differ)}; "
-            f"struts or walls that one has and the other lacks are not judged by the explicit "
-            f"analysis"
+            f"struts or windows that only one of them has make values of the explicit analysis, "
+            f"from which sizing learns, those of another body"
         )
     if found.distance_mm > DISTANCE_WARNING * found.element_mm:
         x, y, z = found.at_mm
@@ -121,7 +121,7 @@ def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
             f"{found.element_mm:.3g} mm, so that a strut or wall is missing in one of them"
         )
     if warnings:
-        warnings[-1] += '; raise [run] mesh_cubes_per_wall, or judge by acceptance = "whole"'
+        warnings[-1] += "; state a larger [run] elements_per_wall with more memory"
     return tuple(warnings)
 
 
