@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -241,11 +242,16 @@ def write_plot(folder: Path, study: Study, rows: Sequence[DesignRow], best: froz
             label=row.label,
             group=value_text(row.values[study.keys[0]]) if study.keys[0] in row.values else "-",
             mass_g=row.mass_g,
-            utilisation={name: limit.utilisation for name, limit in row.limits.items()},
+            utilisation={
+                name: limit.utilisation
+                for name, limit in row.limits.items()
+                if math.isfinite(limit.utilisation)
+            },
             marked=row.number in best,
         )
         for row in rows
-        if row.mass_g is not None and row.limits
+        if row.mass_g is not None
+        and any(math.isfinite(limit.utilisation) for limit in row.limits.values())
     ]
     if not points:
         (folder / PLOT).unlink(missing_ok=True)
