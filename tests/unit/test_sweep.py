@@ -334,7 +334,7 @@ def row(number, mass, **limits):
 
 
 def test_a_limit_counts_by_the_unfavourable_end_of_its_band():
-    band = Banded(low=0.3, value=0.4, high=0.55, order=None, sizes_mm=(1.0, 2.0))
+    band = Banded(low=0.3, value=0.4, high=0.55)
     high = limit_value(replace(limit(0.4), band=band))
     # 0.55 of 0.5 mm: broken, though the value itself holds.
     assert (high.value, high.severity) == (0.4, 0.55)

@@ -242,5 +242,5 @@ def table_json(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) ->
 
 
 def _short(number: float | None) -> float | None:
-    """A number in six digits: further ones depend on the number of threads; JSON has no infinity."""
+    """A number in six digits, since further ones depend on threads; None for infinity."""
     return None if number is None or math.isinf(number) else float(f"{number:.6g}")
