@@ -26,13 +26,13 @@ class Cluster:
         Processes on this machine.
     scheduler : str or None
         Address of a running dask cluster, used instead.
-    threads : int
-        Of each computation.
+    threads : int or None
+        Of each computation; None for those that its worker has.
     """
 
     workers: int
     scheduler: str | None = None
-    threads: int = 1
+    threads: int | None = 1
 
 
 def has_dask() -> bool:
@@ -106,14 +106,14 @@ def on_dask(
             yield futures[future], future
 
 
-def with_threads(threads: int, function: Callable[..., Any], *task: Any) -> Any:
+def with_threads(threads: int | None, function: Callable[..., Any], *task: Any) -> Any:
     """Call a function on a number of threads.
 
     Not by an environment variable: numba reads those again whenever it compiles, and refuses one
     that has changed.
     """
     before = get_num_threads()
-    set_num_threads(min(threads, before))
+    set_num_threads(before if threads is None else min(threads, before))
     try:
         return function(*task)
     finally:

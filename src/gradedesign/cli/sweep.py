@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -181,9 +182,8 @@ def _outcomes(
             for place in counted(waiting, "design", len(waiting)):
                 yield place, run_design(place)
             return
-    cluster = Cluster(
-        workers=count, scheduler=request.scheduler, threads=max(1, usable_cores() // count)
-    )
+    threads = max(1, usable_cores() // count) if request.scheduler is None else None
+    cluster = Cluster(workers=count, scheduler=request.scheduler, threads=threads)
     tasks = [(place,) for place in waiting]
     for task, future in on_dask(run_design, tasks, cluster, text="designs side by side"):
         lost = future.exception()
@@ -242,11 +242,16 @@ def write_plot(folder: Path, study: Study, rows: Sequence[DesignRow], best: froz
             label=row.label,
             group=value_text(row.values[study.keys[0]]) if study.keys[0] in row.values else "-",
             mass_g=row.mass_g,
-            utilisation={name: limit.utilisation for name, limit in row.limits.items()},
+            utilisation={
+                name: limit.utilisation
+                for name, limit in row.limits.items()
+                if math.isfinite(limit.utilisation)
+            },
             marked=row.number in best,
         )
         for row in rows
-        if row.mass_g is not None and row.limits
+        if row.mass_g is not None
+        and any(math.isfinite(limit.utilisation) for limit in row.limits.values())
     ]
     if not points:
         (folder / PLOT).unlink(missing_ok=True)

@@ -41,6 +41,6 @@ def _dominates(one: DesignRow, other: DesignRow) -> bool:
 
 
 def _uses(row: DesignRow) -> list[float]:
-    """Values and utilisations of the limits, the less the better."""
+    """Severities and utilisations of the limits, the less the better."""
     found = [row.limits[name] for name in sorted(row.limits)]
-    return [*(limit.value for limit in found), *(limit.utilisation for limit in found)]
+    return [*(limit.severity for limit in found), *(limit.utilisation for limit in found)]

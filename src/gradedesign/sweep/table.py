@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from io import StringIO
@@ -26,16 +27,31 @@ class LimitValue:
     ----------
     value, limit : float
     unit : str
+    utilisation : float
+        By the unfavourable end of the value's band, as the run judged it.
+    severity : float
+        That end, or one over it where a low one is unfavourable: the less the better.
     """
 
     value: float
     limit: float
     unit: str
+    utilisation: float
+    severity: float
 
-    @property
-    def utilisation(self) -> float:
-        """Value over limit."""
-        return self.value / self.limit
+
+def limit_value(row: LimitRow) -> LimitValue:
+    """A limit as the table has it."""
+    end = row.decisive
+    if row.unfavourable == "low":
+        end = 1 / end if end > 0.0 else math.inf
+    return LimitValue(
+        value=row.value,
+        limit=row.limit,
+        unit=row.unit,
+        utilisation=row.utilisation,
+        severity=end,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,10 +146,7 @@ def design_row(
         mass_g=result.mass_g,
         solid_mass_g=result.solid_mass_g,
         relative_density=result.relative_density,
-        limits={
-            limit_name(row): LimitValue(value=row.value, limit=row.limit, unit=row.unit)
-            for row in result.limits
-        },
+        limits={limit_name(row): limit_value(row) for row in result.limits},
     )
 
 
@@ -229,5 +242,5 @@ def table_json(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) ->
 
 
 def _short(number: float | None) -> float | None:
-    """A number in six digits: further ones depend on the number of threads."""
-    return None if number is None else float(f"{number:.6g}")
+    """A number in six digits, since further ones depend on threads; None for infinity."""
+    return None if number is None or math.isinf(number) else float(f"{number:.6g}")
