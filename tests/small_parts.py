@@ -33,3 +33,37 @@ margin = "1.5 mm"
 region = "tip"
 margin = "1.5 mm"
 """
+
+
+def held_bar(
+    part,
+    *,
+    name="bar",
+    material='name = "PA12"',
+    regions="",
+    load_case="pull",
+    force="0 N, 0 N, -10 N",
+):
+    """Case of a part that is held at its least x and loaded at its greatest, up to its limits."""
+    components = ", ".join(f'"{component}"' for component in force.split(", "))
+    return f"""\
+[case]
+name = "{name}"
+[part]
+{part}
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+{regions}[material]
+{material}
+[[load_case]]
+name = "{load_case}"
+fix = [{{region = "root"}}]
+load = [{{region = "tip", force = [{components}]}}]
+"""
+
+
+def box_part(x, y, z, mesh_size):
+    """Lines of ``[part]`` for a box, mm."""
+    return f'box = ["{x} mm", "{y} mm", "{z} mm"]\nmesh_size = "{mesh_size} mm"'

@@ -154,8 +154,6 @@ def test_every_public_name_has_its_home():
 #: Kernels and command lines have the arguments and lines that they need; a longer file says why in
 #: its first lines, in a sentence that names this number.
 MOST_ARGUMENTS, MOST_LINES, LONG_FILE = 8, 60, 300
-#: Longer than that, until the explicit analysis has its own protocol.
-LONG_FUNCTIONS = {"analyse_printed_solid"}
 
 
 def functions(path):
@@ -190,8 +188,7 @@ def test_functions_are_narrow_and_short(path):
         count = len(stated.posonlyargs) + len(stated.args) + len(stated.kwonlyargs)
         where = f"{short(path)}:{node.lineno}: {node.name}"
         assert count <= MOST_ARGUMENTS, f"{where} takes {count} arguments; hand on a record"
-        if node.name not in LONG_FUNCTIONS:
-            assert lines(node) <= MOST_LINES, f"{where} has {lines(node)} lines; split it"
+        assert lines(node) <= MOST_LINES, f"{where} has {lines(node)} lines; split it"
 
 
 @pytest.mark.parametrize("path", [*MODULES, *PLUGIN_MODULES], ids=short)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         ResourceError,
         SolverError,
     )
+    from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
     from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
     from gradedesign.limits.analysis import Analysis
     from gradedesign.limits.key import LimitKey
@@ -72,8 +73,11 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Discretisation",
+    "EigenProblem",
+    "EigenSolver",
     "ExplicitAnalysis",
     "Exporter",
+    "ExtremeValue",
     "FileFaces",
     "GradeDesignError",
     "HomogenisedState",
@@ -142,6 +146,7 @@ _HOMES = {
     "cell.maker": "CellMaker",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
+    "fe.eigen_solver": "EigenProblem EigenSolver ExtremeValue",
     "fe.linear_solver": "LinearAnswer LinearSolver LinearSystem",
     "material.cubic_law": "cubic_law cubic_table_law",
     "material.material": "Material",

@@ -31,14 +31,16 @@ from gradedesign.loop.stages import (
     save_round,
 )
 from gradedesign.output.result import RunResult
+from gradedesign.output.stl import write_stl
 from gradedesign.plugin.registry import Registry, build_registry
+from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.setup import Setup, prepare
 from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.resolve.solid import solve_solid, with_solid
 from gradedesign.results.failed import recording_failure
-from gradedesign.results.files import Shown, write_outputs
+from gradedesign.results.files import Shown, shown_of, write_outputs
 from gradedesign.results.finished import finished_result
 from gradedesign.results.summary import (
     best_round,
@@ -156,9 +158,12 @@ def loop(
         loop_stages(setup, out, announce, cost, rounds),
         Progress(rounds=rounds, refused=refused, factors=factors),
     )
-    result = verdict_result(setup, registry, outcome.rounds, outcome.accepted, outcome.ended)
-    result = replace(result, predicted=cost.data())
     shown = shown_design(setup, out, announce, outcome.rounds, outcome.accepted)
+    announce.printed(shown.printed, setup.problem.material)
+    result = verdict_result(
+        setup, registry, outcome.rounds, outcome.accepted, outcome.ended, shown.printed
+    )
+    result = replace(result, predicted=cost.data())
     return write_outputs(out, setup, result, announce, shown=shown)
 
 
@@ -206,14 +211,26 @@ def shown_design(
     rounds: Sequence[Round],
     accepted: Accepted | None,
 ) -> Shown:
-    """The judged design, or the best that was found, whose surface is then exported."""
+    """The judged design, or the best that was found, whose surface is then exported.
+
+    Raises
+    ------
+    ResourceError
+        If the file of the judged design is no longer the one that was judged.
+    """
     if accepted is not None:
-        return Shown(rho=accepted.round.rho, analysed=accepted.analysed, surface=accepted.surface)
-    best = best_round(rounds)
-    with announce.stage("explicit"):
-        analysed = analyse_design(setup, best.rho, on_event=announce.listener)
-        surface, _ = export_surface(setup, out, analysed)
-    return Shown(rho=best.rho, analysed=analysed, surface=surface)
+        if out.artefacts()[STL_NAME].sha256 != accepted.sha256:
+            # A later design was written there and refused, or is heavier.
+            out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), accepted.surface))
+        out.read_bytes(STL_NAME)
+        rho, analysed, surface = accepted.round.rho, accepted.analysed, accepted.surface
+    else:
+        rho = best_round(rounds).rho
+        with announce.stage("explicit"):
+            analysed = analyse_design(setup, rho, on_event=announce.listener)
+            surface, _, _ = export_surface(setup, out, analysed)
+    with announce.stage("printed"):
+        return shown_of(rho, analysed, surface)
 
 
 def judge(

@@ -13,6 +13,7 @@ from dataclasses import replace
 import manifold3d
 import numpy as np
 import pytest
+from small_parts import held_bar
 
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part.box import box_surface
@@ -20,23 +21,11 @@ from gradedesign.plugin import builtin
 
 BOX = corner_points(box_surface((20.0, 10.0, 10.0)))
 
-CASE = """\
-[case]
-name = "bad"
-[part]
-file = "part.stl"
-units = "mm"
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "pull"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["50 N", "0 N", "0 N"]}]
+CASE = (
+    held_bar(
+        'file = "part.stl"\nunits = "mm"\nmesh_size = "5 mm"', name="bad", force="50 N, 0 N, 0 N"
+    )
+    + """\
 [limits]
 displacement = [{region = "tip", magnitude = "1 mm"}]
 [lattice]
@@ -50,6 +39,7 @@ stop_after = "solid"
 [output]
 formats = ["stl"]
 """
+)
 BOX_CASE = CASE.replace('file = "part.stl"\nunits = "mm"', 'box = ["20 mm", "10 mm", "10 mm"]')
 
 

@@ -4,7 +4,10 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
+from small_parts import SHORT_BAR
 
+from gradedesign.loop import accepted as accepting
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
@@ -12,26 +15,10 @@ from gradedesign.results import files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first round and exports what it found.
-CASE = """
-[case]
-name = "two bodies"
-[part]
-file = "two.stl"
-units = "mm"
-mesh_size = "4 mm"
-bodies = "all"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[keep]]
-region = "root"
-margin = "1.5 mm"
-[[keep]]
-region = "tip"
-margin = "1.5 mm"
+PART = 'file = "two.stl"\nunits = "mm"\nbodies = "all"'
+CASE = (
+    SHORT_BAR.replace('box = ["16 mm", "8 mm", "8 mm"]', PART)
+    + """
 [[load_case]]
 name = "shear"
 fix = [{region = "root"}]
@@ -47,6 +34,7 @@ elements_per_wall = 1.0
 [output]
 formats = ["stl"]
 """
+)
 
 
 @pytest.fixture
@@ -71,9 +59,23 @@ def folder(tmp_path):
     return tmp_path
 
 
+def disturbed_stl(path, surface):
+    """Write the file of a surface, then change a byte of it, as another program might."""
+    digest = write_stl(path, surface)
+    data = bytearray(path.read_bytes())
+    data[100] ^= 1
+    path.write_bytes(bytes(data))
+    return digest
+
+
 @pytest.mark.usefixtures("undrawn")
-def test_two_bodies_run_to_a_verdict(cli, folder):
-    ended = cli("run", folder, "-o", folder / "run")
+def test_two_bodies_run_to_a_verdict(cli, folder, monkeypatch):
+    with monkeypatch.context() as disturbing:
+        disturbing.setattr(accepting, "write_stl", disturbed_stl)
+        ended = cli("run", folder, "-o", folder / "run")
+    assert ended.code == 5
+    assert "lattice.stl changed after it was written" in " ".join(ended.err.split())
+    ended = cli("run", folder, "-o", folder / "run", "--resume")
     assert ended.code == 4, ended.err
     result = json.loads((folder / "run" / "result.json").read_text(encoding="utf-8"))
     assert (result["status"], result["ended_by"]) == ("not_met", "saturated")
@@ -82,7 +84,27 @@ def test_two_bodies_run_to_a_verdict(cli, folder):
     assert result["solid_mass_g"] == pytest.approx(solid, rel=0.01)
     # Densities of 0.6 beside 3 mm of 16 mm kept solid: 0.675; both bodies are in the mass.
     assert result["mass_g"] == pytest.approx(0.675 * solid, rel=0.1)
-    assert (folder / "run" / "lattice.stl").is_file()
+    # Mass and volume are those of the file, here by another program.
+    file = trimesh.load_mesh(folder / "run" / "lattice.stl")
+    assert result["mass_g"] == pytest.approx(file.volume * 4.43e-3, rel=1e-6)
+    printed = result["printed"]
+    masses = {name: volume * 4.43e-3 for name, volume in printed["volumes_mm3"].items()}
+    assert set(masses) == {"lattice", "kept"}
+    assert result["lattice_mass_g"] == pytest.approx(masses["lattice"])
+    assert sum(masses.values()) == pytest.approx(result["mass_g"])
+    # 3 mm of 16 mm are solid in both bodies, 4 ends in all.
+    assert masses["kept"] == pytest.approx(4 * 1.5 * 8 * 8 * 4.43e-3, rel=0.01)
+    both = printed["comparison"]
+    assert both["analysed"]["components"] == both["printed"]["components"] == 2
+    euler = file.euler_number  # V - E + F by another program; 2 - 2 g for each shell
+    shells = both["printed"]["components"] + both["printed"]["cavities"]
+    assert both["printed"]["handles"] == shells - euler // 2
+    assert abs(both["volume_difference"]) < 0.05
+    assert 0 < both["mean_distance_mm"] < both["distance_mm"] < 2.0
+    thin = list(printed["thickness_percentiles_mm"].values())
+    assert 0 < thin[0] < thin[1] < thin[2] < thin[3] < 8.0
+    said = " ".join((ended.out + ended.err).split())
+    assert f"mass {result['mass_g']:.4g} g by the file" in said
 
 
 @pytest.mark.slow
@@ -91,7 +113,7 @@ def test_two_bodies_are_judged_by_their_exported_surface(cli, folder):
     text = (folder / "case.toml").read_text(encoding="utf-8")
     text = text.replace('magnitude = "0.006 mm"', 'magnitude = "0.02 mm"')
     text = text.replace("elements_per_wall = 1.0", "elements_per_wall = 1.2")
-    text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_rounds = 2')
+    text = text.replace("[run]", '[run]\nacceptance = "whole"\nmax_iterations = 2')
     (folder / "case.toml").write_text(text, encoding="utf-8")
     ended = cli("run", folder, "-o", folder / "run")
     # A first acceptance found 2.2 % more than the explicit analysis: either verdict may come.

@@ -14,7 +14,16 @@ FOLDERS = sorted(p.parent for p in (ROOT / "cases").glob("*/case.toml"))
 WITH_EXPECTATIONS = [p for p in FOLDERS if (p / "expected.toml").is_file()]
 
 #: Minutes each: only ``make test-all`` runs them.
-SLOW = {"bracket", "cantilever-compact", "clevis", "ramirez-cantilever", "size-graded"}
+SLOW = {
+    "bracket",
+    "cantilever-compact",
+    "clevis",
+    "compression-block",
+    "engine-bracket",
+    "mbb-beam",
+    "ramirez-cantilever",
+    "size-graded",
+}
 
 
 def marked(folder):

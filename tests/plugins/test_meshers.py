@@ -9,26 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_parts import held_bar
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
 TOML = re.findall(r"^```toml\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
 (PART,) = (block for block in TOML if "mesher = " in block)
-CASE = f"""\
-[case]
-name = "bricks"
-{PART}
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "pull"
-fix = [{{region = "root"}}]
-load = [{{region = "tip", force = ["50 N", "0 N", "0 N"]}}]
+CASE = (
+    held_bar(PART.removeprefix("[part]\n"), name="bricks", force="50 N, 0 N, 0 N")
+    + """\
 [limits]
-displacement = [{{region = "tip", magnitude = "1 mm"}}]
+displacement = [{region = "tip", magnitude = "1 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "4 mm"
@@ -38,6 +28,7 @@ stop_after = "solid"
 [output]
 formats = ["report"]
 """
+)
 
 
 @pytest.fixture

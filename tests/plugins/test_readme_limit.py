@@ -6,6 +6,7 @@ import types
 from pathlib import Path
 
 import pytest
+from small_parts import box_part, held_bar
 
 import gradedesign
 from gradedesign.errors import CaseError, PluginError
@@ -14,22 +15,9 @@ from gradedesign.plugin.registry import build_registry
 
 README = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")
 
-CASE = """\
-[case]
-name = "bar"
-[part]
-box = ["40 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "down"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+CASE = (
+    held_bar(box_part(40, 10, 10, 5), name="bar", load_case="down")
+    + """\
 [limits]
 mean_displacement = [{region = "tip", at_most = "8 x solid"}]
 [lattice]
@@ -42,6 +30,7 @@ stop_after = "sizing"
 [output]
 formats = []
 """
+)
 
 
 @pytest.fixture(scope="module")

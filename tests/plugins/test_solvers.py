@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign import PluginError, SolverError, load_case, run
 from gradedesign.fe.solution import LoadVector
@@ -37,22 +38,15 @@ def prepare(system):
 def gradedesign_solvers():
     yield LinearSolver(name="fake-inverse", prepare=prepare)
 """
-CASE = """\
-[case]
-name = "solved"
-[part]
-box = ["24 mm", "12 mm", "12 mm"]
-mesh_size = "6 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[load_case]]
-name = "tip"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-40 N"]}]
+CASE = (
+    held_bar(
+        box_part(24, 12, 12, 6),
+        name="solved",
+        material='name = "Ti-6Al-4V"',
+        load_case="tip",
+        force="0 N, 0 N, -40 N",
+    )
+    + """\
 [limits]
 displacement = [{region = "tip", magnitude = "1 mm"}]
 [lattice]
@@ -65,6 +59,7 @@ formats = ["stl"]
 stop_after = "solid"
 solver = "fake-inverse"
 """
+)
 
 
 @pytest.fixture

@@ -3,37 +3,33 @@
 import re
 
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import ResourceError
 from gradedesign.plugin.registry import build_registry, lookup
-from gradedesign.resolve.analysable import analysable_bounds, grid_spacing
+from gradedesign.resolve.analysable import analysable_bounds, chosen_analysis, grid_spacing
 from gradedesign.resolve.setup import prepare
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.tets import STUFFED_TETS
 
-CASE = """\
-[case]
-name = "block"
-[part]
-box = ["60 mm", "40 mm", "40 mm"]
-mesh_size = "10 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "Ti-6Al-4V"
-[[load_case]]
-name = "shear"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+CASE = (
+    held_bar(
+        box_part(60, 40, 40, 10),
+        name="block",
+        material='name = "Ti-6Al-4V"',
+        load_case="shear",
+        force="0 N, 0 N, -400 N",
+    )
+    + """\
 [limits]
 safety_factor = 2
 [lattice]
 cell = "bcc"
 size = "10 mm"
 """
+)
 VOLUME = 60.0 * 40.0 * 40.0
 
 
@@ -89,3 +85,28 @@ def test_layers_need_fewer_cubes_than_struts(bounds_of):
     case, _ = bounds_of('skin = {thickness = "1 mm"}\n[run]\nmemory = "900 GB"\n')
     assert grid_spacing(case, 1.0, 2.5, STUFFED_TETS) == pytest.approx(0.4)
     assert grid_spacing(case, 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
+
+
+def test_finite_cells_are_taken_where_they_let_density_fall_lower(bounds_of):
+    def chosen(words):
+        case, _ = bounds_of(words)
+        family = lookup(build_registry(), "cell_families", "bcc")
+        return chosen_analysis(
+            [
+                analysable_bounds(
+                    case, calibrate(family), (0.05, 0.8), 10.0, analysis, latticed=VOLUME, solid=0.0
+                )
+                for analysis in (STUFFED_TETS, FINITE_CELLS)
+            ]
+        )
+
+    roomy = chosen('[run]\nmemory = "900 GB"\n')
+    assert (roomy.analysis.name, roomy.warnings) == ("tets", ())
+    tight = chosen('[run]\nmemory = "4 GB"\n')
+    assert tight.analysis.name == "finite-cells"
+    low = bounds_of('[run]\nmemory = "4 GB"\n')[1].bounds[0]
+    assert tight.bounds[0] < low
+    assert tight.warnings[0] == (
+        f"explicit analyses by finite-cells, which the memory holds down to density "
+        f"{tight.bounds[0]:.3g}: tets would end at {low:.3g}"
+    )

@@ -6,28 +6,20 @@ Rows are those of the table of faults of the quality reference, 39 to 58.
 import os
 
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.errors import CaseError
 
-CASE = """\
-[case]
-name = "bracket"
-[part]
-box = ["60 mm", "20 mm", "20 mm"]
-mesh_size = "4 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-youngs_modulus = "200 GPa"
-poissons_ratio = 0.3
-density = "7.85 g/cm^3"
-[[load_case]]
-name = "tip load"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-50 N"]}]
+CASE = (
+    held_bar(
+        box_part(60, 20, 20, 4),
+        name="bracket",
+        material='youngs_modulus = "200 GPa"\npoissons_ratio = 0.3\ndensity = "7.85 g/cm^3"',
+        load_case="tip load",
+        force="0 N, 0 N, -50 N",
+    )
+    + """\
 [limits]
 stress = "50 MPa"
 displacement = [{region = "tip", magnitude = "2 mm"}]
@@ -43,6 +35,7 @@ memory = "8 GB"
 [output]
 formats = ["stl"]
 """
+)
 
 
 def write(folder, text):

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_parts import WALLS
+from small_parts import WALLS, box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cli import check as check_module
@@ -19,28 +19,15 @@ from gradedesign.resolve import part_tets as mesh_module
 from gradedesign.resolve import resolve_law as law_module
 from gradedesign.resolve.setup import prepare
 
-CASE = """\
-[case]
-name = "plate"
-[part]
-box = ["24 mm", "12 mm", "12 mm"]
-mesh_size = "6 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[region.floor]
-plane = "z = min"
-[region.top]
-plane = "z = max"
-[material]
-youngs_modulus = "110 GPa"
-poissons_ratio = 0.3
-density = "5 g/cm^3"
-[[load_case]]
-name = "pull"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+CASE = (
+    held_bar(
+        box_part(24, 12, 12, 6),
+        name="plate",
+        material='youngs_modulus = "110 GPa"\npoissons_ratio = 0.3\ndensity = "5 g/cm^3"',
+        regions='[region.floor]\nplane = "z = min"\n[region.top]\nplane = "z = max"\n',
+        force="0 N, 0 N, -400 N",
+    )
+    + """\
 [limits]
 stress = "100 MPa"
 [lattice]
@@ -48,6 +35,7 @@ cell = "walls"
 size = "6 mm"
 density = [0.2, 0.5]
 """
+)
 KEEP = '[[keep]]\nregion = "root"\nmargin = "{}"\n'
 
 

@@ -87,7 +87,7 @@ def test_the_commands_of_the_validation_exist():
 def test_the_tutorial_is_the_case_that_it_shows():
     case = load_case(DOCS / "tutorial")
     assert (case.name, case.part.file.name) == ("bar", "bar.stl")
-    for page, name in (("tutorial.md", "case.toml"), ("sweep.md", "sweep.py")):
+    for page, name in (("tutorial.md", "case.toml"), ("sweep.md", "study.toml")):
         shown = (DOCS / "tutorial" / name).read_text(encoding="utf-8")
         assert f"\n{shown}```" in (DOCS / page).read_text(encoding="utf-8")
 

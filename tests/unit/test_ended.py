@@ -43,9 +43,16 @@ def verdict(monkeypatch):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
+    for name in ("printed_data", "comparison_warnings"):
+        monkeypatch.setattr(summary, name, lambda _: {})
     iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
-
-    setup = SimpleNamespace(problem=None, model=None)
+    printed = SimpleNamespace(
+        mass_g=lambda density, phase=None: density * (11.0 if phase == "lattice" else 22.0),
+        comparison=None,
+    )
+    setup = SimpleNamespace(
+        problem=SimpleNamespace(material=SimpleNamespace(density=1.0)), model=None
+    )
 
     def call(use, ended):
         layout = SimpleNamespace(report={})
@@ -65,7 +72,7 @@ def verdict(monkeypatch):
                 ),
             ),
         )
-        return summary.verdict_result(setup, None, [played], accepted, ended)
+        return summary.verdict_result(setup, None, [played], accepted, ended, printed)
 
     return call
 
@@ -79,6 +86,9 @@ def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):
         f"{BY_TIME.words}, and a lighter design may exist"
     )
     assert found.warnings == ("a grid of 1 mm was refined",)
+    # Of the file, not of the analysed mesh with its 20 g and 10 g.
+    masses = found.mass_g, found.lattice_mass_g, found.relative_density, found.lattice_density
+    assert masses == (22.0, 11.0, 0.22, 0.11)
 
 
 def test_a_used_limit_is_the_end_whatever_ended_the_rounds(verdict):

@@ -4,28 +4,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_parts import box_part, held_bar
 
 from gradedesign.limits.local_stress import KIND, share_warnings
 from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.verify.exclusion import exclusion_zone
 from gradedesign.verify.measures import stress_measures
 
-CASE = """\
-[case]
-name = "block"
-[part]
-box = ["30 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "pull"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+CASE = (
+    held_bar(box_part(30, 10, 10, 5), name="block")
+    + """\
 [limits]
 stress = "20 MPa"
 exclusion_radius = "10 mm"
@@ -34,6 +22,7 @@ cell = "gyroid-sheet"
 size = "5 mm"
 density = [0.2, 0.5]
 """
+)
 
 
 def test_share_and_stress_with_everything_are_measured_by_phase():
@@ -42,10 +31,12 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
     phase = np.where(x < 4, 2, 0)  # kept up to 4 mm, wholly inside the radius
     evaluated = x > 10
     stress = np.where(x < 10, 90.0, 10.0)[:, None] * np.ones(4)
+    stress[np.argmax((x > 5) & (x < 10)), 2] = 95.0
     zone = exclusion_zone(volumes, {"pull": stress}, phase, evaluated, radius=10.0, percentile=99.5)
     # By lengths: 6 of 36 mm of the lattice lie within 10 mm, and all 4 of what is kept.
     assert zone.share == {"lattice": pytest.approx(6 / 36, abs=0.01), "kept": 1.0}
     assert zone.everywhere == {"pull": {"lattice": 90.0, "kept": 90.0}}
+    assert zone.maximum == {"pull": {"lattice": 95.0, "kept": 90.0}}
     (measure,) = stress_measures(
         np.stack([x, x, x]), volumes, stress, phase, evaluated, limit=50.0, percentile=99.5,
         cells=10.0,
@@ -56,6 +47,7 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
         "percentile": 99.5,
         "share_of_volume": zone.share,
         "stress_everywhere_MPa": zone.everywhere,
+        "maximum_everywhere_MPa": zone.maximum,
     }
 
 

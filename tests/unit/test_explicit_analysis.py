@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_parts import box_part, held_bar
 
 import gradedesign
 from gradedesign.errors import CaseError, PluginError
@@ -13,28 +14,15 @@ from gradedesign.fe.stress import von_mises
 from gradedesign.material.material import Material
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.explicit_analysis import explicit_analysis
+from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.tet_fields import TetFields
 from gradedesign.verify.tets import STUFFED_TETS
 
-CASE = """\
-[case]
-name = "block"
-[part]
-box = ["30 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "pull"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+CASE = (
+    held_bar(box_part(30, 10, 10, 5), name="block")
+    + """\
 [limits]
 stress = "20 MPa"
 [lattice]
@@ -43,6 +31,7 @@ size = "5 mm"
 density = [0.2, 0.5]
 [run]
 """
+)
 
 
 def load(tmp_path, words):
@@ -53,11 +42,14 @@ def load(tmp_path, words):
 
 def test_a_case_names_its_analysis(tmp_path):
     registry = build_registry()
-    assert explicit_analysis(load(tmp_path, ""), registry).name == "tets"
+    allowed = explicit_analyses(load(tmp_path, ""), registry)
+    assert [analysis.name for analysis in allowed] == ["tets", "finite-cells"]
+    (named,) = explicit_analyses(load(tmp_path, 'analysis = "finite-cells"\n'), registry)
+    assert named.name == "finite-cells"
     with pytest.raises(
         CaseError, match=r"case\.toml:23: run\.analysis: no explicit analysis named"
     ):
-        explicit_analysis(load(tmp_path, 'analysis = "tet"\n'), registry)
+        explicit_analyses(load(tmp_path, 'analysis = "tet"\n'), registry)
     with pytest.raises(CaseError, match=r'run\.mesher: .*did you mean "pytetwild"'):
         resolve_case(load(tmp_path, 'mesher = "pytetwil"\n'), registry)
 
@@ -75,7 +67,7 @@ def test_what_an_analysis_of_a_plugin_raises_names_it(tmp_path):
 
     plugin = SimpleNamespace(gradedesign_analyses=gradedesign.hookimpl(hook), __name__="acme")
     registry = build_registry(plugins=[plugin])
-    analysis = explicit_analysis(load(tmp_path, 'analysis = "acme"\n'), registry)
+    (analysis,) = explicit_analyses(load(tmp_path, 'analysis = "acme"\n'), registry)
     with pytest.raises(PluginError, match="analysis 'acme' of module acme"):
         analysis.solve(None, None, print)
 

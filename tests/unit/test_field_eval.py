@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gradedesign.errors import SolverError
-from gradedesign.fe.field_eval import displacement_at, interpolate
+from gradedesign.fe.field_eval import interpolate
 from gradedesign.fe.space import tet_space
 from gradedesign.mesh.tet_mesh import TetMesh
 
@@ -40,26 +39,6 @@ def test_nodes_return_their_values():
     field = np.random.default_rng(31).normal(size=space.node_count)
     middle = 0.5 * (np.eye(4)[:, [0]] + np.eye(4)[:, [3]])  # local edge 03 is the fourth
     assert interpolate(space, field, np.array([1]), middle)[0] == field[space.elements[7, 1]]
-
-
-def test_points_are_found():
-    space = tet_space(MESH)
-    tets, barycentric = random_places(50)
-    points = np.einsum("dkn,kn->dn", MESH.points[:, MESH.tets[:, tets]], barycentric)
-    found = displacement_at(space, polynomial(space.nodes, 2), points)
-    assert np.abs(found - polynomial(points, 2)).max() < 1e-12
-
-
-def test_points_outside_are_refused_unless_within_reach():
-    space = tet_space(MESH)
-    field = polynomial(space.nodes, 2)
-    # Beyond vertex 4 along the line from the opposite facet's centroid: nearest is the vertex.
-    away = MESH.points[:, 4] - MESH.points[:, [1, 2, 3]].mean(axis=1)
-    place = MESH.points[:, 4] + 0.1 * away / np.linalg.norm(away)
-    with pytest.raises(SolverError, match=r"1 of 2 points lie outside.*is 0.1 mm away"):
-        displacement_at(space, field, np.array([place, MESH.points[:, 4]]).T)
-    found = displacement_at(space, field, place[:, None], reach=0.11)
-    assert found[:, 0] == pytest.approx(field[:, 4], abs=1e-12)
 
 
 def test_wrong_shapes_are_refused():

@@ -151,7 +151,7 @@ def test_a_grid_follows_the_memory_and_the_walls():
     assert 0.5 < coarser.division.mesh_size <= 0.7
     assert coarser.division.refused == tuple(said)
     assert "taking" in said[0]
-    # A wall of 0.2 mm between the samples of a brick of 2 mm is lost, and found by finer ones.
+    # A wall of 0.2 mm between the samples of a brick of 2 mm is lost.
     wall = replace(solid, field=lambda p: np.maximum(box(p), np.abs(p[1] - 1.3) - 0.1))
     with pytest.raises(LatticeError, match=r"no finite cell holds solid|too coarse"):
         solve_finite_cells(wall, Resolution(spacing=2.0), print)

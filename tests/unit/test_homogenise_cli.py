@@ -66,8 +66,8 @@ def test_with_a_folder_it_draws_and_prints_tables(cli, tmp_path) -> None:
 def test_buckling_is_computed_on_voxels_of_its_own(cli, monkeypatch) -> None:
     asked = []
 
-    def critical(cell, rho, *, poissons_ratio):
-        asked.append((cell.name, dict(cell.parameters), rho, poissons_ratio))
+    def critical(cell, rho, *, poissons_ratio, solver):
+        asked.append((cell.name, dict(cell.parameters), rho, poissons_ratio, solver.name))
         return CriticalStress(
             density=rho,
             resolution=32,
@@ -79,7 +79,7 @@ def test_buckling_is_computed_on_voxels_of_its_own(cli, monkeypatch) -> None:
 
     monkeypatch.setattr(module, "critical_stress", critical)
     found = json.loads(cli(*WORDS, "--nu", "0.25", "--buckling", "--json").out)["buckling"]
-    assert asked == [("gyroid-network", {}, 0.5, 0.25)]
+    assert asked == [("gyroid-network", {}, 0.5, 0.25, "lanczos")]
     assert found["critical"][0] == {
         "component": "xx", "negative": 0.001, "positive": 0.002, "cells": [2, 0]
     }  # fmt: skip

@@ -8,6 +8,7 @@ import pytest
 from gradedesign import (
     CellFamily,
     CellMaker,
+    EigenSolver,
     ExplicitAnalysis,
     Exporter,
     LimitKind,
@@ -31,6 +32,7 @@ HOOKS = {
     "gradedesign_limits": LimitKind,
     "gradedesign_analyses": ExplicitAnalysis,
     "gradedesign_solvers": LinearSolver,
+    "gradedesign_eigen_solvers": EigenSolver,
 }
 
 

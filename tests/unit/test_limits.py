@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from small_parts import box_part, held_bar
 
 import gradedesign
 from gradedesign.case.limits_schema import as_multiple, stated_words
@@ -10,22 +11,9 @@ from gradedesign.case.schema import CaseFile, SolidMultiple, schema_json
 from gradedesign.errors import CaseError
 from gradedesign.output.report import render_report
 
-CASE = """\
-[case]
-name = "bar"
-[part]
-box = ["60 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "down"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-10 N"]}]
+CASE = (
+    held_bar(box_part(60, 10, 10, 5), name="bar", load_case="down")
+    + """\
 [[load_case]]
 name = "along"
 fix = [{region = "root"}]
@@ -42,6 +30,7 @@ stop_after = "solid"
 [output]
 formats = []
 """
+)
 
 
 @pytest.fixture

@@ -283,7 +283,7 @@ class Judge:
             )
         )
         replaced = {
-            "export_surface": lambda *_: (None, None),
+            "export_surface": lambda *_: (None, None, "0"),
             "printed_stage": lambda *_: None,
             "judge_whole": lambda *_: SimpleNamespace(rows=self.found, result=None),
             "accept_whole": self.whole,

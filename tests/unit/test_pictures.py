@@ -260,6 +260,19 @@ def test_stress_above_the_limit_is_magenta(drawn):
     assert share(image(path), magenta) < 1e-3
 
 
+def test_what_is_not_judged_is_shaded(drawn):
+    path, warnings = drawn
+    values = np.full(len(BALL.vertices), 50.0)
+    picture_stress(path, BALL, values, limit=80.0)
+    plain = image(path)
+    near = BALL.vertices[:, 0] > 0.3
+    assert len(picture_stress(path, BALL, values, limit=80.0, unjudged=near)) == warnings
+    shaded = np.abs(image(path) - plain).max(axis=2) > 0.1
+    assert 0.02 < shaded.mean() < 0.3
+    picture_stress(path, BALL, values, limit=80.0, unjudged=near & False)
+    assert np.abs(image(path) - plain).max() == 0.0
+
+
 def test_deformed_shape_differs_from_rest(drawn):
     path, warnings = drawn
     shift = np.zeros((3, len(BALL.vertices)))

@@ -104,6 +104,35 @@ RESULT = RunResult(
             }
         ],
     },
+    printed={
+        "volumes_mm3": {"lattice": 3000.0},
+        "thickness_percentiles_mm": {"0.1": 0.123, "1": 0.41, "5": 0.62, "50": 1.07},
+        "thickness_method": "length of a ray",
+        "thickness_rays": 100_000,
+        "comparison": {
+            "analysed": {
+                "volume_mm3": 2990.5,
+                "components": 1,
+                "cavities": 0,
+                "handles": 76,
+                "triangles": 4321,
+            },
+            "printed": {
+                "volume_mm3": 3012.25,
+                "components": 1,
+                "cavities": 0,
+                "handles": 79,
+                "triangles": 98765,
+            },
+            "distance_mm": 0.345,
+            "at_mm": (1.0, 2.0, 3.5),
+            "farther": "printed",
+            "mean_distance_mm": 0.012,
+            "samples": 55_555,
+            "element_mm": 0.25,
+            "volume_difference": 0.00727,
+        },
+    },
     law={"name": "a-law", "source": "Someone 2022, table 1", "window": [0.1, 0.6]},
     warnings=("a warning with <angle>",),
     versions={"gradedesign": "0.1.0"},
@@ -176,7 +205,10 @@ def test_limits_have_value_limit_and_margin(html):
 @pytest.mark.parametrize(
     "words",
     ["12.345", "8.7654", "24.7%", "0.175", "+1.2%", "1.23", "12.0%", "4.1%", "acme 1.2", "abc123",
-     "Someone 2022, table 1", "0.1 to 0.6", "1.0, 2.0, 3.0"],
+     "Someone 2022, table 1", "0.1 to 0.6", "1.0, 2.0, 3.0",
+     # The printed file, beside what was analysed.
+     "0.123", "1.07", "100000 rays", "2990.5", "3012.25", ">76<", ">79<", "+0.7%", "0.345",
+     "0.012", "1.0, 2.0, 3.5", "55555", "0.25 mm"],
 )  # fmt: skip
 def test_every_number_is_there(html, words):
     assert words in html

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_parts import WALLS
+from small_parts import WALLS, box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
@@ -28,31 +28,22 @@ from gradedesign.resolve.solid import solve_solid
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
-CASE = """\
-[case]
-name = "arch"
-[part]
-box = ["24 mm", "12 mm", "12 mm"]
-mesh_size = "6 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[region.floor]
-plane = "z = min"
-[region.top]
-plane = "z = max"
-[material]
-name = "Ti-6Al-4V"
-[[load_case]]
-name = "shear"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-400 N"]}]
+CASE = (
+    held_bar(
+        box_part(24, 12, 12, 6),
+        name="arch",
+        material='name = "Ti-6Al-4V"',
+        regions='[region.floor]\nplane = "z = min"\n[region.top]\nplane = "z = max"\n',
+        load_case="shear",
+        force="0 N, 0 N, -400 N",
+    )
+    + """\
 [limits]
 safety_factor = 2
 [lattice]
 cell = "walls"
 """
+)
 UNEVEN = CellFamily(
     name="uneven", shape=lambda u: np.abs(np.cos(2 * np.pi * u).sum(axis=0)), sides=2
 )

@@ -57,6 +57,17 @@ def test_the_schema_of_generate_asks_for_no_loads(cli, tmp_path):
         jsonschema.validate(case, json.loads(cli("schema").out))
 
 
+def test_the_schema_of_studies(cli):
+    schema = json.loads(cli("schema", "--study").out)
+    study = tomllib.loads((ROOT / "docs" / "tutorial" / "study.toml").read_text("utf-8"))
+    jsonschema.validate(study, schema)
+    for wrong in ({"vary": study["vary"]}, {**study, "varied": {}}, {**study, "design": {}}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(wrong, schema)
+    ended = cli("schema", "--study", "--generate")
+    assert (ended.code, "exclude each other" in ended.err) == (2, True)
+
+
 def test_a_folder_that_is_not_there_is_refused(cli, tmp_path):
     ended = cli("schema", "-o", tmp_path / "no" / "case.schema.json")
     assert ended.code in (2, 5)

@@ -2,26 +2,14 @@
 
 import numpy as np
 import pytest
+from small_parts import box_part, held_bar
 
 import gradedesign
 from gradedesign.loop import stored_sizing as module
 
-CASE = """\
-[case]
-name = "bar"
-[part]
-box = ["30 mm", "10 mm", "10 mm"]
-mesh_size = "5 mm"
-[region.root]
-plane = "x = min"
-[region.tip]
-plane = "x = max"
-[material]
-name = "PA12"
-[[load_case]]
-name = "down"
-fix = [{region = "root"}]
-load = [{region = "tip", force = ["0 N", "0 N", "-1 N"]}]
+CASE = (
+    held_bar(box_part(30, 10, 10, 5), name="bar", load_case="down", force="0 N, 0 N, -1 N")
+    + """\
 [limits]
 displacement = [{region = "tip", magnitude = "0.05 mm"}]
 [lattice]
@@ -33,6 +21,7 @@ stop_after = "sizing"
 [output]
 formats = ["report"]
 """
+)
 
 
 @pytest.fixture

@@ -6,10 +6,9 @@ import csv
 import json
 import tomllib
 from io import BytesIO
+from pathlib import Path
 
-import hypothesis.strategies as st
 import pytest
-from hypothesis import given
 from matplotlib.image import imread
 from small_parts import SHORT_BAR
 
@@ -247,6 +246,15 @@ def test_what_is_wrong_with_a_study_is_told_before_anything_runs(
     assert not (folder / "out").exists()
 
 
+def test_the_study_of_the_docs_is_one():
+    path = Path(__file__).parents[2] / "docs" / "tutorial" / "study.toml"
+    designs = module.load_study(path, module.build_registry()).designs
+    assert [d.label for d in designs] == [
+        "gyroid-sheet, 8 mm", "gyroid-sheet, 12 mm", "bcc, 8 mm", "bcc, 12 mm",
+    ]  # fmt: skip
+    assert [d.case.lattice.size for d in designs] == [(8.0,), (12.0,)] * 2
+
+
 def test_files_and_folders_that_are_none(cli, stand_in, folder):
     assert "no such file" in cli("sweep", folder / "none.toml").err
     missing = study(folder, STUDY.replace('"case.toml"', '"base.toml"'))
@@ -316,6 +324,8 @@ def test_designs_that_no_other_one_beats():
     worse, equal = row(3, 2.0, u=(0.95, 1.0)), row(4, 1.0, u=(0.9, 1.0))
     broken, unknown = row(5, 0.1, u=(1.1, 1.0)), row(6, None)
     assert non_dominated([light, stiff, worse, equal, broken, unknown]) == {1, 2, 4}
+    # Where a lightest design ends between 97 and 100 % of its limit is chance.
+    assert non_dominated([row(1, 1.0, u=(0.99, 1.0)), row(2, 1.1, u=(0.975, 1.0))]) == {1}
     # A wider limit makes its use smaller, not the design better.
     assert non_dominated([row(1, 2.0, u=(0.9, 1.0)), row(2, 1.0, u=(1.6, 2.0))]) == {1, 2}
     # A weaker material: less stress, and more of what is allowed.
@@ -343,18 +353,14 @@ def test_the_plot_of_many_designs_in_many_panels(tmp_path):
     assert 0.01 < (picture.min(axis=2) < 0.9).mean() < 0.5
 
 
-TOML = st.recursive(
-    st.text(st.characters(exclude_categories=["Cs"]), max_size=9)
-    | st.integers(-(2**60), 2**60)
-    | st.floats(allow_nan=False)
-    | st.booleans(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner),
-    max_leaves=9,
+@pytest.mark.parametrize(
+    "data",
+    [
+        {"a": 1, "b.c": [True, -2.5, 1e300, "x"], "": {}},
+        {"t": {"text": 'quote " back \\ tab \t line \n del \x7f bell \a é'}, "more": {"e": []}},
+        {"list": [{"x": {"y": [{"z": 1}, {}]}}, {}], "mixed": [1, {"k": "v"}], "last": {"i": 2}},
+        {"first": {"in": {"side": {"deep": "x"}}}, "plain": float("inf")},
+    ],
 )
-
-
-@given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), max_size=5), TOML))
 def test_a_written_case_is_read_as_it_was(data):
-    text = toml_text(data)
-    # As a file: TOML reads a carriage return in a text only where it is escaped.
-    assert tomllib.loads(text) == data
+    assert tomllib.loads(toml_text(data)) == data

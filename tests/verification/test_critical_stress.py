@@ -14,8 +14,9 @@ from oracles.periodic_buckling import periodic_buckling
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.errors import DensityError, SolverError
-from gradedesign.fe.eigen_solver import EigenProblem, ExtremeValue
-from gradedesign.fe.lanczos import lanczos
+from gradedesign.fe.eigen_solver import EigenProblem, ExtremeValue, extreme_values
+from gradedesign.fe.lanczos import LANCZOS
+from gradedesign.fe.scipy_eigen import SCIPY
 from gradedesign.homogenise import critical_stress as critical_module
 from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, extended, folded
 from gradedesign.homogenise.buckling import macro_prestress, weakest_modes
@@ -75,18 +76,23 @@ def weakest(solution, macro, combinations=ALL_SIGNS):
     return max(
         weakest_modes(
             solution.fill, stress, poissons_ratio=0.3, start=start, signs=signs, both=False
-        )[0].bound
+        )[0].value
         for signs in combinations
     )
 
 
-def test_both_ends_are_those_of_a_dense_matrix() -> None:
+SOLVERS = (LANCZOS, SCIPY)
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=lambda s: s.name)
+def test_both_ends_are_those_of_a_dense_matrix(solver) -> None:
     rng = np.random.default_rng(94)
     a, b = rng.standard_normal((2, 40, 40))
     form, k = a + a.T, b @ b.T + 40 * np.eye(40)
     expected = scipy.linalg.eigh(form, k, eigvals_only=True)
     inverse = np.linalg.inv(k)
-    high, low = lanczos(
+    high, low = extreme_values(
+        solver,
         EigenProblem(
             form=lambda x: form @ x,
             stiffness=lambda x: k @ x,
@@ -94,7 +100,7 @@ def test_both_ends_are_those_of_a_dense_matrix() -> None:
             start=rng.standard_normal(40),
             both=True,
             negligible=0,
-        )
+        ),
     )
     assert high.value == pytest.approx(expected[-1], rel=1e-4)
     assert low is not None
@@ -205,12 +211,12 @@ def test_a_load_that_does_not_settle_counts_only_as_what_yields_before(
     local = LocalStress(stress=amplification * np.eye(6)[..., None], volume=np.ones(1))
     monkeypatch.setattr(critical_module, "local_stress", lambda _: local)
     monkeypatch.setattr(critical_module, "macro_prestress", lambda *_: np.zeros((6, 4, 4, 4)))
-    fine = ExtremeValue(value=1 / 0.003, vector=np.zeros(192), bound=0.0)
+    fine = ExtremeValue(value=1 / 0.003, vector=np.zeros(192))
     monkeypatch.setattr(critical_module, "weakest_modes", lambda *_, **__: (fine, None))
-    coarse = {(1, 1, 1): ExtremeValue(value=1 / 0.006, vector=np.zeros(24), bound=0.0)}
+    coarse = {(1, 1, 1): ExtremeValue(value=1 / 0.006, vector=np.zeros(24))}
     if settles:
-        found = critical_module._refined(solution, 0, 0, coarse)
+        found = critical_module._refined(solution, 0, 0, coarse, LANCZOS)
         assert found == (pytest.approx(0.00125), 0, 0.0)
     else:
         with pytest.raises(SolverError, match="too much to extrapolate"):
-            critical_module._refined(solution, 0, 0, coarse)
+            critical_module._refined(solution, 0, 0, coarse, LANCZOS)

@@ -375,12 +375,14 @@ def test_a_gyroid_sheet_is_as_stiff_as_by_tetrahedra():
         band = banded([(r.spacing, r.work[name]) for r in (coarse, fine)], ORDERS)
         assert band.low <= work <= band.high
         assert fine.work[name] == pytest.approx(work, rel=0.03)
-        sample = stress_sample(fine, name)
-        mises = von_mises(sample.stress)
-        top = weighted_percentile(mises, sample.volume, 99.0)
-        assert top == pytest.approx(high_stress, rel=0.05)
-        middle = weighted_percentile(mises, sample.volume, 50.0)
-        assert middle == pytest.approx(middle_stress, rel=0.05)
+        # Without recovery the percentile under shear is 5.6 % low at 8 bricks a cell.
+        for result in (coarse, fine):
+            sample = stress_sample(result, name)
+            mises = von_mises(sample.stress)
+            top = weighted_percentile(mises, sample.volume, 99.0)
+            assert top == pytest.approx(high_stress, rel=0.05)
+            middle = weighted_percentile(mises, sample.volume, 50.0)
+            assert middle == pytest.approx(middle_stress, rel=0.05)
 
 
 def test_a_design_is_analysed_with_its_measures():

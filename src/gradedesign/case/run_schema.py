@@ -21,7 +21,7 @@ from gradedesign.case.value_types import (
 #: Formats that are no exporter's: fields of the analyses, and the report.
 OWN_FORMATS = ("vtu", "report")
 _FORMATS = ("stl", *OWN_FORMATS)
-_SOLVER, _ANALYSIS, _MESHER = "multigrid", "tets", "pytetwild"
+_SOLVER, _ANALYSIS, _MESHER = "multigrid", "auto", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -90,8 +90,9 @@ class RunSpec(Table):
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
     """Last stage; before the verdict the status is partial."""
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
-    """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface, or
-    one that a plugin supplies."""
+    """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface;
+    ``finite-cells``, quadratic bricks that its surface cuts; or one that a plugin supplies.
+    ``auto``: tetrahedra, or finite cells where these let density fall lower in the same memory."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
     plugin."""

@@ -14,9 +14,9 @@ from gradedesign.loop.predicted_cost import (
     predict_cost,
 )
 from gradedesign.loop.printed_stage import whole_seconds
-from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable, analysable_bounds
+from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.resolve.resolved_case import ResolvedCase
+from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
 from gradedesign.verify.windows import BUFFERS
@@ -104,12 +104,9 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     """
     case = known.case
     share = known.layout.points.shape[1] / max(inside, 1)
-    able = analysable_bounds(
-        case,
-        known.cell,
+    able = analysable_lattice(
+        known,
         known.bounds,
-        known.layout.least,
-        known.analysis,
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -120,7 +117,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     explicit = case.run.stop_after == "verdict"
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
-    size = known.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
+    size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     tets = size.surface_tets
     scope = case.run.acceptance
     scope = choose_scope(scope, tets, case.run.time)
@@ -156,7 +153,7 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
     wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
-    layer = known.analysis.elements_per_layer
+    layer = able.analysis.elements_per_layer
     spacings = {
         f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
         / able.elements_per_wall

@@ -226,6 +226,9 @@ def homogenise(
     buckling: Annotated[
         bool, typer.Option("--buckling", help="Also the stresses that buckle the cell: minutes.")
     ] = False,
+    eigen_solver: Annotated[
+        str, typer.Option("--eigen-solver", help="Of --buckling: lanczos, scipy or a plugin's.")
+    ] = "lanczos",
     strict_plugins: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -242,7 +245,7 @@ def homogenise(
         poissons_ratio=nu,
         output=output,
         conductivity=conductivity,
-        buckling=buckling,
+        buckling=eigen_solver if buckling else None,
         strict_plugins=strict_plugins,
         as_json=as_json,
     )

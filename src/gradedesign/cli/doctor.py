@@ -33,6 +33,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "reads": sorted(s for reader in registry.readers.values() for s in reader.suffixes),
         "formats": [*registry.exporters, *OWN_FORMATS],
         "solvers": [*registry.solvers],
+        "eigen_solvers": [*registry.eigen_solvers],
         "cores": usable_cores(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
         "opengl": probe_opengl(),
@@ -45,6 +46,7 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
     typer.echo("plugins: " + (", ".join(data["plugins"]) or "none"))
     typer.echo(f"parts: {', '.join(data['reads'])}; formats: {', '.join(data['formats'])}")
     typer.echo(f"solvers: {', '.join(data['solvers'])}")
+    typer.echo(f"eigenvalue solvers: {', '.join(data['eigen_solvers'])}")
     typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
     typer.echo(
         "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,7 +18,8 @@ from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json
 from gradedesign.cli.show_properties import print_block, print_properties
-from gradedesign.errors import CaseError
+from gradedesign.errors import CaseError, blaming
+from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
 from gradedesign.homogenise.apparent import (
     BOUNDARIES,
     Boundary,
@@ -34,7 +36,7 @@ from gradedesign.output.property_plots import (
     plot_stiffness,
     plot_strength_surface,
 )
-from gradedesign.plugin.registry import lookup
+from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.results.common import library_versions
 from gradedesign.workspace.atomic import write_text
 from gradedesign.workspace.progress import report_step
@@ -51,11 +53,13 @@ def homogenise(
     poissons_ratio: float,
     output: Path | None,
     conductivity: bool,
-    buckling: bool,
+    buckling: str | None,
     strict_plugins: bool,
     as_json: bool,
 ) -> None:
     """Compute the properties of a cell, print them, and with an output folder draw them.
+
+    ``buckling`` names the eigenvalue solver of critical stresses; without it there are none.
 
     Raises
     ------
@@ -68,8 +72,13 @@ def homogenise(
     registry = registry_for(strict_plugins=strict_plugins)
     family = lookup(registry, "cell_families", cell)
     values = parsed_parameters(parameters)
+    solver = None if buckling is None else blamed_eigen_solver(registry, buckling)
     if boundary != PERIODIC:
-        unused = {"-o": output is not None, "--conductivity": conductivity, "--buckling": buckling}
+        unused = {
+            "-o": output is not None,
+            "--conductivity": conductivity,
+            "--buckling": buckling is not None,
+        }
         require_boundary(boundary, [option for option, given in unused.items() if given])
         with ProgressLines("homogenise", err=True):
             block = apparent_stiffness(
@@ -103,8 +112,10 @@ def homogenise(
         if conductivity:
             report_step("conductivity")
             data["conductivity"] = _conductivity_data(chosen, properties)
-        if buckling:
-            critical = critical_stress(chosen, density, poissons_ratio=poissons_ratio)
+        if solver is not None:
+            critical = critical_stress(
+                chosen, density, poissons_ratio=poissons_ratio, solver=solver
+            )
             data["buckling"] = _buckling_data(critical)
         if output is not None:
             report_step("drawing")
@@ -114,6 +125,24 @@ def homogenise(
         print_json(data)
     else:
         print_properties(data)
+
+
+def blamed_eigen_solver(registry: Registry, name: str) -> EigenSolver:
+    """An eigenvalue solver whose failures name the distribution that supplies it.
+
+    Raises
+    ------
+    CaseError, PluginError
+        With the nearest name, if nothing installed supplies it.
+    """
+    solver: EigenSolver = lookup(registry, "eigen_solvers", name)
+    who = f"eigenvalue solver '{name}' of {registry.sources['eigen_solvers'][name]}"
+
+    def solve(problem: EigenProblem) -> tuple[ExtremeValue, ExtremeValue | None]:
+        with blaming(who, always=False):
+            return solver.solve(problem)
+
+    return replace(solver, solve=solve)
 
 
 def parsed_parameters(texts: Sequence[str]) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.errors import SolverError
-from gradedesign.fe.eigen_solver import EigenProblem, ExtremeValue
+from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
 
 #: Residual of a value relative to it. The value's own error is its square over the relative
 #: distance to the next value, 2e-4 where that is 5 %.
@@ -41,7 +41,7 @@ def lanczos(
     x = solve(force)
     size = max(float(x @ force), 0.0) ** 0.5
     if size == 0:
-        none = ExtremeValue(value=0.0, vector=np.zeros_like(start), bound=0.0)
+        none = ExtremeValue(value=0.0, vector=np.zeros_like(start))
         return none, none if both else None
     basis, forces = [x / size], [force / size]
     diagonal: list[float] = []
@@ -67,13 +67,10 @@ def lanczos(
             # The wanted side of zero only: an end that lies beyond is an end of the other kind.
             value = max(float(values[end]) if end else -float(values[end]), 0.0)
             if value + residual <= negligible * largest:
-                none = ExtremeValue(
-                    value=0.0, vector=np.zeros_like(start), bound=negligible * largest
-                )
-                done.append(none)
+                done.append(ExtremeValue(value=0.0, vector=np.zeros_like(start)))
             elif residual <= _RTOL * value:
                 shape = np.sum([s * b for s, b in zip(vectors[:, end], basis, strict=True)], axis=0)
-                done.append(ExtremeValue(value=float(values[end]), vector=shape, bound=value))
+                done.append(ExtremeValue(value=float(values[end]), vector=shape))
         if len(done) == 1 + both:
             return done[0], done[1] if both else None
         if rest <= _EXHAUSTED * largest:
@@ -85,3 +82,6 @@ def lanczos(
         f"the lowest buckling load was not found in {most_steps} solves; take fewer voxels or "
         f"another macroscopic stress"
     )
+
+
+LANCZOS = EigenSolver(name="lanczos", solve=lanczos)

@@ -9,9 +9,10 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import CaseError
 from gradedesign.finite_cell.elements import Elements
+from gradedesign.finite_cell.recovery import recovered_stress
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.stress import displacement_at as displacement_in
-from gradedesign.finite_cell.stress import solid_points, stress_at
+from gradedesign.finite_cell.stress import solid_points
 from gradedesign.finite_cell.surface import SurfacePoints, element_table, locate
 
 
@@ -117,7 +118,7 @@ def stress_sample(result: FiniteCellResult, load_case: str) -> StressSample:
     """Stress of a load case at points of the solid."""
     solution = solution_of(result, load_case)
     at = solid_points(result.elements)
-    stress = stress_at(
+    stress = recovered_stress(
         result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
     )
     return StressSample(points=at.points, volume=at.volume, stress=stress)

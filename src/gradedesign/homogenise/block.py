@@ -71,7 +71,6 @@ def solve_block(
     *,
     poissons_ratio: float = 0.3,
     rtol: float = 1e-5,
-    max_iterations: int = 3000,
 ) -> BlockSolution:
     """Apparent stiffness of a block of voxels.
 
@@ -83,7 +82,6 @@ def solve_block(
     poissons_ratio : float
     rtol : float
         Of the residual force. Stiffnesses are right to its square, of mixed conditions to itself.
-    max_iterations : int
 
     Returns
     -------
@@ -111,7 +109,7 @@ def solve_block(
     for case in range(6):
         free = _free(block, condition, case)
         displacement[case], iterations[case], residual[case] = solve_held(
-            block, loads[case], free, rtol=rtol, max_iterations=max_iterations
+            block, loads[case], free, rtol=rtol
         )
     stiffness = _stiffness(block, condition, displacement, loads)
     log.info("block %s, %s: %s iterations", block.shape, condition, iterations)

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
-from gradedesign.fe.lanczos import lanczos
+from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue, extreme_values
+from gradedesign.fe.lanczos import LANCZOS
 from gradedesign.homogenise.alternating import (
     REPEATED,
     Signs,
@@ -52,7 +52,7 @@ def weakest_modes(
     start: FloatArray,
     signs: Signs = REPEATED,
     both: bool,
-    solver: EigenSolver = lanczos,
+    solver: EigenSolver = LANCZOS,
 ) -> tuple[ExtremeValue, ExtremeValue | None]:
     """Modes in which a field of stress, and that field reversed, buckle a grid first.
 
@@ -110,7 +110,8 @@ def weakest_modes(
     with threads_for(fill.size):
         inverse = alternating_inverse(fill.shape, poissons_ratio, signs)
         phase = alternating_phase(fill.shape, signs)
-        return solver(
+        return extreme_values(
+            solver,
             EigenProblem(
                 form=weakening,
                 stiffness=stiffness,
@@ -118,7 +119,7 @@ def weakest_modes(
                 start=np.where(active, start, 0.0).ravel(),
                 both=both,
                 negligible=NEGLIGIBLE if both else _NEVER,
-            )
+            ),
         )
 
 

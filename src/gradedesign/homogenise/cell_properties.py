@@ -88,7 +88,6 @@ def cell_properties(
     *,
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
-    percentile: float = PERCENTILE,
     with_surface: bool = True,
     edges: Sequence[float] = CUBE,
 ) -> CellProperties:
@@ -103,8 +102,6 @@ def cell_properties(
     resolution : int, optional
         Even; by default the first of `RESOLUTIONS` with three voxels across the thinnest wall, or
         six across the thinnest strut; the last where none has six.
-    percentile : float
-        By volume, of the local von Mises stress.
     with_surface : bool
         Fit a strength surface, which takes about as long as the analysis.
     edges : (3,) sequence
@@ -141,7 +138,7 @@ def cell_properties(
             stiffness.append(solution.stiffness)
             report_step("strength")
             local = local_stress(solution)
-            strength.append(cell_strength(local, percentile))
+            strength.append(cell_strength(local, PERCENTILE))
             del solution
     correction = (stiffness[1] - stiffness[0]) / 3
     extrapolated = stiffness[1] + correction
@@ -161,7 +158,7 @@ def cell_properties(
         energy_error=float(np.abs(scipy.linalg.eigvalsh(correction, extrapolated)).max()),
         strength=strength[1],
         strength_error=abs(strength[0].strength / strength[1].strength - 1),
-        surface=fit_surface(local, symmetry, np.random.default_rng(_SEED), percentile)
+        surface=fit_surface(local, symmetry, np.random.default_rng(_SEED), PERCENTILE)
         if with_surface
         else None,
     )

@@ -17,10 +17,11 @@ from gradedesign.errors import SolverError
 from gradedesign.homogenise.islands import connected_fill
 from gradedesign.homogenise.sampling import cell_fill
 
+#: Conjugate gradient iterations after which a solve is given up.
+_MOST_ITERATIONS = 1000
 
-def cell_conductivity(
-    fill: FloatArray, *, rtol: float = 1e-6, max_iterations: int = 1000
-) -> FloatArray:
+
+def cell_conductivity(fill: FloatArray, *, rtol: float = 1e-6) -> FloatArray:
     """Conductivity of a periodic grid of voxels, the void insulating.
 
     Parameters
@@ -29,7 +30,6 @@ def cell_conductivity(
         Conductivity of each cubic voxel relative to the base material, 0 to 1.
     rtol : float
         Norm of the residual over that of the load; the result is right to its square.
-    max_iterations : int
 
     Returns
     -------
@@ -46,7 +46,7 @@ def cell_conductivity(
     kept, _ = connected_fill(fill)
     inverse = _homogeneous_inverse(kept.shape)
     loads = [_unit_load(kept, axis) for axis in range(3)]
-    states = [_solve(kept, inverse, load, rtol, max_iterations) for load in loads]
+    states = [_solve(kept, inverse, load, rtol) for load in loads]
     conductivity = kept.mean() * np.eye(3)
     for a, b in product(range(3), repeat=2):
         energy = np.vdot(states[a], _product(kept, states[b]))
@@ -135,9 +135,7 @@ def _homogeneous_inverse(shape: tuple[int, ...]) -> FloatArray:
     return np.asarray(1 / symbol)
 
 
-def _solve(
-    fill: FloatArray, inverse: FloatArray, load: FloatArray, rtol: float, max_iterations: int
-) -> FloatArray:
+def _solve(fill: FloatArray, inverse: FloatArray, load: FloatArray, rtol: float) -> FloatArray:
     """Solve ``K x = -load``."""
     mean = fill
     for axis in range(3):
@@ -150,7 +148,7 @@ def _solve(
     if size <= 1e-12 * np.sqrt(load.size):
         return x
     before, reached = np.inf, 1.0
-    for _ in range(max_iterations):
+    for _ in range(_MOST_ITERATIONS):
         z = scale * scipy.fft.irfftn(inverse * scipy.fft.rfftn(scale * r), s=r.shape)
         now = float(np.vdot(r, z))
         p = z + now / before * p
@@ -163,6 +161,6 @@ def _solve(
         if reached < rtol:
             return x
     raise SolverError(
-        f"the conduction stopped after {max_iterations} iterations at a residual of {reached:.2e}, "
-        f"expected {rtol:g}; take more voxels or a higher density"
+        f"the conduction stopped after {_MOST_ITERATIONS} iterations at a residual of "
+        f"{reached:.2e}, expected {rtol:g}; take more voxels or a higher density"
     )

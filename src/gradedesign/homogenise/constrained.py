@@ -23,6 +23,9 @@ from gradedesign.homogenise.operator import (
     voxel_operator,
 )
 
+#: Conjugate gradient iterations after which a solve is given up.
+_MOST_ITERATIONS = 3000
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Block:
@@ -80,7 +83,6 @@ def solve_held(
     free: BoolArray,
     *,
     rtol: float,
-    max_iterations: int,
 ) -> tuple[FloatArray, int, float]:
     """Solve ``K x = -load`` on the free components, with zero on the others.
 
@@ -91,7 +93,6 @@ def solve_held(
     free : (3, px, py, pz) bool array
     rtol : float
         Norm of the residual force over that of the load, on the free components.
-    max_iterations : int
 
     Returns
     -------
@@ -111,11 +112,11 @@ def solve_held(
     stress are in balance on every disconnected component.
     """
     with threads_for(load[0].size):
-        return _iterate(block, load, free, rtol, max_iterations)
+        return _iterate(block, load, free, rtol)
 
 
 def _iterate(
-    block: Block, load: FloatArray, free: BoolArray, rtol: float, max_iterations: int
+    block: Block, load: FloatArray, free: BoolArray, rtol: float
 ) -> tuple[FloatArray, int, float]:
     """Iterate."""
     scale = np.where(free, node_scale(block.operator.fill), np.float32(0.0))
@@ -125,7 +126,7 @@ def _iterate(
     if size <= 1e-12 * np.sqrt(load.size):
         return x, 0, 0.0
     before, reached = np.inf, 1.0
-    for iteration in range(1, max_iterations + 1):
+    for iteration in range(1, _MOST_ITERATIONS + 1):
         z = scale * precondition((scale * r).astype(np.float32), block.inverse)
         now = float(np.vdot(r, z))
         p *= now / before
@@ -140,6 +141,6 @@ def _iterate(
         if reached < rtol:
             return x, iteration, reached
     raise SolverError(
-        f"the block's equilibrium stopped after {max_iterations} iterations at a residual of "
+        f"the block's equilibrium stopped after {_MOST_ITERATIONS} iterations at a residual of "
         f"{reached:.2e}, expected {rtol:g}; take fewer voxels, or fill the void a little"
     )

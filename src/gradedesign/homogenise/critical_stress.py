@@ -11,7 +11,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.cell.cell import Cell
 from gradedesign.errors import SolverError
-from gradedesign.fe.eigen_solver import ExtremeValue
+from gradedesign.fe.eigen_solver import EigenSolver, ExtremeValue
+from gradedesign.fe.lanczos import LANCZOS
 from gradedesign.homogenise.alternating import ALL_SIGNS, REPEATED, Signs
 from gradedesign.homogenise.buckling import NEGLIGIBLE, macro_prestress, weakest_modes
 from gradedesign.homogenise.cell_properties import RTOL, stretched_symmetry
@@ -79,6 +80,7 @@ def critical_stress(
     poissons_ratio: float = 0.3,
     resolution: int | None = None,
     edges: Sequence[float] = CUBE,
+    solver: EigenSolver = LANCZOS,
 ) -> CriticalStress:
     """Stresses that buckle a cell in modes that repeat after one or two cells.
 
@@ -93,6 +95,7 @@ def critical_stress(
         thinnest wall.
     edges : (3,) sequence
         Of the cell, up to a factor.
+    solver : EigenSolver
 
     Returns
     -------
@@ -131,7 +134,8 @@ def critical_stress(
     loads = (0, 5) if symmetry == "cubic" else tuple(range(6))
     for load in counted(loads, "buckling under stress", len(loads)):
         equal_senses = load > 2 and symmetry in ("cubic", "orthotropic")
-        senses = _both_senses(coarse_solution, fine_solution, load, equal_senses=equal_senses)
+        grids = (coarse_solution, fine_solution)
+        senses = _both_senses(*grids, load, equal_senses=equal_senses, solver=solver)
         for sense, (value, repeat, change) in enumerate(senses):
             critical[load, sense], cells[load, sense] = value, repeat
             error = max(error, change)
@@ -149,7 +153,12 @@ def critical_stress(
 
 
 def _both_senses(
-    coarse: PeriodicSolution, fine: PeriodicSolution, load: int, *, equal_senses: bool
+    coarse: PeriodicSolution,
+    fine: PeriodicSolution,
+    load: int,
+    *,
+    equal_senses: bool,
+    solver: EigenSolver,
 ) -> tuple[tuple[float, int, float], tuple[float, int, float]]:
     """Critical size, cells of the mode and relative extrapolation, stress negative and positive."""
     rng = np.random.default_rng(_SEED)
@@ -163,6 +172,7 @@ def _both_senses(
             start=start,
             signs=signs,
             both=not equal_senses,
+            solver=solver,
         )
         for signs in counted(ALL_SIGNS, "combination of signs", len(ALL_SIGNS))
     }
@@ -172,7 +182,7 @@ def _both_senses(
         ends = {signs: end for signs, pair in scan.items() if (end := pair[sense]) is not None}
         seen = max(abs(end.value) for end in ends.values())
         follow = seen > NEGLIGIBLE * strongest
-        critical.append(_refined(fine, load, sense, ends) if follow else None)
+        critical.append(_refined(fine, load, sense, ends, solver) if follow else None)
     if equal_senses:
         critical.append(critical[0])
     sizes = [f[0] for f in critical if f is not None]
@@ -187,7 +197,11 @@ def _both_senses(
 
 
 def _refined(
-    fine: PeriodicSolution, load: int, sense: int, ends: Mapping[Signs, ExtremeValue]
+    fine: PeriodicSolution,
+    load: int,
+    sense: int,
+    ends: Mapping[Signs, ExtremeValue],
+    solver: EigenSolver,
 ) -> tuple[float, int, float] | None:
     """Extrapolated critical size in the weakest combination of signs; None if nothing buckles."""
     signs = max(ends, key=lambda s: abs(ends[s].value))
@@ -203,6 +217,7 @@ def _refined(
         start=refined_mode(weakest.vector.reshape(3, *half), signs),
         signs=signs,
         both=False,
+        solver=solver,
     )
     before, after = 1 / abs(weakest.value), 1 / refined.value
     value = after + (after - before) / 3

@@ -8,6 +8,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 
+#: Share of directions within 40 degrees of hydrostatic; the rest is uniform on the sphere.
+_NEAR_HYDROSTATIC = 0.2
 #: Factors by which the Voigt components of a stress enter its Frobenius norm.
 FROBENIUS = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 
@@ -53,17 +55,13 @@ def named_directions() -> dict[str, FloatArray]:
     return directions
 
 
-def spread_directions(
-    count: int, rng: np.random.Generator, *, near_hydrostatic: float = 0.2
-) -> FloatArray:
+def spread_directions(count: int, rng: np.random.Generator) -> FloatArray:
     """Random stresses of unit Frobenius norm, some of them close to hydrostatic.
 
     Parameters
     ----------
     count : int
     rng : numpy.random.Generator
-    near_hydrostatic : float
-        Share drawn within 40 degrees of hydrostatic; the rest is uniform on the sphere.
 
     Returns
     -------
@@ -71,7 +69,7 @@ def spread_directions(
     """
     normal = rng.standard_normal((6, count))
     normal /= np.linalg.norm(normal, axis=0)
-    close = round(near_hydrostatic * count)
+    close = round(_NEAR_HYDROSTATIC * count)
     if close:
         mean = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]) / np.sqrt(3)
         across = normal[:, :close] - np.outer(mean, mean @ normal[:, :close])

@@ -83,7 +83,6 @@ def macro_tet(
     *,
     poissons_ratio: float = 0.3,
     rtol: float = 1e-5,
-    max_iterations: int = 3000,
 ) -> MacroTet:
     """Recover the stiffness of a tetrahedron from six virtual tests on its voxels.
 
@@ -95,7 +94,6 @@ def macro_tet(
         In voxel edges.
     poissons_ratio : float
     rtol : float
-    max_iterations : int
 
     Returns
     -------
@@ -123,7 +121,7 @@ def macro_tet(
     tests = unit_strain_tests(corners)
     forces, worst = np.zeros((12, 6)), 0.0
     for case in range(6):
-        reaction, residual = _reaction(block, case, free, rtol, max_iterations)
+        reaction, residual = _reaction(block, case, free, rtol)
         forces[:, case] = np.einsum("kxyz,cxyz->kc", shapes, reaction).ravel()
         worst = max(worst, residual)
     full = float(crop_to_tet(np.ones_like(fill), corners).sum())
@@ -135,12 +133,10 @@ def macro_tet(
     )
 
 
-def _reaction(
-    block: Block, case: int, free: BoolArray, rtol: float, max_iterations: int
-) -> tuple[FloatArray, float]:
+def _reaction(block: Block, case: int, free: BoolArray, rtol: float) -> tuple[FloatArray, float]:
     """Nodal forces that hold the boundary in a unit strain."""
     load = unit_load(block.operator, case)
-    u, _, residual = solve_held(block, load, free, rtol=rtol, max_iterations=max_iterations)
+    u, _, residual = solve_held(block, load, free, rtol=rtol)
     force = np.zeros_like(load)
     block.operator.product(u, force)
     return force + load, residual

@@ -26,6 +26,8 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
+#: Conjugate gradient iterations after which a solve is given up.
+_MOST_ITERATIONS = 1000
 #: Voigt order.
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 _CYCLE = (1, 2, 0)
@@ -70,7 +72,6 @@ def solve_periodic(
     *,
     poissons_ratio: float = 0.3,
     rtol: float = 1e-6,
-    max_iterations: int = 1000,
     use_symmetry: bool = True,
 ) -> PeriodicSolution:
     """Homogenise one period of a grid of voxels, void without any stiffness.
@@ -82,7 +83,6 @@ def solve_periodic(
     poissons_ratio : float
     rtol : float
         Norm of the residual force over that of the load.
-    max_iterations : int
     use_symmetry : bool
         Solve two cases instead of six where the grid is equal to itself with x, y, z exchanged in
         a cycle, voxel by voxel.
@@ -107,7 +107,7 @@ def solve_periodic(
     """
     kept, islands = connected_fill(fill)
     with threads_for(kept.size):
-        return _solve(kept, islands, poissons_ratio, rtol, max_iterations, use_symmetry)
+        return _solve(kept, islands, poissons_ratio, rtol, use_symmetry)
 
 
 def _solve(
@@ -115,7 +115,6 @@ def _solve(
     islands: float,
     poissons_ratio: float,
     rtol: float,
-    max_iterations: int,
     use_symmetry: bool,
 ) -> PeriodicSolution:
     """Solve for a grid that hangs together."""
@@ -127,7 +126,7 @@ def _solve(
     for case in (0, 3) if cyclic else range(6):
         load = unit_load(operator, case)
         iterations[case], residual[case] = conjugate_gradients(
-            operator, inverse, load, displacement[case], rtol, max_iterations, case
+            operator, inverse, load, displacement[case], rtol, _MOST_ITERATIONS, case
         )
     if cyclic:
         for case in (1, 2, 4, 5):

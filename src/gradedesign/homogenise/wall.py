@@ -17,6 +17,8 @@ from gradedesign.homogenise.constants import solid_stiffness
 from gradedesign.homogenise.operator import homogeneous_inverse, threads_for, voxel_operator
 from gradedesign.homogenise.periodic import PAIRS, conjugate_gradients
 
+#: Conjugate gradient iterations after which a solve is given up.
+_MOST_ITERATIONS = 3000
 #: Voigt components in the plane of the wall.
 PLANE = (0, 1, 5)
 #: Transverse shear: direction in the plane, its curvature among the unit states, Voigt component.
@@ -54,7 +56,6 @@ def wall_stiffness(
     middle: float | None = None,
     poissons_ratio: float = 0.3,
     rtol: float = 1e-3,
-    max_iterations: int = 3000,
 ) -> WallStiffness:
     """Homogenise a wall across z.
 
@@ -67,7 +68,6 @@ def wall_stiffness(
     poissons_ratio : float
     rtol : float
         Of the solves; membrane and bending are right to its square.
-    max_iterations : int
 
     Returns
     -------
@@ -92,7 +92,7 @@ def wall_stiffness(
     if np.ndim(fill) != 3 or min(fill.shape) < 2:
         raise SolverError(f"a wall of {np.shape(fill)} voxels is too small; expected 2 or more")
     with threads_for(fill.size):
-        return _Wall(fill, middle, poissons_ratio, rtol, max_iterations).stiffness()
+        return _Wall(fill, middle, poissons_ratio, rtol).stiffness()
 
 
 class _Wall:
@@ -104,14 +104,13 @@ class _Wall:
         middle: float | None,
         poissons_ratio: float,
         rtol: float,
-        max_iterations: int,
     ) -> None:
         # Void keeps the faces apart; an even number of layers suits the transform.
         gap = 2 if fill.shape[2] % 2 == 0 else 1
         self.operator = voxel_operator(np.pad(fill, ((0, 0), (0, 0), (0, gap))), poissons_ratio)
         self.shape = self.operator.fill.shape
         self.inverse = homogeneous_inverse(self.shape, poissons_ratio)
-        self.rtol, self.max_iterations = rtol, max_iterations
+        self.rtol = rtol
         self.C = solid_stiffness(poissons_ratio)
         self.B = _strain_matrices()
         # Gauss points are visited in solid voxels only.
@@ -206,9 +205,7 @@ class _Wall:
     def solve(self, load: FloatArray, case: int) -> FloatArray:
         """Periodic displacement that balances a load."""
         u = np.zeros_like(load)
-        conjugate_gradients(
-            self.operator, self.inverse, load, u, self.rtol, self.max_iterations, case
-        )
+        conjugate_gradients(self.operator, self.inverse, load, u, self.rtol, _MOST_ITERATIONS, case)
         return u
 
     def gather(self, u: FloatArray) -> FloatArray:

@@ -61,11 +61,11 @@ def density_at(design: LatticeDesign, points: FloatArray) -> FloatArray:
     return np.full(points.shape[1:], float(design.density))
 
 
-def cell_gradient(design: LatticeDesign, *, samples: int = 24, step: float = 1e-4) -> float:
+def cell_gradient(design: LatticeDesign) -> float:
     """Median of ``|dg/du|`` near the surface of the mid-density cell, per cell length.
 
     One number for the whole lattice: it turns g into mm well enough for interpolation between a
-    wall and a trim or skin, and moves no zero set. Central differences on ``samples^3`` points of
+    wall and a trim or skin, and moves no zero set. Central differences on 24^3 points of
     a unit cell; the eighth of them with g nearest to the level counts.
 
     Raises
@@ -73,13 +73,14 @@ def cell_gradient(design: LatticeDesign, *, samples: int = 24, step: float = 1e-
     LatticeError
         If the cell's function is constant or not finite there.
     """
-    axis = (np.arange(samples) + 0.5) / samples
+    axis = (np.arange(24) + 0.5) / 24
     u = np.array(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1)
     density = design.density
     middle = np.median(density.values) if isinstance(density, DensityGrid) else density
     away = np.abs(design.shape(u, **design.parameters) - design.level_of(np.asarray(middle)))
     u = u[:, np.argsort(away, kind="stable")[: u.shape[1] // 8]]
     square = np.zeros(u.shape[1])
+    step = 1e-4
     for shift in step * np.eye(3):
         ahead = design.shape(u + shift[:, None], **design.parameters)
         back = design.shape(u - shift[:, None], **design.parameters)

@@ -184,8 +184,7 @@ def remap_points(
         border = float(values.min()) if outside is None else outside
         grid = np.pad(grid, 1, constant_values=border)
         lower = lower - own
-    log.info("%d points on %s nodes, %d of them empty", len(values), count.tolist(), empty)
-    return PointMap(
+    made = PointMap(
         lower=lower,
         spacing=own,
         values=grid,
@@ -193,6 +192,11 @@ def remap_points(
         sensitivity=sensitivity,
         empty=empty,
     )
+    log.info(
+        "%d points on %s nodes, %d of them with none within %.4g mm",
+        *(len(values), count.tolist(), made.empty, made.sensitivity),
+    )
+    return made
 
 
 def point_density(mapped: PointMap) -> DensitySource:

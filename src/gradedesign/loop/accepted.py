@@ -22,7 +22,7 @@ from gradedesign.loop.rounds import Analysed, Round
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.stl import write_stl
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import read_stl
+from gradedesign.part.stl import parse_stl
 from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
@@ -51,6 +51,8 @@ class Accepted:
         Explicit analysis that judged it.
     surface : SurfaceMesh
         As read back from the exported file.
+    sha256 : str
+        Of that file.
     islands : Islands
     whole : WholeJudgement
         Of the whole printed surface, from two resolutions or more.
@@ -68,6 +70,7 @@ class Accepted:
     round: Round
     analysed: Analysed
     surface: SurfaceMesh
+    sha256: str
     islands: Islands
     whole: WholeJudgement
     acceptance: Acceptance
@@ -90,7 +93,7 @@ def accept_design(
     the same surface judge stress: of all of it with scope "whole", whose displacements the bands
     then include, else of the most stressed windows. A limit that has no band does not hold.
     """
-    surface, islands = export_surface(setup, out, analysed)
+    surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
     limits, division = setup.problem.limits, analysed.result.solved.division
     whole = judge_whole(limits, printed_stage(setup, surface, analysed, announce.listener))
@@ -119,6 +122,7 @@ def accept_design(
         round=done,
         analysed=analysed,
         surface=surface,
+        sha256=digest,
         islands=islands,
         whole=whole,
         acceptance=acceptance,
@@ -129,13 +133,25 @@ def accept_design(
     )
 
 
-def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[SurfaceMesh, Islands]:
+def export_surface(
+    setup: Setup, out: RunFolder, analysed: Analysed
+) -> tuple[SurfaceMesh, Islands, str]:
     """Extract the surface, drop islands, write the STL file and read it back.
+
+    Returns
+    -------
+    surface : SurfaceMesh
+        As read back.
+    islands : Islands
+    sha256 : str
+        Of the file.
 
     Raises
     ------
     LatticeError
         If the file's volume differs from the analysed solid's by more than 5 %.
+    ResourceError
+        If the file that is read back is not the one that was written.
     """
     design, problem = analysed.design, setup.problem
     size = analysed.result.solved.division.surface_size
@@ -146,11 +162,10 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
         raw, keep=setup.problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
     report_step("writing and reading back the surface")
-    path = out.path_of(STL_NAME)
-    write_stl(path, surface)
-    out.adopt(STL_NAME)
-    triangles = read_stl(path)
-    back, _ = build_surface(triangles.corners, repair="safe", bodies=problem.case.part.bodies)
+    digest = write_stl(out.path_of(STL_NAME), surface)
+    out.adopt(STL_NAME, digest)
+    corners, _ = parse_stl(out.read_bytes(STL_NAME), STL_NAME)
+    back, _ = build_surface(corners, repair="safe", bodies=problem.case.part.bodies)
     volume, meshed = enclosed_volume(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
@@ -158,7 +173,7 @@ def export_surface(setup: Setup, out: RunFolder, analysed: Analysed) -> tuple[Su
             f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
             f"for {setup.cells.cell.name}: raise [run] elements_per_wall"
         )
-    return back, islands
+    return back, islands, digest
 
 
 def with_remeshed(

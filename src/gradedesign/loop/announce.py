@@ -11,9 +11,11 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.predicted_cost import CostPrediction
 from gradedesign.loop.rounds import Round
+from gradedesign.material.material import Material
 from gradedesign.resolve.problem import part_volume
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingStep
+from gradedesign.verify.printed_body import PrintedBody
 from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.workspace.progress import Event, Listener, stepping
 
@@ -129,6 +131,20 @@ class Announcer:
             f"{discrepancies}, {it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
             mass_g=it.mass_g,
             utilisation=it.utilisation,
+        )
+
+    def printed(self, found: PrintedBody, material: Material) -> None:
+        """Report the printed file: its mass, its thinnest walls, and how far the analysed one is.
+
+        What differs beyond its threshold is a warning of the result.
+        """
+        thin, both = found.thickness.percentiles_mm, found.comparison
+        self.say(
+            "printed",
+            f"mass {found.mass_g(material.density):.4g} g by the file; 1 % of the surface has "
+            f"less than {thin['1']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
+            f"volume {both.volume_difference:+.1%} and surface up to {both.distance_mm:.2g} mm off "
+            f"the analysed solid",
         )
 
     def window(self, result: SubmodelResult) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.output import _draw_opengl, _draw_plain
@@ -49,9 +49,9 @@ from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
-_ABOVE = "#ff00c8"
-#: Lengths in a picture, in diagonals of the part.
-_HATCH, _SHOWN_SHIFT = 0.012, 0.08
+_ABOVE, _SHADE = "#ff00c8", "#5b6470"
+#: Lengths in a picture, in diagonals of the part; what lies on a surface is lifted a little.
+_HATCH, _SHOWN_SHIFT, _LIFT = 0.012, 0.08, 1e-3
 #: Surfaces of more triangles are lattices: their edges at rest would cover everything.
 _OUTLINED = 50_000
 
@@ -110,7 +110,7 @@ def picture_loads(
 
 def _lifted(mark: RegionMark, diagonal: float) -> FloatArray:
     """Triangles of a region just above the part's own."""
-    return np.asarray(mark.corners + 1e-3 * diagonal * unit_normals(mark.corners)[:, None, :])
+    return np.asarray(mark.corners + _LIFT * diagonal * unit_normals(mark.corners)[:, None, :])
 
 
 def _region_layer(mark: RegionMark, diagonal: float) -> Layer:
@@ -147,9 +147,7 @@ def _loads_legend(
     return (*roles, *(LegendEntry(text=name, colour=colour) for name, colour in cases.items()))
 
 
-def picture_density(
-    path: Path, mesh: TetMesh, rho: FloatArray, *, title: str = "Relative density"
-) -> tuple[str, ...]:
+def picture_density(path: Path, mesh: TetMesh, rho: FloatArray) -> tuple[str, ...]:
     """Draw element densities ``(m,)`` with the quarter towards the viewer cut away."""
     rho = np.asarray(rho, dtype=np.float64)
     middle = 0.5 * (mesh.points.min(axis=1) + mesh.points.max(axis=1))
@@ -160,7 +158,7 @@ def picture_density(
     layer = Layer(vertices=mesh.points.T, faces=facets, values=rho[kept][owners], per_face=True)
     cut = ", the corner towards the viewer cut away" if len(kept) < len(rho) else ""
     scene = Scene(
-        title=title,
+        title="Relative density",
         caption=f"relative density {rho.min():.3g} to {rho.max():.3g}{cut}",
         layers=(layer,),
         bar=ColourBar(title="density [-]", low=float(rho.min()), high=float(rho.max())),
@@ -182,12 +180,14 @@ def picture_stress(
     von_mises: FloatArray,
     *,
     limit: float | None = None,
+    unjudged: BoolArray | None = None,
     title: str = "Stress",
 ) -> tuple[str, ...]:
     """Draw von Mises stress ``(n,)`` MPa at the vertices; above the limit in magenta.
 
     The bar ends at the limit. Where even the maximum is below half of it, or without a limit,
-    it ends at the maximum.
+    it ends at the maximum. Triangles of ``unjudged`` vertices ``(n,)`` are shaded: stress counts in
+    no limit there.
     """
     values = np.asarray(von_mises, dtype=np.float64)
     top = float(values.max())
@@ -207,7 +207,30 @@ def picture_stress(
         colours="turbo",
         above=_ABOVE if limit is not None and top > limit else None,
     )
-    return _draw(path, Scene(title=title, caption=caption, layers=(layer,), bar=bar))
+    faces = (
+        surface.faces if unjudged is None else surface.faces[unjudged[surface.faces].all(axis=1)]
+    )
+    shaded = unjudged is not None and len(faces) > 0
+    scene = Scene(
+        title=title,
+        caption=caption,
+        layers=(layer, _shade(surface, faces)) if shaded else (layer,),
+        legend=(LegendEntry(text="held regions: not judged", colour=_SHADE),) if shaded else (),
+        bar=bar,
+    )
+    return _draw(path, scene)
+
+
+def _shade(surface: SurfaceMesh, faces: IntArray) -> Layer:
+    """Translucent layer just above triangles of a surface."""
+    corners = surface.vertices[faces]
+    lifted = corners + _LIFT * _diagonal(surface.vertices) * unit_normals(corners)[:, None, :]
+    return Layer(
+        vertices=lifted.reshape(-1, 3),
+        faces=np.arange(3 * len(faces)).reshape(-1, 3),
+        colour=_SHADE,
+        opacity=0.6,
+    )
 
 
 def picture_deformed(
@@ -215,18 +238,16 @@ def picture_deformed(
     surface: SurfaceMesh,
     displacement: FloatArray,
     *,
-    factor: float | None = None,
     title: str = "Deformed shape",
 ) -> tuple[str, ...]:
-    """Draw the surface moved by ``factor`` times its displacement ``(3, n)`` mm.
+    """Draw the surface moved by a multiple of its displacement ``(3, n)`` mm.
 
-    Without a factor the largest displacement is drawn at about a twelfth of the diagonal, with
-    a factor of 1, 2 or 5 times a power of ten. The caption names the factor.
+    The largest displacement is drawn at about a twelfth of the diagonal, with a factor of 1, 2 or
+    5 times a power of ten. The caption names the factor.
     """
     displacement = np.asarray(displacement, dtype=np.float64)
     size = np.linalg.norm(displacement, axis=0)
-    if factor is None:
-        factor = round_factor(_SHOWN_SHIFT * _diagonal(surface.vertices), float(size.max()))
+    factor = round_factor(_SHOWN_SHIFT * _diagonal(surface.vertices), float(size.max()))
     moved = Layer(
         vertices=surface.vertices + factor * displacement.T, faces=surface.faces, values=size
     )

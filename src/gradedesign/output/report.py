@@ -36,7 +36,10 @@ _ENDED = {
 }
 
 #: Stages that follow each other; others are parts of these.
-_STAGES = ("part", "solid", "iteration", "explicit", "acceptance", "density", "lattice", "output")
+_STAGES = (
+    "part", "solid", "iteration", "explicit", "acceptance", "printed", "density", "lattice",
+    "output",
+)  # fmt: skip
 
 _PICTURES = {
     "loads": "Supports and loads on the solid part",

@@ -113,16 +113,21 @@ class RunResult:
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
-    mass_g, solid_mass_g, lattice_mass_g : float or None
+    mass_g, lattice_mass_g : float or None
+        Of the solid that the printed file encloses, where one was written and read back; of the
+        sized homogenised part where the run stopped there.
+    solid_mass_g : float or None
     relative_density : float or None
         Mass over solid mass.
     lattice_density : float or None
-        Mean density of the lattice phase by its explicit mesh: whole members on the part's faces
+        Mean density of the lattice phase of the printed file: whole members on the part's faces
         add to what sizing asked, cut ones take away.
     iterations : tuple of Iteration
     acceptance : mapping
     measures : mapping
         Stress measures by phase, worst neighbourhood included.
+    printed : mapping
+        Measures of the printed file: volumes, thickness, and how the analysed solid differs.
     files : mapping of what to path below the run folder
     timing_s : mapping of stage to seconds
         ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
@@ -155,6 +160,7 @@ class RunResult:
     iterations: tuple[Iteration, ...] = ()
     acceptance: Mapping[str, Any] = field(default_factory=dict)
     measures: Mapping[str, Any] = field(default_factory=dict)
+    printed: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, str] = field(default_factory=dict)
     timing_s: Mapping[str, float] = field(default_factory=dict)
     predicted: Mapping[str, Any] = field(default_factory=dict)

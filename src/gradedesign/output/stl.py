@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +28,7 @@ _RECORD = np.dtype(
 _BATCH = 1 << 18
 
 
-def write_stl(path: Path, surface: SurfaceMesh) -> None:
+def write_stl(path: Path, surface: SurfaceMesh) -> str:
     """Write a closed surface as binary STL, atomically, and read it back.
 
     Coordinates are float32. Vertices that would fall together in float32 are moved apart by the
@@ -37,6 +39,11 @@ def write_stl(path: Path, surface: SurfaceMesh) -> None:
     path : Path
     surface : SurfaceMesh
         mm, outward oriented.
+
+    Returns
+    -------
+    str
+        SHA-256 of the bytes that were written, hexadecimal.
 
     Raises
     ------
@@ -49,13 +56,14 @@ def write_stl(path: Path, surface: SurfaceMesh) -> None:
     if not 0 < count < 2**32:
         raise LatticeError(f"STL holds 1 to 4294967295 triangles, the surface has {count}")
     vertices = float32_vertices(surface.vertices)
+    digest = hashlib.sha256()
     with replacing(path) as handle:
-        handle.write(HEADER.ljust(80, b" "))
-        handle.write(np.array(count, dtype="<u4").tobytes())
-        for low in range(0, count, _BATCH):
-            handle.write(_records(vertices[surface.faces[low : low + _BATCH]]).tobytes())
+        for block in _blocks(vertices[surface.faces]):
+            digest.update(block)
+            handle.write(block)
     _read_back(path, count, enclosed_volume(surface), surface.vertices.mean(axis=0))
     log.info("wrote %s: %d triangles, %.3g MB", path, count, (84 + 50 * count) / 1e6)
+    return digest.hexdigest()
 
 
 def export_stl(path: Path, lattice: PrintedLattice) -> None:
@@ -88,6 +96,14 @@ def float32_vertices(vertices: FloatArray) -> FloatArray:
         f"is too fine for coordinates up to {np.abs(vertices).max():g} mm: use a coarser grid or "
         f"move the part to the origin"
     )
+
+
+def _blocks(corners: FloatArray) -> Iterator[bytes]:
+    """Content of a file of triangles ``(m, 3, 3)``."""
+    yield HEADER.ljust(80, b" ")
+    yield np.array(len(corners), dtype="<u4").tobytes()
+    for low in range(0, len(corners), _BATCH):
+        yield _records(corners[low : low + _BATCH]).tobytes()
 
 
 def _records(corners: FloatArray) -> np.ndarray:

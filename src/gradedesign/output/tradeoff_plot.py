@@ -109,7 +109,8 @@ def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str) -> None:
         near = (
             c
             for c in clusters
-            if abs(c[0].mass_g - point.mass_g) < 0.05 * wide
+            if c[0].marked == point.marked
+            and abs(c[0].mass_g - point.mass_g) < 0.05 * wide
             and abs(c[0].utilisation[limit] - point.utilisation[limit]) < 0.05 * high
         )
         found = next(near, None)
@@ -118,11 +119,11 @@ def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str) -> None:
         else:
             found.append(point)
     for cluster in clusters:
-        marked = any(point.marked for point in cluster)
+        marked = cluster[0].marked
         axes.annotate(
             ", ".join(str(point.number) for point in sorted(cluster, key=lambda p: p.number)),
             (cluster[0].mass_g, 100 * cluster[0].utilisation[limit]),
-            xytext=(7, 7),
+            xytext=(7, 7 if marked else -12),
             textcoords="offset points",
             fontsize=9 if marked else 8,
             fontweight="bold" if marked else "normal",

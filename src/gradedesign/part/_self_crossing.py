@@ -133,6 +133,7 @@ def _in_words(volumes: WindingVolumes) -> str:
     return (
         f"{volumes.solid:.6g} mm^3 are enclosed, {volumes.excess:.4g} mm^3 of them counted again "
         f"and {volumes.reversed:.4g} mm^3 inside out"
+        + (f" ({volumes.torn:.1%} of the rays not counted)" if volumes.torn else "")
     )
 
 

@@ -17,6 +17,8 @@ from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 
+#: Facets of a region are turned against its surface by no more than this, degrees.
+_FACET_ANGLE = 40.0
 #: A mesh may lie this far from the surface: the smaller of a share of the part's diagonal and a
 #: share of the mesh size.
 EPSILON_OF_DIAGONAL, EPSILON_OF_SIZE = 1e-3, 1 / 20
@@ -177,9 +179,7 @@ def _beyond_border(
     return np.where(outside, np.linalg.norm(along, axis=0), 0.0)
 
 
-def region_facets(
-    mesh: TetMesh, corners: ArrayLike, *, tolerance: float, angle_deg: float = 40.0
-) -> RegionFacets:
+def region_facets(mesh: TetMesh, corners: ArrayLike, *, tolerance: float) -> RegionFacets:
     """Find the boundary facets of a mesh that represent a region of the surface it was made from.
 
     A facet counts if its centre lies within ``tolerance`` of the region's triangles, does not
@@ -192,7 +192,6 @@ def region_facets(
         Triangles of the region, counter-clockwise seen from outside.
     tolerance : float, mm
         More than the mesh's distance from the surface, less than the part's thickness.
-    angle_deg : float, degree
 
     Returns
     -------
@@ -217,7 +216,7 @@ def region_facets(
     cosine = (vectors * normals[nearest.triangle].T).sum(axis=0)
     chosen = (
         (nearest.distance <= tolerance)
-        & (cosine >= math.cos(math.radians(angle_deg)) * areas)
+        & (cosine >= math.cos(math.radians(_FACET_ANGLE)) * areas)
         & (_beyond_border(triangles, normals, centres, nearest) <= BEYOND * np.sqrt(areas))
     )
     area = float(areas[chosen].sum())

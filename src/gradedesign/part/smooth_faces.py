@@ -18,6 +18,9 @@ from gradedesign.part._curved_faces import Piece, split_region
 
 log = logging.getLogger(__name__)
 
+#: Edges that turn by more, degrees, part two faces; facets of a hole must turn by no more, so a
+#: hole of 12 facets is the coarsest that is known as a cylinder.
+_SHARP_DEG = 30.0
 #: Mean normals shorter than this point nowhere, as on a full cylinder.
 _NOWHERE = 1e-3
 
@@ -79,22 +82,19 @@ class SmoothFaces:
         object.__setattr__(self, "label", locked(self.label, (None,), dtype=np.int64, name="label"))
 
 
-def segment_faces(surface: SurfaceMesh, angle_deg: float = 30.0) -> SmoothFaces:
+def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
     """Part a closed surface into smooth faces.
 
     Parameters
     ----------
     surface : SurfaceMesh
         Closed and outward.
-    angle_deg : float, degrees
-        Edges that turn by more part two faces; facets of a hole must turn by no more, so a
-        hole of 12 facets is the coarsest that is known as a cylinder with 30 degrees.
 
     Returns
     -------
     SmoothFaces
     """
-    clusters = find_clusters(surface, angle_deg)
+    clusters = find_clusters(surface, _SHARP_DEG)
     order = np.argsort(clusters.region, kind="stable")
     groups = np.split(order, np.cumsum(np.bincount(clusters.region))[:-1])
     pieces = [piece for group in groups for piece in split_region(clusters, group.tolist())]

@@ -7,9 +7,12 @@ from collections.abc import Iterable
 from gradedesign.cell.formula_cell import FORMULA_MAKER
 from gradedesign.cell.maker import CellMaker
 from gradedesign.fe.direct import DIRECT
+from gradedesign.fe.eigen_solver import EigenSolver
+from gradedesign.fe.lanczos import LANCZOS
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.scikit_fem import SCIKIT_FEM
+from gradedesign.fe.scipy_eigen import SCIPY
 from gradedesign.limits.kinds import builtin_kinds
 from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
@@ -69,6 +72,12 @@ def gradedesign_exporters() -> Iterable[Exporter]:
 def gradedesign_solvers() -> Iterable[LinearSolver]:
     """Register the linear solvers."""
     return MULTIGRID, DIRECT, SCIKIT_FEM
+
+
+@hookimpl
+def gradedesign_eigen_solvers() -> Iterable[EigenSolver]:
+    """Register the eigenvalue solvers."""
+    return LANCZOS, SCIPY
 
 
 @hookimpl

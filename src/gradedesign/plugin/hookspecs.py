@@ -12,6 +12,7 @@ import pluggy
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.eigen_solver import EigenSolver
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
@@ -172,6 +173,30 @@ def gradedesign_solvers() -> Iterable[LinearSolver]:
     ...     yield LinearSolver(name="my-inverse", prepare=prepare, most_unknowns=3000)
     >>> [solver.name for solver in gradedesign_solvers()]
     ['my-inverse']
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_eigen_solvers() -> Iterable[EigenSolver]:
+    """Register eigenvalue solvers, which ``homogenise --buckling --eigen-solver`` names.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gradedesign import EigenSolver, ExtremeValue, hookimpl
+    >>> def power_iteration(problem):
+    ...     x = problem.start
+    ...     for _ in range(200):
+    ...         x = problem.solve(problem.form(x))
+    ...         x /= np.linalg.norm(x)
+    ...     value = float(x @ problem.form(x)) / float(x @ problem.stiffness(x))
+    ...     return ExtremeValue(value=value, vector=x), None
+    >>> @hookimpl
+    ... def gradedesign_eigen_solvers():
+    ...     yield EigenSolver(name="my-power-iteration", solve=power_iteration)
+    >>> [solver.name for solver in gradedesign_eigen_solvers()]
+    ['my-power-iteration']
     """
     return ()
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
+from gradedesign.fe.eigen_solver import EigenSolver
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
@@ -51,7 +52,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    exporters, solvers, meshers, limits, analyses : mapping
+    exporters, solvers, eigen_solvers, meshers, limits, analyses : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -70,6 +71,7 @@ class Registry:
     readers: Mapping[str, PartReader]
     exporters: Mapping[str, Exporter]
     solvers: Mapping[str, LinearSolver]
+    eigen_solvers: Mapping[str, EigenSolver]
     meshers: Mapping[str, Mesher]
     limits: Mapping[str, LimitKind]
     analyses: Mapping[str, ExplicitAnalysis]

@@ -14,6 +14,7 @@ from gradedesign.case.suggest import instead, nearest
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
+from gradedesign.fe.eigen_solver import EigenSolver
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.limits.limit import LimitKind
 from gradedesign.material.material import Material
@@ -52,6 +53,7 @@ Kind = Literal[
     "readers",
     "exporters",
     "solvers",
+    "eigen_solvers",
     "meshers",
     "limits",
     "analyses",
@@ -74,6 +76,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
+    "eigen_solvers": _Shelf(EigenSolver, _DASHED, "eigenvalue solver"),
     "meshers": _Shelf(Mesher, _DASHED, "mesher"),
     "limits": _Shelf(LimitKind, _UNDERSCORED, "kind of limit"),
     "analyses": _Shelf(ExplicitAnalysis, _DASHED, "explicit analysis"),
@@ -159,7 +162,7 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters``, ``solvers``, ``meshers``, ``limits`` or ``analyses``.
+        ``exporters``, ``solvers``, ``eigen_solvers``, ``meshers``, ``limits`` or ``analyses``.
     name : str
 
     Raises

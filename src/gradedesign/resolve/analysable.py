@@ -7,7 +7,8 @@ judge. The lower bound is raised to where the analysis fits, and the result says
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +31,7 @@ class Analysable:
 
     Attributes
     ----------
+    analysis : ExplicitAnalysis
     bounds : (float, float)
     elements_per_wall : float
         Elements across the thinnest wall.
@@ -42,6 +44,7 @@ class Analysable:
         Why no density of the window fits the budget; empty where one does.
     """
 
+    analysis: ExplicitAnalysis
     bounds: tuple[float, float]
     elements_per_wall: float
     spacing: float
@@ -134,6 +137,7 @@ def analysable_bounds(
             f"cells let it fall",
         )
     return Analysable(
+        analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
         spacing=float(spacings[least]),
@@ -141,6 +145,34 @@ def analysable_bounds(
         warnings=warnings,
         refusal=refusal,
     )
+
+
+def chosen_analysis(found: Sequence[Analysable]) -> Analysable:
+    """Of analyses in the order of preference, the first that leaves sizing the most densities.
+
+    Their predicted memory alone decides, so that a busy machine takes the same one.
+
+    Parameters
+    ----------
+    found : sequence of Analysable
+        One for every analysis that may be taken.
+
+    Returns
+    -------
+    Analysable
+        Where it is not the first one, with a warning that says why.
+    """
+    first, best = found[0], min(found, key=lambda able: (bool(able.refusal), able.bounds[0]))
+    if best is first:
+        return first
+    words = (
+        f"explicit analyses by {best.analysis.name}: {first.analysis.name} would take "
+        f"{first.memory_bytes / 1e9:.3g} GB"
+        if first.refusal
+        else f"explicit analyses by {best.analysis.name}, which the memory holds down to density "
+        f"{best.bounds[0]:.3g}: {first.analysis.name} would end at {first.bounds[0]:.3g}"
+    )
+    return replace(best, warnings=(words, *best.warnings))
 
 
 def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:

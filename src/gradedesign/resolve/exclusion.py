@@ -24,4 +24,5 @@ def exclusion_data(zone: ExclusionZone) -> dict[str, Any]:
         "percentile": data["percentile"],
         "share_of_volume": data["share"],
         "stress_everywhere_MPa": data["everywhere"],
+        "maximum_everywhere_MPa": data["maximum"],
     }

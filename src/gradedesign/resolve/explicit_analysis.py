@@ -1,4 +1,4 @@
-"""The explicit analysis that a case names; what it raises names its plugin."""
+"""Explicit analyses that a case may take; what they raise names their plugin."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import blaming
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSolid
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.tets import STUFFED_TETS
+
+#: What ``[run] analysis = "auto"`` chooses from, in the order of preference.
+AUTOMATIC = (STUFFED_TETS.name, FINITE_CELLS.name)
 
 
-def explicit_analysis(case: Case, registry: Registry) -> ExplicitAnalysis:
-    """Analysis of ``[run] analysis``.
+def explicit_analyses(case: Case, registry: Registry) -> tuple[ExplicitAnalysis, ...]:
+    """Analyses that ``[run] analysis`` allows, in the order of preference.
 
     Raises
     ------
@@ -23,8 +28,12 @@ def explicit_analysis(case: Case, registry: Registry) -> ExplicitAnalysis:
     PluginError
         The same, when a plugin that might have supplied it is disabled.
     """
+    names = AUTOMATIC if case.run.analysis == "auto" else (case.run.analysis,)
     with locating(case, "run.analysis"):
-        analysis: ExplicitAnalysis = lookup(registry, "analyses", case.run.analysis)
+        return tuple(_blamed(lookup(registry, "analyses", name), registry) for name in names)
+
+
+def _blamed(analysis: ExplicitAnalysis, registry: Registry) -> ExplicitAnalysis:
     who = f"analysis '{analysis.name}' of {registry.sources['analyses'][analysis.name]}"
 
     def solve(

@@ -26,7 +26,8 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
-from gradedesign.resolve.explicit_analysis import explicit_analysis
+from gradedesign.resolve.analysable import Analysable, analysable_bounds, chosen_analysis
+from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
@@ -61,7 +62,8 @@ class ResolvedCase:
         Of the part.
     surface_mesher : Mesher
         Of the acceptance.
-    analysis : ExplicitAnalysis
+    analyses : tuple of ExplicitAnalysis
+        That the case allows, in the order of preference.
     lattice_files : tuple of LatticeFile
         What is written of the printed lattice.
     limits : tuple of StatedLimit
@@ -83,7 +85,7 @@ class ResolvedCase:
     balances: tuple[LoadBalance, ...]
     mesher: Mesher
     surface_mesher: Mesher
-    analysis: ExplicitAnalysis
+    analyses: tuple[ExplicitAnalysis, ...]
     lattice_files: tuple[LatticeFile, ...]
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
@@ -113,7 +115,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
     with locating(case, "run.mesher"):
         surface_mesher: Mesher = lookup(registry, "meshers", case.run.mesher)
-    analysis = explicit_analysis(case, registry)
+    analyses = explicit_analyses(case, registry)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
     with locating(case, "part.file"):
@@ -147,7 +149,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         balances=balances,
         mesher=mesher,
         surface_mesher=surface_mesher,
-        analysis=analysis,
+        analyses=analyses,
         lattice_files=files,
         limits=stated_limits(registry.limits, case, material),
         warnings=(
@@ -157,6 +159,35 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
             *balance_warnings(balances),
         ),
         narrowed=tuple(narrowed),
+    )
+
+
+def analysable_lattice(
+    known: ResolvedCase, bounds: tuple[float, float], *, latticed: float, solid: float
+) -> Analysable:
+    """The analysis that a case takes, with the density bounds that it can analyse.
+
+    Parameters
+    ----------
+    known : ResolvedCase
+    bounds : (float, float)
+        Density window of user, cell, law and printer.
+    latticed, solid : float, mm^3
+        Volume that becomes lattice, and volume that stays solid.
+    """
+    return chosen_analysis(
+        [
+            analysable_bounds(
+                known.case,
+                known.cell,
+                bounds,
+                known.layout.least,
+                analysis,
+                latticed=latticed,
+                solid=solid,
+            )
+            for analysis in known.analyses
+        ]
     )
 
 

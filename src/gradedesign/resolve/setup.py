@@ -20,15 +20,20 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import centroids, signed_volumes
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.plugin.registry import Registry
-from gradedesign.resolve.analysable import Analysable, analysable_bounds
+from gradedesign.resolve.analysable import Analysable
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.part_tets import held_loads, part_facets, part_tets, used_regions
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.resolve_law import resolve_law
-from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
+from gradedesign.resolve.resolved_case import (
+    ResolvedCase,
+    analysable_lattice,
+    resolve_case,
+)
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
+from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.phases import evaluated_at
 from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
 
@@ -77,7 +82,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         layout=known.layout,
     )
     problem, limit_warnings = placed_problem(
-        known, law, tet_space(mesh, 2), shares, registry.limits
+        known, analysable.analysis, law, tet_space(mesh, 2), shares, registry.limits
     )
     return Setup(
         problem=problem,
@@ -109,12 +114,9 @@ def affordable(
     ResourceError
         If no density can be analysed.
     """
-    analysable = analysable_bounds(
-        known.case,
-        known.cell,
+    analysable = analysable_lattice(
+        known,
         bounds,
-        known.layout.least,
-        known.analysis,
         latticed=float(volumes @ (1 - shares)),
         solid=float(volumes @ shares),
     )
@@ -125,6 +127,7 @@ def affordable(
 
 def placed_problem(
     known: ResolvedCase,
+    analysis: ExplicitAnalysis,
     law: ScalingLaw,
     space: TetSpace,
     shares: FloatArray,
@@ -165,7 +168,7 @@ def placed_problem(
         evaluated=evaluated,
         clamped=clamped,
         exclusion_radius=radius,
-        analysis=known.analysis,
+        analysis=analysis,
         mesher=known.surface_mesher,
         lattice_files=known.lattice_files,
     )

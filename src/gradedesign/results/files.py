@@ -38,7 +38,10 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.verify.analysis import SurfaceFields
 from gradedesign.verify.explicit import governing_load_case
+from gradedesign.verify.phases import evaluated_at
+from gradedesign.verify.printed_body import PrintedBody, measure_printed
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -56,11 +59,32 @@ class Shown:
     analysed : Analysed
     surface : SurfaceMesh
         As exported.
+    fields : SurfaceFields
+        Of the explicit analysis in the load case that governs.
+    printed : PrintedBody
+        Measures of the exported surface.
     """
 
     rho: FloatArray
     analysed: Analysed
     surface: SurfaceMesh
+    fields: SurfaceFields
+    printed: PrintedBody
+
+
+def shown_of(rho: FloatArray, analysed: Analysed, surface: SurfaceMesh) -> Shown:
+    """Measure the exported surface of an analysed design."""
+    solved = analysed.result.solved
+    fields = solved.surface_fields(governing_load_case(analysed.result))
+    return Shown(
+        rho=rho,
+        analysed=analysed,
+        surface=surface,
+        fields=fields,
+        printed=measure_printed(
+            surface, fields.surface, solved.division.surface_size, analysed.design.domain
+        ),
+    )
 
 
 def write_result(out: RunFolder, result: RunResult) -> None:
@@ -186,7 +210,7 @@ def _lattice_files(
     """Pictures and fields of the lattice."""
     result = shown.analysed.result
     load_case = governing_load_case(result)
-    fields = result.solved.surface_fields(load_case)
+    fields, solid = shown.fields, shown.analysed.solid
     files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
         *picture_lattice(out.path_of("lattice.png"), shown.surface),
@@ -195,6 +219,9 @@ def _lattice_files(
             fields.surface,
             fields.von_mises,
             limit=allowed_stress(problem.case, problem.material),
+            unjudged=~evaluated_at(
+                fields.surface.vertices.T, solid.clamped, solid.exclusion_radius
+            ),
             title=f"Stress of the lattice, load case {load_case}",
         ),
         *picture_deformed(
@@ -239,8 +266,7 @@ def _unjudged_lattice(
     surface, islands = remove_islands(
         raw, keep=problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
-    write_stl(out.path_of(STL_NAME), surface)
-    out.adopt(STL_NAME)
+    out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), surface))
     _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
     warnings = picture_lattice(out.path_of("lattice.png"), surface)

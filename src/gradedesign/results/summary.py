@@ -22,7 +22,9 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
+from gradedesign.verify.body_comparison import comparison_warnings
 from gradedesign.verify.correction import Correction
+from gradedesign.verify.printed_body import PrintedBody
 
 #: A band whose half is wider than this share of its value is warned of where its limit is used.
 UNRESOLVED = 0.10
@@ -102,8 +104,9 @@ def verdict_result(
     rounds: Sequence[Round],
     accepted: Accepted | None,
     ended: Ended,
+    printed: PrintedBody,
 ) -> RunResult:
-    """Met or not, with the best design that was found."""
+    """Met or not, with the best design that was found and its printed file."""
     common = common_entries(setup, registry)
     warnings = list(common.pop("warnings"))
     iterations = tuple(r.iteration for r in rounds)
@@ -129,27 +132,45 @@ def verdict_result(
         warnings += _acceptance_warnings(accepted)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
+    warnings += comparison_warnings(printed.comparison)
     warnings += design_notes(setup, design.rho)
-    it = design.iteration
+    density = setup.problem.material.density
+    mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
     return RunResult(
         status=status,
         lightest=status == "met" and tight,
         reason=reason,
         ended_by=ended.by,
         limits=rows,
-        mass_g=it.mass_g,
-        lattice_mass_g=it.lattice_mass_g,
-        relative_density=it.mass_g / solid_mass(setup.problem),
-        lattice_density=it.lattice_mass_g / latticed_mass(setup.model),
+        mass_g=mass,
+        lattice_mass_g=lattice,
+        relative_density=mass / solid_mass(setup.problem),
+        lattice_density=lattice / latticed_mass(setup.model),
         iterations=iterations,
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
         },
+        printed=printed_data(printed),
         warnings=tuple(warnings),
         **common,
     )
+
+
+def printed_data(printed: PrintedBody) -> dict[str, Any]:
+    """Plain data on the printed file for result.json."""
+    thickness, comparison = printed.thickness, printed.comparison
+    return {
+        "volumes_mm3": dict(printed.volumes_mm3),
+        "thickness_percentiles_mm": dict(thickness.percentiles_mm),
+        "thickness_method": thickness.method,
+        "thickness_rays": thickness.rays,
+        "comparison": {
+            **asdict(comparison),
+            "volume_difference": comparison.volume_difference,
+        },
+    }
 
 
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:

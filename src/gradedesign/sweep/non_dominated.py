@@ -6,14 +6,18 @@ from collections.abc import Sequence
 
 from gradedesign.sweep.table import DesignRow
 
+#: A run calls a design lightest from 97 % of a limit on: where it ends up above is no merit.
+SAME = 0.03
+
 
 def non_dominated(rows: Sequence[DesignRow]) -> frozenset[int]:
     """Numbers of the designs that hold their limits and that no other such design dominates.
 
     A design dominates another of the same limits where it is no heavier and no worse in any of
-    them, and better in something. Limits are compared by value and by utilisation: where a study
-    varies the limits themselves, a low utilisation of a wide limit is no merit, and where it varies
-    the material, a low stress of a weak one is none.
+    them, and better in something; within `SAME` two values of a limit count as equal. Limits are
+    compared by value and by utilisation: where a study varies the limits themselves, a low
+    utilisation of a wide limit is no merit, and where it varies the material, a low stress of a
+    weak one is none.
 
     Parameters
     ----------
@@ -29,12 +33,14 @@ def _dominates(one: DesignRow, other: DesignRow) -> bool:
     """Whether a design is no worse in anything and better in something."""
     if set(one.limits) != set(other.limits):
         return False
-    pairs = list(zip(_objectives(one), _objectives(other), strict=True))
-    return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
+    mass, others_mass = (float("inf") if r.mass_g is None else r.mass_g for r in (one, other))
+    pairs = list(zip(_uses(one), _uses(other), strict=True))
+    if mass > others_mass or any(a > (1 + SAME) * b for a, b in pairs):
+        return False
+    return mass < others_mass or any((1 + SAME) * a < b for a, b in pairs)
 
 
-def _objectives(row: DesignRow) -> list[float]:
-    """Mass, values and utilisations, the less the better."""
+def _uses(row: DesignRow) -> list[float]:
+    """Values and utilisations of the limits, the less the better."""
     found = [row.limits[name] for name in sorted(row.limits)]
-    mass = float("inf") if row.mass_g is None else row.mass_g
-    return [mass, *(limit.value for limit in found), *(limit.utilisation for limit in found)]
+    return [*(limit.value for limit in found), *(limit.utilisation for limit in found)]

@@ -92,7 +92,11 @@ def load_study(path: Path, registry: Registry, *, allow_outside: bool = False) -
         one.
     """
     file = Path(path).absolute()
-    if file.is_dir() or not file.exists():
+    try:
+        there = file.is_file()
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be read as a study: {error.strerror}") from None
+    if not there:
         raise CaseError(f"{path}: no such file; expected a study in TOML")
     data, lines = read_toml(file)
     content = _content(file, data, lines)

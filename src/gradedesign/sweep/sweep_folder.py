@@ -23,7 +23,7 @@ from gradedesign.results.files import RESULT_NAME
 from gradedesign.results.finished import finished_result
 from gradedesign.sweep.study import Design, Study
 from gradedesign.sweep.toml_text import toml_text
-from gradedesign.workspace.atomic import write_error, write_text
+from gradedesign.workspace.atomic import UNFINISHED, is_folder, write_error, write_text
 from gradedesign.workspace.run_lock import RunLock
 
 log = logging.getLogger(__name__)
@@ -49,6 +49,7 @@ def open_sweep(folder: Path) -> Iterator[Path]:
         If it cannot be made, holds anything but a sweep, or another one is running there.
     """
     path = Path(folder).absolute()
+    is_folder(path)  # names what no folder can be called
     try:
         path.mkdir(parents=True, exist_ok=True)
         names = {child.name for child in path.iterdir()}
@@ -62,6 +63,11 @@ def open_sweep(folder: Path) -> Iterator[Path]:
         )
     lock = RunLock.acquire(path)
     try:
+        # What a killed sweep was writing; run folders see to their own.
+        for place in (path, *path.glob(f"{_DESIGNS}/*")):
+            for leftover in place.glob(".*.unfinished"):
+                if UNFINISHED.fullmatch(leftover.name):
+                    leftover.unlink(missing_ok=True)
         yield path
     finally:
         lock.release()

@@ -22,12 +22,15 @@ class ExclusionZone:
         Share of the phase's volume within the radius; phases that the solid has.
     everywhere : dict of load case to dict of phase to float, MPa
         The percentile that is judged, over the whole phase instead of the part outside.
+    maximum : dict of load case to dict of phase to float, MPa
+        Largest value in the whole phase.
     """
 
     radius: float
     percentile: float
     share: dict[str, float] = field(default_factory=dict)
     everywhere: dict[str, dict[str, float]] = field(default_factory=dict)
+    maximum: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
 def exclusion_zone(
@@ -73,6 +76,10 @@ def exclusion_zone(
                 )
                 for name, chosen in present.items()
             }
+            for case, stress in von_mises.items()
+        },
+        maximum={
+            case: {name: float(stress[chosen].max()) for name, chosen in present.items()}
             for case, stress in von_mises.items()
         },
     )

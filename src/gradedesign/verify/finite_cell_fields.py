@@ -11,13 +11,13 @@ from scipy.spatial import KDTree
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
 from gradedesign.finite_cell.elements import Elements, solid_fraction
+from gradedesign.finite_cell.recovery import recovered_stress
 from gradedesign.finite_cell.result import FiniteCellResult, solution_of
 from gradedesign.finite_cell.space import node_points
 from gradedesign.finite_cell.stress import (
     SolidPoints,
     displacement_at,
     select_points,
-    stress_at,
     von_mises,
 )
 from gradedesign.finite_cell.surface import element_table, locate, reference_of
@@ -167,7 +167,7 @@ class FiniteCellFields:
     def _stress(self, load_case: str, at: SolidPoints) -> FloatArray:
         """Stress at points with their elements, ``(3, 3, m)``, MPa."""
         result, solution = self.result, solution_of(self.result, load_case)
-        return stress_at(
+        return recovered_stress(
             result.elements, result.space, solution.u, result.lame, at, solution.thermal_strain
         )
 

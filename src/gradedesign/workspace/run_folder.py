@@ -5,6 +5,7 @@ Above 300 lines: whoever changes what a folder holds must see lock, manifest and
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import re
 import shutil
@@ -16,7 +17,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike, NDArray
 
-from gradedesign.errors import CaseError
+from gradedesign.errors import CaseError, ResourceError
 from gradedesign.workspace.atomic import (
     UNFINISHED,
     is_folder,
@@ -110,20 +111,50 @@ class RunFolder:
         write_text(self.path_of(name), text)
         return self.adopt(name)
 
-    def adopt(self, name: str) -> Path:
+    def adopt(self, name: str, sha256: str | None = None) -> Path:
         """Enter a complete file that another writer put at `path_of` in the manifest.
+
+        Parameters
+        ----------
+        name : str
+        sha256 : str, optional
+            Of the bytes that were written, where the writer knows it.
 
         Raises
         ------
         CaseError
             If there is no such file.
+        ResourceError
+            If the file is not the one that was written.
         """
         path = self.path_of(name)
         if not path.is_file():
             raise CaseError(f"{path} was not written, so it cannot be part of the run")
-        artefacts = {**self.artefacts(), name: measure_artefact(path)}
+        entry = measure_artefact(path)
+        if sha256 is not None:
+            _require_same(path, entry.sha256, sha256)
+        artefacts = {**self.artefacts(), name: entry}
         write_manifest(self.path, Manifest(case_hash=self.case_hash, artefacts=artefacts))
         return path
+
+    def read_bytes(self, name: str) -> bytes:
+        """Content of an artefact, as it was adopted.
+
+        Raises
+        ------
+        ResourceError
+            If the file is gone or is not the one that was written.
+        """
+        path = self.path_of(name)
+        try:
+            data = path.read_bytes()
+        except OSError as cause:
+            raise ResourceError(
+                f"{path} cannot be read back ({cause.strerror}); check the disk, and leave the "
+                "folder of a run alone while it runs"
+            ) from cause
+        _require_same(path, hashlib.sha256(data).hexdigest(), self.artefacts()[name].sha256)
+        return data
 
     def artefacts(self) -> Mapping[str, Artefact]:
         """Return what the manifest holds, by name."""
@@ -265,6 +296,16 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
     if overwrite and MANIFEST_NAME in names:
         _discard(folder, {} if manifest is None else manifest.artefacts)
     write_manifest(folder, Manifest(case_hash=case_hash, artefacts={}))
+
+
+def _require_same(path: Path, found: str, written: str) -> None:
+    """Refuse a file whose checksum is not that of what was written."""
+    if found != written:
+        raise ResourceError(
+            f"{path} changed after it was written: its SHA-256 is {found[:12]}..., expected "
+            f"{written[:12]}...; another program wrote there, or the disk is damaged. Nothing is "
+            "judged on it: leave the folder of a run alone while it runs, and go on with --resume"
+        )
 
 
 def _make_folder(folder: Path, *, parents: bool = False) -> None:

@@ -1,0 +1,133 @@
+"""The analysed solid beside the one that is printed: volume, topology, distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.mesh.closest import build_triangle_tree, distance_within
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.verify.body import Body, measure_body
+
+#: Volumes that differ by more are a warning: stiffness goes at least with volume.
+VOLUME_WARNING = 0.02
+#: Largest distance over the element size of the analysis beyond which something is missing, not
+#: merely rounded: the chamfer of a sharp edge stays below one element.
+DISTANCE_WARNING = 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyComparison:
+    """Two bodies that should be one.
+
+    Attributes
+    ----------
+    analysed, printed : Body
+    distance_mm : float
+        Largest distance of a sample of one surface to the other surface, both ways.
+    at_mm : (float, float, float)
+        Where that is.
+    farther : {"analysed", "printed"}
+        Body whose surface has that sample.
+    mean_distance_mm : float
+        Mean over all samples.
+    samples : int
+        Vertices and centroids of the triangles of both surfaces.
+    element_mm : float
+        Element size of the analysis.
+    """
+
+    analysed: Body
+    printed: Body
+    distance_mm: float
+    at_mm: tuple[float, float, float]
+    farther: str
+    mean_distance_mm: float
+    samples: int
+    element_mm: float
+
+    @property
+    def volume_difference(self) -> float:
+        """Printed volume over the analysed, less one."""
+        return self.printed.volume_mm3 / self.analysed.volume_mm3 - 1.0
+
+
+def compare_bodies(analysed: SurfaceMesh, printed: SurfaceMesh, element: float) -> BodyComparison:
+    """Compare two closed surfaces.
+
+    Parameters
+    ----------
+    analysed, printed : SurfaceMesh
+    element : float, mm
+        Element size of the analysis.
+    """
+    surfaces = {"analysed": analysed, "printed": printed}
+    total, count = 0.0, 0
+    worst, at, farther = -1.0, np.zeros(3), ""
+    for (name, surface), other in zip(surfaces.items(), (printed, analysed), strict=True):
+        samples = _samples(surface)
+        distance = distance_within(build_triangle_tree(corner_points(other)), samples, np.inf)
+        largest = int(np.argmax(distance))
+        if distance[largest] > worst:
+            worst, at, farther = float(distance[largest]), samples[:, largest], name
+        total, count = total + float(distance.sum()), count + len(distance)
+    return BodyComparison(
+        analysed=measure_body(analysed),
+        printed=measure_body(printed),
+        distance_mm=worst,
+        at_mm=(float(at[0]), float(at[1]), float(at[2])),
+        farther=farther,
+        mean_distance_mm=total / count,
+        samples=count,
+        element_mm=element,
+    )
+
+
+def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
+    """Say which differences are too large for the analysis to speak for the file, and why."""
+    analysed, printed = found.analysed, found.printed
+    warnings = []
+    if abs(found.volume_difference) > VOLUME_WARNING:
+        warnings.append(
+            f"the volume of the printed solid is {found.volume_difference:+.1%} off the analysed "
+            f"one ({printed.volume_mm3:.6g} against {analysed.volume_mm3:.6g} mm^3, more than "
+            f"{VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which sizing "
+            f"learns, are off by at least about as much"
+        )
+    counts = {
+        "components": (analysed.components, printed.components),
+        "closed voids": (analysed.cavities, printed.cavities),
+        "handles": (analysed.handles, printed.handles),
+    }
+    differ = [
+        f"{'an unknown number of' if a is None else a} {name} against "
+        f"{'an unknown number' if p is None else p}"
+        for name, (a, p) in counts.items()
+        if a != p
+    ]
+    if differ:
+        warnings.append(
+            f"the analysed solid differs in topology from the printed one: {', '.join(differ)}; "
+            f"struts or windows that only one of them has make values of the explicit analysis, "
+            f"from which sizing learns, those of another body"
+        )
+    if found.distance_mm > DISTANCE_WARNING * found.element_mm:
+        x, y, z = found.at_mm
+        warnings.append(
+            f"the {found.farther} surface lies up to {found.distance_mm:.3g} mm from the other, "
+            f"at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {DISTANCE_WARNING:g} elements of "
+            f"{found.element_mm:.3g} mm, so that a strut or wall is missing in one of them"
+        )
+    if warnings:
+        warnings[-1] += "; state a larger [run] elements_per_wall with more memory"
+    return tuple(warnings)
+
+
+def _samples(surface: SurfaceMesh) -> FloatArray:
+    """Vertices in use and centroids of the triangles, ``(3, n)``, mm."""
+    used = surface.vertices[np.unique(surface.faces)]
+    return np.ascontiguousarray(
+        np.concatenate([used, corner_points(surface).mean(axis=1)]).T, dtype=np.float64
+    )

@@ -1,0 +1,157 @@
+"""Measures of the printed file: topology, comparison with what was analysed, thickness, phases."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from gradedesign.errors import MeshError
+from gradedesign.fields import periodic_distance_to_level_set
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part.box import box_surface
+from gradedesign.part.signed_distance import surface_distance
+from gradedesign.verify.body import measure_body
+from gradedesign.verify.body_comparison import compare_bodies, comparison_warnings
+from gradedesign.verify.printed_body import measure_printed, phase_volumes
+from gradedesign.verify.wall_thickness import wall_thickness
+
+
+def as_surface(*meshes):
+    mesh = trimesh.util.concatenate(meshes)
+    return SurfaceMesh(vertices=mesh.vertices, faces=mesh.faces)
+
+
+def box(size=1.0, at=(0.0, 0.0, 0.0), *, void=False):
+    mesh = trimesh.creation.box((size,) * 3)
+    mesh.apply_translation(at)
+    if void:
+        mesh.invert()
+    return mesh
+
+
+@pytest.mark.parametrize(
+    ("meshes", "counts"),
+    [
+        ([trimesh.creation.icosphere(2)], (1, 0, 0)),
+        ([trimesh.creation.torus(2, 0.5)], (1, 0, 1)),
+        ([box(3.0), box(1.0, void=True)], (1, 1, 0)),
+        ([trimesh.creation.torus(2, 0.5), box(0.4, (9, 0, 0))], (2, 0, 1)),
+    ],
+)
+def test_topology(meshes, counts):
+    found = measure_body(as_surface(*meshes))
+    assert (found.components, found.cavities, found.handles) == counts
+    assert found.volume_mm3 == pytest.approx(sum(m.volume for m in meshes))
+
+
+def test_bodies_that_touch_in_a_point_are_two_and_in_an_edge_have_no_genus():
+    def merged(at):
+        mesh = trimesh.util.concatenate([box(), box(at=at)])
+        mesh.merge_vertices()
+        return measure_body(as_surface(mesh))
+
+    assert (merged((1, 1, 1)).components, merged((1, 1, 1)).handles) == (2, 0)
+    assert (merged((1, 1, 0)).components, merged((1, 1, 0)).handles) == (2, None)
+
+
+def test_a_lattice_has_the_handles_of_its_graph():
+    # Struts along the edges of a cube of one cell: 12 edges, 8 nodes, so 12 - 8 + 1 = 5 loops.
+    def frame(p):
+        a = np.sort(np.abs(np.abs(p) - 2.0), axis=0)
+        inside = np.abs(p).max(axis=0) - 2.4
+        return np.maximum(a[1] - 0.4, inside)
+
+    found = measure_body(extract_surface(frame, [-3] * 3, [3] * 3, 0.15))
+    assert (found.components, found.cavities, found.handles) == (1, 0, 5)
+
+
+def test_equal_bodies_give_no_warning():
+    one = as_surface(trimesh.creation.torus(2, 0.5))
+    found = compare_bodies(one, one, element=0.1)
+    assert found.distance_mm == pytest.approx(0.0, abs=1e-12)
+    assert comparison_warnings(found) == ()
+
+
+def test_a_missing_piece_is_a_warning_that_says_where():
+    # a box of 2 mm above the plate: 8 of 100 + 8 mm^3, its top 2 mm off
+    plate = trimesh.creation.box((10, 10, 1))
+    stud = box(2.0, (3.0, 2.0, 3.0))
+    for analysed, printed, farther, sign in (
+        ((plate,), (plate, stud), "printed", 0.08),
+        ((plate, stud), (plate,), "analysed", -8 / 108),
+    ):
+        found = compare_bodies(as_surface(*analysed), as_surface(*printed), element=0.5)
+        assert found.volume_difference == pytest.approx(sign, rel=1e-9)
+        assert (found.distance_mm, found.farther) == (pytest.approx(3.5), farther)
+        assert found.at_mm[2] == pytest.approx(4.0)
+        volume, topology, distance = comparison_warnings(found)
+        assert "volume of the printed solid" in volume
+        assert "components" in topology
+        assert "3.5 mm" in distance
+        assert "elements_per_wall" in distance
+
+
+def test_a_hole_that_one_lacks_is_a_warning():
+    # 314 mm^3 less a hole of 0.1 mm^3: neither volume nor distance tells
+    solid = trimesh.creation.cylinder(10.0, 1.0, sections=64)
+    pierced = trimesh.creation.annulus(0.2, 10.0, 1.0, sections=64)
+    found = compare_bodies(as_surface(solid), as_surface(pierced), element=0.6)
+    (warning,) = comparison_warnings(found)
+    assert "0 handles against 1" in warning
+
+
+def test_thickness_of_plates_shells_and_struts():
+    def percentiles(mesh):
+        return wall_thickness(mesh, 20_000).percentiles_mm
+
+    assert percentiles(box_surface((20.0, 10.0, 1.5)))["50"] == pytest.approx(1.5)
+    assert percentiles(box_surface((20.0, 10.0, 1.5)))["0.1"] == pytest.approx(1.5)
+    # rays through a faceted ball of 4 mm are at most a sagitta of 1e-3 mm shorter
+    ball = percentiles(as_surface(trimesh.creation.icosphere(5, radius=2.0)))
+    assert ball["0.1"] == pytest.approx(4.0, abs=2e-3)
+    pipe = percentiles(as_surface(trimesh.creation.annulus(2.0, 2.5, 30.0, sections=256)))
+    assert pipe["1"] == pytest.approx(0.5, abs=1e-3)
+    bar = percentiles(as_surface(trimesh.creation.cylinder(0.5, 40.0, sections=128)))
+    assert bar["50"] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_thickness_of_a_gyroid_wall():
+    def surface(u):
+        x, y, z = 2 * np.pi * u
+        return np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+
+    distance = periodic_distance_to_level_set(surface)
+    wall = extract_surface(lambda p: 8 * np.abs(distance(p / 8)) - 0.5, [0] * 3, [8] * 3, 0.2)
+    found = wall_thickness(wall, 50_000).percentiles_mm
+    # 1 mm everywhere, but for the rims where the box cuts the wall
+    assert found["50"] == pytest.approx(1.0, abs=0.02)
+    assert found["0.1"] < found["1"] < found["5"] < 1.0
+
+
+def test_an_open_surface_has_no_thickness():
+    mesh = box_surface((1.0, 1.0, 1.0))
+    with pytest.raises(MeshError, match="find no way out"):
+        wall_thickness(SurfaceMesh(vertices=mesh.vertices, faces=mesh.faces[2:]), 1000)
+
+
+def test_phases_share_the_volume_of_the_file():
+    surface = box_surface((24.0, 12.0, 12.0))
+    domain = DesignDomain(
+        distance=surface_distance(surface), lower=np.zeros(3), upper=np.array([24.0, 12.0, 12.0]),
+        skin=1.0, passive=(PassiveRegion(distance=lambda p: np.abs(p[0]), margin=3.0),),
+    )  # fmt: skip
+    volumes = phase_volumes(surface, domain, 100_000)
+    # kept 3 x 12 x 12; within the skin 20 x 10 x 10 are left; by boxes
+    assert volumes == {
+        "lattice": pytest.approx(2000.0, rel=4e-3),
+        "skin": pytest.approx(3456 - 432 - 2000, rel=8e-3),
+        "kept": pytest.approx(432.0, rel=8e-3),
+    }
+    assert sum(volumes.values()) == pytest.approx(3456.0, rel=1e-12)
+    plain = DesignDomain(distance=domain.distance, lower=domain.lower, upper=domain.upper)
+    assert phase_volumes(surface, plain) == {"lattice": pytest.approx(3456.0)}
+    printed = measure_printed(surface, surface, 0.5, plain)
+    # 4.43e-9 t/mm^3 is 4.43e-3 g/mm^3
+    assert printed.mass_g(4.43e-9) == pytest.approx(3456 * 4.43e-3)
+    assert printed.mass_g(4.43e-9, "skin") == 0.0
