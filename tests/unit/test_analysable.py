@@ -87,7 +87,7 @@ def test_layers_need_fewer_cubes_than_struts(bounds_of):
     assert grid_spacing(case, 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
 
 
-def test_finite_cells_are_taken_where_they_let_density_fall_lower(bounds_of):
+def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
     def chosen(words):
         case, _ = bounds_of(words)
         family = lookup(build_registry(), "cell_families", "bcc")
@@ -103,10 +103,16 @@ def test_finite_cells_are_taken_where_they_let_density_fall_lower(bounds_of):
     roomy = chosen('[run]\nmemory = "900 GB"\n')
     assert (roomy.analysis.name, roomy.warnings) == ("tets", ())
     tight = chosen('[run]\nmemory = "4 GB"\n')
-    assert tight.analysis.name == "finite-cells"
-    low = bounds_of('[run]\nmemory = "4 GB"\n')[1].bounds[0]
-    assert tight.bounds[0] < low
-    assert tight.warnings[0] == (
-        f"explicit analyses by finite-cells, which the memory holds down to density "
-        f"{tight.bounds[0]:.3g}: tets would end at {low:.3g}"
+    assert tight.analysis.name == "tets"
+    assert tight.warnings[0].startswith("lower density raised from 0.05")
+    assert re.fullmatch(
+        r'\[run\] analysis = "finite-cells" holds densities down to 0\.\d+ in the same memory, in '
+        r"more time",
+        tight.warnings[1],
+    )
+    least = chosen('[run]\nmemory = "1 GB"\n')
+    assert least.analysis.name == "finite-cells"
+    assert not least.refusal
+    assert re.match(
+        r"explicit analyses by finite-cells, since tets would take \d\.\d+ GB", least.warnings[0]
     )

@@ -92,7 +92,7 @@ class RunSpec(Table):
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
     """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface;
     ``finite-cells``, quadratic bricks that its surface cuts; or one that a plugin supplies.
-    ``auto``: tetrahedra, or finite cells where these let density fall lower in the same memory."""
+    ``auto``: tetrahedra, or finite cells where the memory holds no tetrahedra at any density."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
     plugin."""

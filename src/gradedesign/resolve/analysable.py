@@ -38,7 +38,7 @@ class Analysable:
     spacing : float, mm
         Element size that the walls at the lower bound ask for.
     memory_bytes : int
-        Expected of the explicit analysis.
+        Expected of the explicit analysis; where it is refused, the least of the window.
     warnings : tuple of str
     refusal : str
         Why no density of the window fits the budget; empty where one does.
@@ -141,14 +141,14 @@ def analysable_bounds(
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
         spacing=float(spacings[least]),
-        memory_bytes=int(need[least]),
+        memory_bytes=int(need.min() if refusal else need[least]),
         warnings=warnings,
         refusal=refusal,
     )
 
 
 def chosen_analysis(found: Sequence[Analysable]) -> Analysable:
-    """Of analyses in the order of preference, the first that leaves sizing the most densities.
+    """Of analyses in the order of preference, the first whose memory holds any density.
 
     Their predicted memory alone decides, so that a busy machine takes the same one.
 
@@ -160,19 +160,24 @@ def chosen_analysis(found: Sequence[Analysable]) -> Analysable:
     Returns
     -------
     Analysable
-        Where it is not the first one, with a warning that says why.
+        With a warning that says why it is not the first one, or which other one lets density fall
+        lower.
     """
-    first, best = found[0], min(found, key=lambda able: (bool(able.refusal), able.bounds[0]))
-    if best is first:
-        return first
-    words = (
-        f"explicit analyses by {best.analysis.name}: {first.analysis.name} would take "
-        f"{first.memory_bytes / 1e9:.3g} GB"
-        if first.refusal
-        else f"explicit analyses by {best.analysis.name}, which the memory holds down to density "
-        f"{best.bounds[0]:.3g}: {first.analysis.name} would end at {first.bounds[0]:.3g}"
-    )
-    return replace(best, warnings=(words, *best.warnings))
+    first, best = found[0], next((able for able in found if not able.refusal), found[0])
+    if best is not first:
+        words = (
+            f"explicit analyses by {best.analysis.name}, since {first.analysis.name} would take "
+            f"{first.memory_bytes / 1e9:.3g} GB or more"
+        )
+        return replace(best, warnings=(words, *best.warnings))
+    lower = min(found, key=lambda able: (bool(able.refusal), able.bounds[0]))
+    if lower.bounds[0] < best.bounds[0]:
+        words = (
+            f'[run] analysis = "{lower.analysis.name}" holds densities down to '
+            f"{lower.bounds[0]:.3g} in the same memory, in more time"
+        )
+        return replace(best, warnings=(*best.warnings, words))
+    return best
 
 
 def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
