@@ -22,7 +22,7 @@ from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what a round stores changes its meaning.
-ROUND_VERSION = 3
+ROUND_VERSION = 4
 
 
 def default_folder(case: CaseIdentity) -> Path:

@@ -1,0 +1,61 @@
+"""The whole printed surface is what acceptance judges, not the field it was made from."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from finite_cell_solids import STEEL, box_field, box_regions, load_case, newtons
+
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.limits.displacement import DisplacementLimit
+from gradedesign.limits.key import LimitKey
+from gradedesign.loop.printed_stage import printed_stage
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part.box import box_surface
+from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.whole_solid import judge_whole
+from gradedesign.workspace.progress import ignore
+
+LOW, HIGH = (0.0, 0.0, 0.0), (4.0, 2.0, 1.0)
+
+
+def test_a_file_of_half_the_section_moves_twice_as_far():
+    """A bar of 4 x 2 x 1 mm whose file holds its middle 4 x 1 x 1 mm only, pulled by 5 N."""
+    case = SimpleNamespace(
+        load_case=(load_case("pull", [("x0", "xyz")], [("x1", {"force": newtons(5, 0, 0)})]),),
+        keep=(),
+        run=SimpleNamespace(memory=8e9, time=3600.0),
+    )
+    design = LatticeDesign(
+        domain=DesignDomain(distance=box_field(LOW, HIGH), lower=LOW, upper=HIGH, skin=1.5),
+        shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
+        level_of=lambda rho: 6.0 * rho - 3.0,
+        cell_map=lambda p: p / 2.0,
+        cell_size=2.0,
+        density=0.3,
+    )
+    regions = box_regions(LOW, HIGH)
+    solid = PrintedSolid(
+        case=case, design=design, material=STEEL,
+        regions={name: regions[name] for name in ("x0", "x1")},
+        clamped=(lambda p: p[0],), exclusion_radius=1.0, stress_limit=50.0, percentile=99.0,
+    )  # fmt: skip
+    bar = box_surface((4.0, 1.0, 1.0))
+    printed = SurfaceMesh(vertices=bar.vertices + np.array([0.0, 0.5, 0.0]), faces=bar.faces)
+    division = SimpleNamespace(surface_size=0.28)  # bricks of half a millimetre, then a third
+    analysed = SimpleNamespace(
+        solid=solid, result=SimpleNamespace(volume=8.0, solved=SimpleNamespace(division=division))
+    )
+    part = SimpleNamespace(surface=box_surface(HIGH))
+    setup = SimpleNamespace(problem=SimpleNamespace(case=case, part=part))
+    key = LimitKey(kind="displacement", region="x1", component="x", load_case="pull")
+    limit = DisplacementLimit(key=key, name="tip", allowed=1.0, nodes=np.array([0]), component=0)
+    found = judge_whole([limit], printed_stage(setup, printed, analysed, ignore))
+    (row,) = found.rows
+    # F L / (E A) with A = 1 mm^2; the clamp holds back some contraction.
+    assert row.value == pytest.approx(5.0 * 4.0 / (200e3 * 1.0), rel=0.02)
+    assert row.band.half_width < 0.02
+    assert len(row.band.sizes_mm) == 2
+    assert row.judged_by == "finite cells on the whole printed surface"
+    assert found.result.volume == pytest.approx(4.0, rel=1e-3)
