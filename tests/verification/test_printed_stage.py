@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from finite_cell_solids import STEEL, box_field, box_regions, load_case, newtons
 
+from gradedesign.cell.calibration import calibrate
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.limits.displacement import DisplacementLimit
@@ -13,7 +14,9 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
+from gradedesign.plugin.registry import build_registry
 from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.tets import STUFFED_TETS
 from gradedesign.verify.whole_solid import judge_whole
 from gradedesign.workspace.progress import ignore
 
@@ -43,12 +46,16 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     )  # fmt: skip
     bar = box_surface((4.0, 1.0, 1.0))
     printed = SurfaceMesh(vertices=bar.vertices + np.array([0.0, 0.5, 0.0]), faces=bar.faces)
-    division = SimpleNamespace(surface_size=0.28)  # bricks of half a millimetre, then a third
+    division = SimpleNamespace(surface_size=0.28)  # sheets: bricks of 0.28 / 0.56 mm, then a third
     analysed = SimpleNamespace(
         solid=solid, result=SimpleNamespace(volume=8.0, solved=SimpleNamespace(division=division))
     )
     part = SimpleNamespace(surface=box_surface(HIGH))
-    setup = SimpleNamespace(problem=SimpleNamespace(case=case, part=part))
+    sheets = calibrate(build_registry().cell_families["gyroid-sheet"])
+    setup = SimpleNamespace(
+        problem=SimpleNamespace(case=case, part=part, analysis=STUFFED_TETS),
+        cells=SimpleNamespace(cell=sheets, bounds=(0.3, 0.8)),
+    )
     key = LimitKey(kind="displacement", region="x1", component="x", load_case="pull")
     limit = DisplacementLimit(key=key, name="tip", allowed=1.0, nodes=np.array([0]), component=0)
     found = judge_whole([limit], printed_stage(setup, printed, analysed, ignore))

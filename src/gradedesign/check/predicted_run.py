@@ -131,7 +131,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
-        whole_s=whole_seconds(planned, grid.spacing) if explicit else 0.0,
+        whole_s=whole_seconds(planned, grid.spacing, known.cell, low) if explicit else 0.0,
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
         iterations=case.run.max_iterations if explicit else 1,
     )

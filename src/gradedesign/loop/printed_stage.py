@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from gradedesign.cell.cell import Cell
 from gradedesign.loop.rounds import Analysed
 from gradedesign.mesh.printed_field import printed_field
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
-from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS, SURFACE_PER_BRICK
+from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS, bricks_per_grid_cell
 from gradedesign.verify.whole_solid import WholeStage
 from gradedesign.workspace.progress import Event, Listener
 
@@ -29,7 +30,7 @@ def printed_stage(
 ) -> WholeStage:
     """Finite cells on the surface as read back from its file.
 
-    The first spacing resolves the walls as the explicit mesh does.
+    The first spacing resolves walls and struts as the explicit analysis does.
     """
     run, solid = setup.problem.case.run, analysed.solid
     x, y, z = np.ptp(setup.problem.part.surface.vertices, axis=0).tolist()
@@ -60,7 +61,7 @@ def printed_stage(
 
     return WholeStage(
         analyse=analyse,
-        spacing=analysed.result.solved.division.surface_size / SURFACE_PER_BRICK,
+        spacing=_first_spacing(setup, analysed.result),
         ratio=RATIO,
         orders=ORDERS,
         judged_by="finite cells on the whole printed surface",
@@ -68,8 +69,26 @@ def printed_stage(
     )
 
 
-def whole_seconds(planned: PlannedSolid, spacing: float) -> float:
-    """Seconds of the first two resolutions, s, by the spacing of the explicit mesh in mm."""
-    sizes = (spacing / SURFACE_PER_BRICK, spacing / SURFACE_PER_BRICK / RATIO)
-    found = [FINITE_CELLS.estimate(planned, size) for size in sizes]
-    return sum(one.mesh_s + one.solve_s for one in found)
+def whole_seconds(planned: PlannedSolid, spacing: float, cell: Cell, rho: float) -> float:
+    """Seconds of the first two resolutions, s.
+
+    Parameters
+    ----------
+    planned : PlannedSolid
+    spacing : float, mm
+        Of the explicit analysis, as tetrahedra take it.
+    cell : Cell
+    rho : float
+        Least relative density.
+    """
+    first = spacing / bricks_per_grid_cell(cell, rho)
+    sizes = [FINITE_CELLS.estimate(planned, size) for size in (first, first / RATIO)]
+    return sum(size.mesh_s + size.solve_s for size in sizes)
+
+
+def _first_spacing(setup: Setup, explicit: ExplicitResult) -> float:
+    """Bricks as fine as the explicit analysis, mm."""
+    if setup.problem.analysis.name == FINITE_CELLS.name:
+        return explicit.mesh_size
+    cells, size = setup.cells, explicit.solved.division.surface_size
+    return size / bricks_per_grid_cell(cells.cell, cells.bounds[0])

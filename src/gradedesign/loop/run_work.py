@@ -58,7 +58,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
-        whole_s=whole_seconds(planned, spacing),
+        whole_s=whole_seconds(planned, spacing, setup.cells.cell, setup.cells.bounds[0]),
         mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
         iterations=case.run.max_iterations,
     )

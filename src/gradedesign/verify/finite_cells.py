@@ -123,8 +123,12 @@ def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -
 
 def elements_per_wall(cell: Cell, rho: float) -> float:
     """Bricks across the thinnest wall or strut of a cell for 2 to 3 % in displacement."""
-    tets = tets_per_wall(cell, rho)
-    return tets * (BRICKS_PER_STRUT if tets >= STRUT else SURFACE_PER_BRICK)
+    return tets_per_wall(cell, rho) * bricks_per_grid_cell(cell, rho)
+
+
+def bricks_per_grid_cell(cell: Cell, rho: float) -> float:
+    """Bricks along an edge of stuffing's grid for walls that both resolve."""
+    return BRICKS_PER_STRUT if tets_per_wall(cell, rho) >= STRUT else SURFACE_PER_BRICK
 
 
 #: Quadratic finite cells, ``[run] analysis = "finite-cells"``.
