@@ -239,7 +239,7 @@ def test_body_inside_a_void_is_a_second_body():
 def test_row_24_fragments_are_dropped():
     _, report = check_solid(np.concatenate([BOX, 0.05 * BOX + 20.0]), 1000.0)
     assert report.fragments_dropped == 1
-    assert "fragments dropped" in report.warnings[0]
+    assert "disconnected components dropped" in report.warnings[0]
 
 
 @pytest.mark.parametrize("shift", [[10, 10, 0], [10, 10, 10]], ids=["edge", "corner"])

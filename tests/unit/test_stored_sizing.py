@@ -16,6 +16,7 @@ displacement = [{region = "tip", magnitude = "0.05 mm"}]
 cell = "primitive-network"
 size = "5 mm"
 density = [0.2, 0.5]
+size_effects = false
 [run]
 stop_after = "sizing"
 [output]
