@@ -146,6 +146,7 @@ def build_surface(
         facets_read=len(corners),
         facets_kept=len(solid.faces),
         weld_tolerance=WELD_SHARE * diagonal,
+        repairer={},
         warnings=(*warnings, *_change_notes(counts, source), *solid.warnings),
         **counts,
     )
