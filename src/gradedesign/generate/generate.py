@@ -138,8 +138,9 @@ def _generate(
 ) -> RunResult:
     """The stages in order."""
     formats = lattice_files(case, registry)
+    mend = part_repairer(case, registry)
     with announce.stage("part"), locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry), part_repairer(case, registry))
+        part = read_part(case, part_readers(case, registry), mend)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)

@@ -119,8 +119,9 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     analyses = explicit_analyses(case, registry)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
+    mend = part_repairer(case, registry)
     with locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry), part_repairer(case, registry))
+        part = read_part(case, part_readers(case, registry), mend)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)
