@@ -5,7 +5,9 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 TESTED := $(VENV)/.ready-to-test
 DOCUMENTED := $(VENV)/.ready-to-document
-PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+# Brings a library under the GPL: only installed by who asks for it.
+GPL := plugins/gradedesign-pymeshlab
+PLUGINS := $(filter-out $(GPL),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
 PROJECTS := pyproject.toml $(wildcard plugins/*/pyproject.toml)
 
 .PHONY: install run test test-all bench docs
@@ -21,6 +23,7 @@ $(READY): $(PROJECTS)
 
 $(TESTED): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable ./$(GPL)
 	touch $@
 
 $(DOCUMENTED): $(READY)

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from gradedesign.part.file_faces import FileFaces
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
+    from gradedesign.part.repairer import Repairer, serve_repairer
     from gradedesign.pipeline import run
     from gradedesign.plugin.hookspecs import hookimpl
     from gradedesign.plugin.read_case import load_case
@@ -104,6 +105,7 @@ __all__ = [
     "PrintedSolid",
     "PropertyTable",
     "RawTriangles",
+    "Repairer",
     "Resolution",
     "ResourceError",
     "Response",
@@ -127,6 +129,7 @@ __all__ = [
     "read_property_table",
     "run",
     "serve_mesher",
+    "serve_repairer",
     "shipped_laws",
     "stated_words",
     "tabulated_law",
@@ -162,6 +165,7 @@ _HOMES = {
     "part.file_faces": "FileFaces",
     "part.raw_triangles": "RawTriangles raw_triangles",
     "part.reader": "PartReader",
+    "part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
     "plugin.hookspecs": "hookimpl",
     "verify.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "

@@ -11,7 +11,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.check.check_case import CaseCheck, check_case
-from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
+from gradedesign.cli.check_data import check_data, file_faces, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
@@ -149,7 +149,7 @@ def _part_lines(checked: CaseCheck) -> Iterator[str]:
         f"part: {part.source}{unit}, {' x '.join(f'{edge:.4g}' for edge in edges)} mm, "
         f"{part.volume:.6g} mm^3, {mass:.4g} g if solid in {known.material.name}"
     )
-    made = repairs(part)
+    made = part.report.changes
     yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
 
 

@@ -39,6 +39,7 @@ from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.common import library_versions
 from gradedesign.results.failed import recording_failure
@@ -137,8 +138,9 @@ def _generate(
 ) -> RunResult:
     """The stages in order."""
     formats = lattice_files(case, registry)
+    mend = part_repairer(case, registry)
     with announce.stage("part"), locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry))
+        part = read_part(case, part_readers(case, registry), mend)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
@@ -253,6 +255,7 @@ def generated_result(
             "transition": dict(made.built.transition),
             "volume_mm3": volume,
         },
+        repairs=made.part.report.changes,
         warnings=tuple(dict.fromkeys(warnings)),
         plugins=tuple(str(p) for p in registry.plugins),
         versions=library_versions(),

@@ -137,6 +137,8 @@ class RunResult:
         after it.
     budget : mapping
         Time and iterations that the run was allowed.
+    repairs : mapping of str to int
+        What was changed in the surface of the part's file, counted; empty where nothing was.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -165,6 +167,7 @@ class RunResult:
     timing_s: Mapping[str, float] = field(default_factory=dict)
     predicted: Mapping[str, Any] = field(default_factory=dict)
     budget: Mapping[str, float] = field(default_factory=dict)
+    repairs: Mapping[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)

@@ -17,6 +17,7 @@ from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
 from gradedesign.part.file_faces import FileFaces, carried
+from gradedesign.part.mended import Mend, mended
 from gradedesign.part.raw_triangles import RawTriangles, in_mm
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
@@ -63,7 +64,7 @@ class Part:
     report: RepairReport
 
 
-def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
+def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
     """Read or build the part of a case and find its regions.
 
     Parameters
@@ -71,6 +72,8 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     case : CaseIdentity
     readers : mapping of str to callable
         By lower-case suffix, such as ``".stl"``.
+    mend : callable, optional
+        The repairer that ``[part] repair`` names, where it is a plugin's.
 
     Returns
     -------
@@ -90,13 +93,10 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     if spec.file is not None:
         raw, units = _read_file(spec, spec.file, readers)
         source = spec.file.name
-        surface, report = build_surface(
-            raw.corners, repair=spec.repair, bodies=spec.bodies, source=source
-        )
+        surface, report, moved = _built(spec, raw, mend, source)
         if raw.faces is not None:
-            file_faces = carried(
-                raw.faces, raw.corners, surface, tolerance=10.0 * report.weld_tolerance
-            )
+            tolerance = max(10.0 * report.weld_tolerance, moved)
+            file_faces = carried(raw.faces, raw.corners, surface, tolerance=tolerance)
         report = replace(report, warnings=(*raw.warnings, *report.warnings))
     elif spec.box is not None:
         box = corner_points(box_surface(spec.box))
@@ -125,6 +125,25 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
         time.perf_counter() - start,
     )
     return part
+
+
+def _built(
+    spec: ShapeSpec, raw: RawTriangles, mend: Mend | None, source: str
+) -> tuple[SurfaceMesh, RepairReport, float]:
+    """The surface as gradedesign or a repairer mends it, and how far it was moved, mm."""
+    if mend is None:
+        surface, report = build_surface(
+            raw.corners, repair=spec.repair, bodies=spec.bodies, source=source
+        )
+        return surface, report, 0.0
+    made = mended(raw.corners, mend, name=spec.repair, source=source)
+    surface, report = build_surface(made.corners, bodies=spec.bodies, source=source)
+    counts = {key: count + getattr(report, key) for key, count in made.counts.items()}
+    notes = (*made.notes, *report.warnings)
+    report = replace(
+        report, facets_read=len(raw.corners), repairer=made.changes, warnings=notes, **counts
+    )
+    return surface, report, made.moved
 
 
 def _read_file(
