@@ -14,7 +14,7 @@ from gradedesign.part.box import box_surface
 from gradedesign.results import files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
-#: run ends after its first round and exports what it found.
+#: run ends after its first iteration and exports what it found.
 PART = 'file = "two.stl"\nunits = "mm"\nbodies = "all"'
 CASE = (
     SHORT_BAR.replace('box = ["16 mm", "8 mm", "8 mm"]', PART)

@@ -263,7 +263,7 @@ def test_a_case_with_more_time_or_memory_or_other_files_is_the_same_case(load):
         ('time = "20 min"', 'time = "40 min"'),
         ('memory = "8 GB"', 'memory = "16 GB"'),
         ("max_iterations = 6", "max_iterations = 9"),
-        # or that an exporter stopped: its rounds are worth keeping
+        # or that an exporter stopped: its iterations are worth keeping
         ('["stl", "vtu", "report"]', '["vtu", "ply"]'),
     ):
         assert load(swap=[(less, more)]).case_hash == base

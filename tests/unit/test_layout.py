@@ -49,7 +49,7 @@ def result(**more):
         status="not_met",
         lightest=False,
         reason="stress in lattice (side) is 1556 MPa, 282.8% of the allowed 550 MPa, after 12 "
-        "rounds; a higher upper density, smaller cells, a skin, or more iterations would help",
+        "iterations; a higher upper density, smaller cells, a skin, or more iterations would help",
         limits=ROWS,
         mass_g=81.23,
         solid_mass_g=402.7,

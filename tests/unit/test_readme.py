@@ -170,7 +170,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
         for r in rows
     )
     announce = Announcer(ProgressLines())
-    announce.round(
+    announce.iteration(
         SimpleNamespace(iteration=replace(filled(Iteration, 1), limits=limits), rows=rows)
     )
     sample = block("text", "Limits\n").splitlines()

@@ -220,7 +220,7 @@ def test_the_run_says_what_it_took_and_what_ended_it(html):
         RESULT,
         ended_by="time",
         budget={"time_s": 900.0, "max_iterations": 6},
-        # The parts of a round are not counted again.
+        # The parts of an iteration are not counted again.
         timing_s={"part": 2.0, "iteration": 600.0, "sizing": 300.0, "acceptance": 98.0},
     )
     assert (

@@ -244,7 +244,7 @@ def _require_converged(name: str, residual: float, iterations: int) -> None:
 
 
 def _notes(elements: Elements) -> tuple[str, ...]:
-    """Sentences on planes that are not aligned and pieces that were left out."""
+    """Sentences on planes that are not aligned and components that were left out."""
     notes = [
         f"the plane face at {'xyz'[p.axis]} = {p.place:.6g} mm ({p.area:.4g} mm^2) lies between "
         "the grid planes of the finite cells"
@@ -252,7 +252,8 @@ def _notes(elements: Elements) -> tuple[str, ...]:
     ]
     if elements.dropped:
         notes.append(
-            f"{elements.dropped} loose pieces, {100 * elements.dropped_share:.2g} % of the volume, "
+            f"{elements.dropped} disconnected components, "
+            f"{100 * elements.dropped_share:.2g} % of the volume, "
             "were left out"
         )
     return tuple(notes)

@@ -63,7 +63,7 @@ class FiniteCellResult:
     processor_seconds : float
     lame : (float, float), MPa
     notes : tuple of str
-        On planes that are not aligned and pieces that were left out.
+        On planes that are not aligned and components that were left out.
     """
 
     elements: Elements

@@ -110,7 +110,7 @@ def remove_islands(
     return _faces_only(surface, kept[shell]), report
 
 
-def largest_pieces(
+def largest_components(
     mesh: TetMesh, *, keep: int = 1, max_share: float = MAX_SHARE
 ) -> tuple[TetMesh, int, float]:
     """Keep the largest face-connected pieces of a tetrahedral mesh.

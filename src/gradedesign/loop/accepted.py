@@ -17,8 +17,8 @@ from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, all_hold, learned_factors, limit_rows
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
-from gradedesign.loop.rounds import Analysed, Round
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.stl import write_stl
 from gradedesign.part.repair import build_surface
@@ -46,7 +46,7 @@ class Accepted:
 
     Attributes
     ----------
-    round : Round
+    iteration : DesignIteration
     analysed : Analysed
         Explicit analysis that judged it.
     surface : SurfaceMesh
@@ -67,7 +67,7 @@ class Accepted:
     holds : bool
     """
 
-    round: Round
+    iteration: DesignIteration
     analysed: Analysed
     surface: SurfaceMesh
     sha256: str
@@ -83,7 +83,7 @@ class Accepted:
 def accept_design(
     setup: Setup,
     out: RunFolder,
-    done: Round,
+    iteration: DesignIteration,
     analysed: Analysed,
     announce: Announcer,
 ) -> Accepted:
@@ -117,9 +117,9 @@ def accept_design(
         rows = with_windows(limits, whole.rows, acceptance.windows)
     judged = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in judged if new.judged_by != old.judged_by and not new.converges]
-    rows = (*rows, *(row for row in done.rows if row.homogenised))
+    rows = (*rows, *(row for row in iteration.rows if row.homogenised))
     return Accepted(
-        round=done,
+        iteration=iteration,
         analysed=analysed,
         surface=surface,
         sha256=digest,
@@ -127,7 +127,7 @@ def accept_design(
         whole=whole,
         acceptance=acceptance,
         rows=rows,
-        factors=learned_factors(done.rows, rows),
+        factors=learned_factors(iteration.rows, rows),
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
     )

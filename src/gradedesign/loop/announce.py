@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.predicted_cost import CostPrediction
-from gradedesign.loop.rounds import Round
 from gradedesign.material.material import Material
 from gradedesign.resolve.problem import part_volume
 from gradedesign.resolve.setup import Setup
@@ -114,15 +114,15 @@ class Announcer:
             utilisation=step.utilisation,
         )
 
-    def round(self, done: Round, *, resumed: bool = False) -> None:
+    def iteration(self, iteration: DesignIteration, *, resumed: bool = False) -> None:
         """Report one finished iteration."""
-        it = done.iteration
+        it = iteration.summary
         if not resumed:
             for name, seconds in it.timing_s.items():
                 self.took(name, seconds)
         discrepancies = "".join(
             f", {kind} discrepancy {value:+.1%}"
-            for kind, value in governing_discrepancies(done).items()
+            for kind, value in governing_discrepancies(iteration).items()
         )
         self.say(
             "iteration",
@@ -160,11 +160,11 @@ class Announcer:
         )
 
 
-def governing_discrepancies(done: Round) -> dict[str, float]:
+def governing_discrepancies(iteration: DesignIteration) -> dict[str, float]:
     """Discrepancy of the most used limit of every kind that an explicit analysis measures."""
-    utilisation = {row.key: row.utilisation for row in done.rows}
+    utilisation = {row.key: row.utilisation for row in iteration.rows}
     discrepancies: dict[str, tuple[float, float]] = {}
-    for one in done.iteration.limits:
+    for one in iteration.summary.limits:
         if one.discrepancy is not None:
             kind, found = one.key.kind, (utilisation[one.key], one.discrepancy)
             discrepancies[kind] = max(found, discrepancies.get(kind, found))

@@ -10,7 +10,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, predicted_row
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import limit_rows
-from gradedesign.loop.round import Prediction, predict
+from gradedesign.loop.iteration_steps import Prediction, predict
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.verify.correction import (
     Correction,
@@ -44,7 +44,7 @@ class Lesson:
         Of the limits that it measures.
     discrepancy : Discrepancy
     correction : Correction
-        For the next round.
+        For the next iteration.
     """
 
     rows: tuple[LimitRow, ...]

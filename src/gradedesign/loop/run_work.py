@@ -8,9 +8,9 @@ import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
 from gradedesign.loop.printed_stage import whole_seconds
-from gradedesign.loop.round import explicit_spacing_for
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid

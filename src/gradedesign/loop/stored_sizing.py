@@ -43,7 +43,7 @@ def stored_sizing(
     case : Case
     cell : Cell
     problem : SizingProblem
-        With the corrections and targets of its round.
+        With the corrections and targets of its iteration.
     start, max_iterations, keep, on_step
         As for `size`.
     """

@@ -17,8 +17,8 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.round import build_design, density_grid
-from gradedesign.loop.rounds import Analysed
+from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.iteration_steps import build_design, density_grid
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
     picture_deformed,

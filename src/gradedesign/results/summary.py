@@ -12,8 +12,8 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import TIGHT, all_hold, is_tight, worst_utilisation
 from gradedesign.loop.accepted import Accepted, without_band
 from gradedesign.loop.ended import TIGHT_END, Ended
-from gradedesign.loop.round import predict
-from gradedesign.loop.rounds import Round
+from gradedesign.loop.iteration import DesignIteration
+from gradedesign.loop.iteration_steps import predict
 from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
@@ -101,7 +101,7 @@ def partial_result(
 def verdict_result(
     setup: Setup,
     registry: Registry,
-    rounds: Sequence[Round],
+    iterations: Sequence[DesignIteration],
     accepted: Accepted | None,
     ended: Ended,
     printed: PrintedBody,
@@ -109,13 +109,12 @@ def verdict_result(
     """Met or not, with the best design that was found and its printed file."""
     common = common_entries(setup, registry)
     warnings = list(common.pop("warnings"))
-    iterations = tuple(r.iteration for r in rounds)
     if accepted is None:
-        best = best_round(rounds)
+        best = best_iteration(iterations)
         rows, design, tight = best.rows, best, False
         status, reason = "not_met", _why_not(rows, ended)
     else:
-        rows, design = accepted.rows, accepted.round
+        rows, design = accepted.rows, accepted.iteration
         tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
         if accepted.holds:
             status = "met"
@@ -146,7 +145,7 @@ def verdict_result(
         lattice_mass_g=lattice,
         relative_density=mass / solid_mass(setup.problem),
         lattice_density=lattice / latticed_mass(setup.model),
-        iterations=iterations,
+        iterations=tuple(i.summary for i in iterations),
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
@@ -179,9 +178,9 @@ def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
     return [said for limit in setup.problem.limits for said in limit.notes(volumes, rho)]
 
 
-def best_round(rounds: Sequence[Round]) -> Round:
+def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:
     """The iteration whose worst limit is used least."""
-    return min(rounds, key=lambda r: r.iteration.utilisation)
+    return min(iterations, key=lambda i: i.summary.utilisation)
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
@@ -234,7 +233,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
-        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_pieces,
+        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_components,
     }
 
 

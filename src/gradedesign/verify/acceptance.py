@@ -13,7 +13,7 @@ from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.lattice.domain import LATTICE
-from gradedesign.lattice.islands import largest_pieces
+from gradedesign.lattice.islands import largest_components
 from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -38,7 +38,7 @@ EDGE_PER_SPACING = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
 #: Share of the stated time that the mesher may be predicted to take for the whole lattice: a design
-#: may be refused and another one accepted, and rounds take time too.
+#: may be refused and another one accepted, and iterations take time too.
 MESHER_SHARE = 1.0 / 6.0
 
 
@@ -108,7 +108,9 @@ def accept_whole(
             memory_limit_bytes=solid.case.run.memory,
             mesher=solid.mesher,
         )
-    mesh, dropped, _ = largest_pieces(meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01)
+    mesh, dropped, _ = largest_components(
+        meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01
+    )
     division = Discretisation(
         made_by=solid.mesher.name,
         mesh_size=EDGE_PER_SPACING * size,
@@ -116,7 +118,7 @@ def accept_whole(
         surface_tets=mesh.tets.shape[1],
         unknowns=0,
         requested=EDGE_PER_SPACING * size,
-        dropped_pieces=dropped,
+        dropped_components=dropped,
         seconds=time.perf_counter() - began,
     )
     result = measured(solve_tets(mesh, solid, division, 0.5 * size), solid, began)

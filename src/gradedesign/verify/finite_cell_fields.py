@@ -58,7 +58,7 @@ class FiniteCellFields:
     at : SolidPoints
         Where stress is sampled.
     bodies : int
-        Connected pieces of the solid.
+        Connected components of the solid.
     """
 
     result: FiniteCellResult

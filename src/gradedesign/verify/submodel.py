@@ -129,7 +129,7 @@ def analyse_window(
         mesher=solid.mesher,
     )
     report_step("driving nodes")
-    mesh = _held_pieces(meshed.mesh, driving, name, box, spacing)
+    mesh = _held_components(meshed.mesh, driving, name, box, spacing)
     space = tet_space(mesh, 2)
     supports = _driven_supports(space, driving, name, box, spacing)
     stiffness = solid_stiffness(space, material)
@@ -177,7 +177,7 @@ def energy_density(sample: StressSample, material: Material) -> FloatArray:
     return ((1 + nu) * square - nu * trace**2) / (2 * material.youngs_modulus)
 
 
-def _held_pieces(
+def _held_components(
     mesh: TetMesh, driving: SolvedSolid, load_case: str, box: Box, spacing: float
 ) -> TetMesh:
     """Drop components that no driven boundary holds: they carry nothing."""
@@ -195,7 +195,9 @@ def _held_pieces(
     if keep.all():
         return mesh
     if not keep.any():
-        raise MeshError("no piece of the submodel's mesh meets the driving analysis on a cut plane")
+        raise MeshError(
+            "no component of the submodel's mesh meets the driving analysis on a cut plane"
+        )
     used, local = np.unique(mesh.tets[:, keep], return_inverse=True)
     return TetMesh(points=mesh.points[:, used], tets=np.asarray(local).reshape(4, -1))
 
