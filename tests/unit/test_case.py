@@ -134,7 +134,7 @@ def test_defaults_of_optional_tables(load):
         6,
         "verdict",
     )
-    assert (case.run.elements_per_wall, case.run.window_count) == (None, 2)
+    assert (case.run.elements_per_wall, case.run.submodel_count) == (None, 2)
     assert case.run.explicit_mesh_size is None
     assert case.output.formats == ("stl", "vtu", "report")
     assert case.limits.exclusion == Exclusion(mesh_sizes=2.0)

@@ -271,7 +271,7 @@ def a_stress_limit():
 class Judge:
     """Stands in for what `accept_design` calls; the explicit mesh has ``tets`` tetrahedra.
 
-    The whole printed surface gives ``found``, within 2 %; its mesh 0.98 and 1.02, its windows 1.2
+    The whole printed surface gives ``found``, within 2 %; its mesh 0.98 and 1.02, its submodels 1.2
     and 0.9 times the stress that drives them.
     """
 
@@ -301,7 +301,7 @@ class Judge:
             "printed_stage": lambda *_: None,
             "judge_whole": lambda *_: SimpleNamespace(rows=self.found, result=None),
             "accept_whole": self.whole,
-            "accept_windows": self.windows,
+            "accept_submodels": self.submodels,
             "limit_rows": lambda _limits, found, judge: tuple(
                 replace(row(v, key), judged_by=judge)
                 for v, key in zip(found.values, (PULL, SIDE), strict=False)
@@ -316,12 +316,12 @@ class Judge:
         found = SimpleNamespace(values=(0.98, 1.02))
         return SimpleNamespace(scope="whole", whole=found)
 
-    def windows(self, *_, time_limit_s, **__):
+    def submodels(self, *_, time_limit_s, **__):
         self.limits_s.append(time_limit_s)
-        windows = tuple(
+        submodels = tuple(
             SimpleNamespace(value=v, driving_value=1.0, matches=self.matches) for v in (1.2, 0.9)
         )
-        return SimpleNamespace(scope="windows", whole=None, windows=windows)
+        return SimpleNamespace(scope="submodels", whole=None, submodels=submodels)
 
     def accept(self, done):
         return accepting.accept_design(self.setup, None, done, self.analysed, Announcer(ignore))
@@ -352,13 +352,13 @@ def moved(value, key):
 LARGE = 1_728_000
 
 
-def test_a_large_lattice_has_its_stress_judged_in_windows(monkeypatch):
+def test_a_large_lattice_has_its_stress_judged_by_submodels(monkeypatch):
     done = replace(
         an_iteration(1, 0.98, 0.5), rows=(*an_iteration(1, 0.98, 0.5).rows, row(0.7, STRESS))
     )
     found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7)).accept(done)
-    assert found.acceptance.scope == "windows"
-    # Displacements are those of the printed surface, stress carries the ratio of the windows.
+    assert found.acceptance.scope == "submodels"
+    # Displacements are those of the printed surface, stress carries the ratio of the submodels.
     assert [r.value for r in found.rows] == pytest.approx([0.9, 0.5, 0.84])
     assert [r.decisive for r in found.rows] == pytest.approx([0.918, 0.51, 0.8568])
     assert found.rows[2].judged_by == "explicit analysis times the ratio of 2 submodels"
@@ -369,17 +369,17 @@ def test_a_large_lattice_has_its_stress_judged_in_windows(monkeypatch):
 
 
 def test_no_limit_is_met_by_a_window_that_misses_its_criterion(monkeypatch):
-    """Windows of 1.2 and 0.9: a match takes the larger ratio, a miss spans from 1 to 1.2."""
+    """Submodels of 1.2 and 0.9: a match takes the larger ratio, a miss spans from 1 to 1.2."""
     found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7), matches=False).accept(
         an_iteration(1, 0.98)
     )
     stress = found.rows[2]
     assert stress.value == pytest.approx(0.84)
     assert (stress.band.low, stress.band.high) == pytest.approx((0.98 * 0.7, 1.02 * 0.84))
-    # A window of less stress than drives it does not relieve the limit.
+    # A submodel of less stress than drives it does not relieve the limit.
     limit = a_stress_limit()
     low = SimpleNamespace(value=0.5, driving_value=1.0, matches=False)
-    factor = limit.window_factor([low])
+    factor = limit.submodel_factor([low])
     assert (factor.low, factor.value, factor.high) == (0.5, 1.0, 1.0)
 
 

@@ -110,6 +110,6 @@ def test_scope_follows_stated_budgets():
     # 400 tetrahedra a second, a sixth of the stated time: by definition.
     most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 6.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
-    assert choose_scope("auto", 1.01 * most, 1200.0) == "windows"
+    assert choose_scope("auto", 1.01 * most, 1200.0) == "submodels"
     assert choose_scope("whole", 1e9, 1.0) == "whole"
-    assert choose_scope("windows", 1.0, 1e9) == "windows"
+    assert choose_scope("submodels", 1.0, 1e9) == "submodels"

@@ -49,17 +49,17 @@ RESULT = RunResult(
             value=44.0,
             limit=50.0,
             unit="MPa",
-            judged_by="windows",
+            judged_by="submodels",
             measure="percentile 99.5 of the volume",
         ),
     ),
     solid=(SOLID_ROW,),
     measures={"pull": {"lattice": measure(40.0, 147.0)}, "cell_map": {"name": "uniform"}},
     acceptance={
-        "scope": "windows",
+        "scope": "submodels",
         "share_of_volume": 0.021,
         "limits": [],
-        "windows": [],
+        "submodels": [],
         "exclusion": {
             "radius_mm": 22.0,
             "percentile": 99.5,
@@ -112,11 +112,11 @@ def test_the_solid_part_stands_beside(report):
 
 
 def test_windows_do_not_claim_the_whole_surface(report):
-    words = scope_words({**RESULT.acceptance, "windows": [{}, {}]})
+    words = scope_words({**RESULT.acceptance, "submodels": [{}, {}]})
     assert "an independent mesher meshed it again in its 2 most stressed submodels" in words
     assert "(2.1% of the printed volume)" in words
     assert "analysed by finite cells at two resolutions or more" in report
-    whole = scope_words({"scope": "whole", "share_of_volume": 0.999, "windows": []})
+    whole = scope_words({"scope": "whole", "share_of_volume": 0.999, "submodels": []})
     assert "judged on the whole printed surface" in whole
     assert "99.9%" in whole
 

@@ -19,7 +19,7 @@ from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
-from gradedesign.verify.windows import BUFFERS
+from gradedesign.verify.submodel_choice import BUFFERS
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -60,7 +60,7 @@ class PredictedRun:
     bounds : (float, float)
         Densities that sizing may choose: those whose walls the memory can analyse.
     raised : tuple of str
-        Why the lower one is not that of the windows.
+        Why the lower one is not that of the submodels.
     cost : CostPrediction
     explicit : bool
         Whether the run gets as far as an explicit lattice.
@@ -122,7 +122,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     scope = case.run.acceptance
     scope = choose_scope(scope, tets, case.run.time)
     edges = np.minimum((1 + 2 * BUFFERS[0]) * known.layout.typical, np.ptp(_corners(known), axis=0))
-    windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
+    submodels = min(1.0, case.run.submodel_count * density * float(edges.prod()) / solid)
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
@@ -132,7 +132,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
         whole_s=whole_seconds(planned, grid.spacing, known.cell, low) if explicit else 0.0,
-        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
+        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else submodels),
         iterations=case.run.max_iterations if explicit else 1,
     )
     return PredictedRun(

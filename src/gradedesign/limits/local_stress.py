@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.case.schema import Case
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.analysis import Analysis, SubmodelStress
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
@@ -103,16 +103,16 @@ class StressLimit(Limit):
             for phase, (value, load_case) in values.items()
         )
 
-    def window_factor(self, windows: Sequence[WindowStress]) -> Banded | None:
-        """The largest ratio of any window.
+    def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:
+        """The largest ratio of any submodel.
 
         One that misses its criterion is judged on the worse of the two analyses, with their
         difference as its band.
         """
         ends = [
-            (min(ratio, 1.0), max(ratio, 1.0)) if not window.matches else (ratio, ratio)
-            for window in windows
-            for ratio in [window.value / window.driving_value]
+            (min(ratio, 1.0), max(ratio, 1.0)) if not submodel.matches else (ratio, ratio)
+            for submodel in submodels
+            for ratio in [submodel.value / submodel.driving_value]
         ]
         low, high = max(end[0] for end in ends), max(end[1] for end in ends)
         return Banded(value=high, low=low, high=high)

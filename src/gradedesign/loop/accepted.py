@@ -27,8 +27,8 @@ from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
     Acceptance,
+    accept_submodels,
     accept_whole,
-    accept_windows,
     choose_scope,
 )
 from gradedesign.verify.submodel import SubmodelResult
@@ -91,7 +91,7 @@ def accept_design(
 
     Every limit is judged on the whole printed surface, from two resolutions. Body-fitted meshes of
     the same surface judge stress: of all of it with scope "whole", whose displacements the bands
-    then include, else of the most stressed windows. A limit that has no band does not hold.
+    then include, else of the most stressed submodels. A limit that has no band does not hold.
     """
     surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
@@ -106,15 +106,15 @@ def accept_design(
         )
         rows = with_remeshed(limits, whole.rows, acceptance)
     else:
-        acceptance = accept_windows(
+        acceptance = accept_submodels(
             surface,
             analysed.solid,
             whole.result,
             size=division.surface_size,
             time_limit_s=budget,
-            on_window=announce.window,
+            on_submodel=announce.submodel,
         )
-        rows = with_windows(limits, whole.rows, acceptance.windows)
+        rows = with_submodels(limits, whole.rows, acceptance.submodels)
     judged = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in judged if new.judged_by != old.judged_by and not new.converges]
     rows = (*rows, *(row for row in iteration.rows if row.homogenised))
@@ -202,15 +202,15 @@ def with_remeshed(
     return tuple(out)
 
 
-def with_windows(
-    limits: Sequence[Limit], rows: Sequence[LimitRow], windows: Sequence[SubmodelResult]
+def with_submodels(
+    limits: Sequence[Limit], rows: Sequence[LimitRow], submodels: Sequence[SubmodelResult]
 ) -> tuple[LimitRow, ...]:
-    """Rows with the factors that windows find for the limits that they can judge."""
-    factors = {limit.key: limit.window_factor(windows) for limit in limits}
+    """Rows with the factors that submodels find for the limits that they can judge."""
+    factors = {limit.key: limit.submodel_factor(submodels) for limit in limits}
     out = []
     for row in rows:
         factor = factors.get(row.key)
-        words = f"{row.judged_by} times the ratio of {len(windows)} submodels"
+        words = f"{row.judged_by} times the ratio of {len(submodels)} submodels"
         out.append(row if factor is None else row.scaled(factor, words))
     return tuple(out)
 

@@ -147,12 +147,12 @@ class Announcer:
             f"the analysed solid",
         )
 
-    def window(self, result: SubmodelResult) -> None:
+    def submodel(self, result: SubmodelResult) -> None:
         """Report one analysed submodel."""
         self.say(
             "acceptance",
-            f"{'enlarged ' if result.window.enlarged else ''}submodel at "
-            f"{tuple(round(c, 1) for c in result.window.centre)} mm: "
+            f"{'enlarged ' if result.submodel.enlarged else ''}submodel at "
+            f"{tuple(round(c, 1) for c in result.submodel.centre)} mm: "
             f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the driving "
             f"analysis; force {result.force_discrepancy:.1%}, "
             f"energy {result.energy_discrepancy:.1%}, "

@@ -41,7 +41,7 @@ class RunWork:
     whole_s : float, s
         Of the whole printed surface at two resolutions, as its analysis estimates them.
     mesher_tets : int
-        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
+        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all submodels.
     iterations : int
         That the run may take at most.
     """

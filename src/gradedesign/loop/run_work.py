@@ -14,7 +14,7 @@ from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.windows import BUFFERS
+from gradedesign.verify.submodel_choice import BUFFERS
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
@@ -49,7 +49,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     tets = explicit.surface_tets
     scope = choose_scope(case.run.acceptance, tets, case.run.time)
     edges = np.minimum((1 + 2 * BUFFERS[0]) * setup.cells.layout.typical, np.ptp(points, axis=0))
-    windows = min(1.0, case.run.window_count * density * float(edges.prod()) / volume)
+    submodels = min(1.0, case.run.submodel_count * density * float(edges.prod()) / volume)
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
@@ -59,7 +59,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
         whole_s=whole_seconds(planned, spacing, setup.cells.cell, setup.cells.bounds[0]),
-        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
+        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else submodels),
         iterations=case.run.max_iterations,
     )
 

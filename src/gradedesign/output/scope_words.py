@@ -20,7 +20,7 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
             f"{judged}; an independent mesher meshed it again whole ({share}) for stress, and "
             f"bands of displacements include what that mesh shows"
         )
-    count = len(acceptance["windows"])
+    count = len(acceptance["submodels"])
     submodels = f"{count} most stressed submodels" if count != 1 else "most stressed submodel"
     return (
         f"{judged}; an independent mesher meshed it again in its {submodels} ({share}), whose "

@@ -215,21 +215,21 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         "share_of_volume": a.share,
         "exclusion": exclusion_data((a.whole or whole).exclusion),
         "limits": entries,
-        "windows": [
+        "submodels": [
             {
-                "centre_mm": list(w.window.centre),
-                "load_case": w.window.load_case,
+                "centre_mm": list(w.submodel.centre),
+                "load_case": w.submodel.load_case,
                 "value_MPa": w.value,
                 "driving_MPa": w.driving_value,
                 "force_discrepancy": w.force_discrepancy,
                 "energy_discrepancy": w.energy_discrepancy,
                 "matches": w.matches,
-                "enlarged": w.window.enlarged,
-                "buffer_cells": list(w.window.buffer),
+                "enlarged": w.submodel.enlarged,
+                "buffer_cells": list(w.submodel.buffer),
                 "tets": w.tets,
                 "mesher_seconds": w.seconds,
             }
-            for w in a.windows
+            for w in a.submodels
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
@@ -261,13 +261,13 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
             f"be analysed, so nothing is known of the error and the limit does not hold"
         )
         warnings += accepted.whole.refused
-    for w in accepted.acceptance.windows:
+    for w in accepted.acceptance.submodels:
         if not w.matches:
             warnings.append(
-                f"the submodel at {tuple(round(c, 1) for c in w.window.centre)} mm differs from "
+                f"the submodel at {tuple(round(c, 1) for c in w.submodel.centre)} mm differs from "
                 f"the analysis that drives it by {w.force_discrepancy:.1%} in boundary force and "
                 f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
-                f"{', enlarged too' if w.window.enlarged else ''}: stress is judged on the worse "
+                f"{', enlarged too' if w.submodel.enlarged else ''}: stress is judged on the worse "
                 f"of the two"
             )
     warnings += accepted.acceptance.refused

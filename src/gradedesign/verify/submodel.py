@@ -28,14 +28,14 @@ from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 from gradedesign.verify.analysis import SolvedSolid, StressSample
 from gradedesign.verify.explicit import ExplicitResult
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.tet_fields import gauss_stress, solid_stiffness
-from gradedesign.verify.windows import (
-    Window,
+from gradedesign.verify.submodel_choice import (
+    Submodel,
     clip_surface,
     cut_facets,
     inside_evaluation_box,
-    window_box,
+    submodel_box,
 )
+from gradedesign.verify.tet_fields import gauss_stress, solid_stiffness
 from gradedesign.workspace.progress import report_step
 
 #: Lower and upper corner, mm.
@@ -43,7 +43,7 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Boundary force and strain energy must match the driving analysis to this share.
 MATCH = 0.03
-#: Share of a window's cut nodes that may find no driving displacement.
+#: Share of a submodel's cut nodes that may find no driving displacement.
 MOST_UNDRIVEN = 0.05
 #: The mesher's envelope as a share of the surface size.
 ENVELOPE = 0.06
@@ -55,7 +55,7 @@ class SubmodelResult:
 
     Attributes
     ----------
-    window : Window
+    submodel : Submodel
     value : float, MPa
         Stress percentile in the evaluation box.
     driving_value : float, MPa
@@ -73,7 +73,7 @@ class SubmodelResult:
         Of the mesher.
     """
 
-    window: Window
+    submodel: Submodel
     value: float
     driving_value: float
     force_discrepancy: float
@@ -88,7 +88,7 @@ class SubmodelResult:
 
 def analyse_window(
     surface: SurfaceMesh,
-    window: Window,
+    submodel: Submodel,
     explicit: ExplicitResult,
     solid: PrintedSolid,
     *,
@@ -101,9 +101,9 @@ def analyse_window(
     ----------
     surface : SurfaceMesh
         The exported surface, read back.
-    window : Window
+    submodel : Submodel
     explicit : ExplicitResult
-        Drives the window.
+        Drives the submodel.
     solid : PrintedSolid
     size : float, mm
         Surface size of the mesh: sets edge length and envelope.
@@ -115,8 +115,8 @@ def analyse_window(
     SubmodelResult
     """
     driving, spacing = explicit.solved, size
-    material, name = solid.material, window.load_case
-    box = window_box(window)
+    material, name = solid.material, submodel.load_case
+    box = submodel_box(submodel)
     report_step("clipping")
     clipped = clip_surface(surface, *box)
     envelope = ENVELOPE * spacing
@@ -150,13 +150,13 @@ def analyse_window(
     energy = [float((f.volumes * energy_density(f, material)).sum()) for f in (fine, coarse)]
     energy_discrepancy = abs(energy[0] / energy[1] - 1.0)
     return SubmodelResult(
-        window=window,
-        value=_percentile(fine, window, solid.percentile),
-        driving_value=_percentile(coarse, window, solid.percentile),
+        submodel=submodel,
+        value=_percentile(fine, submodel, solid.percentile),
+        driving_value=_percentile(coarse, submodel, solid.percentile),
         force_discrepancy=force_discrepancy,
         energy_discrepancy=energy_discrepancy,
         matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
-        volume=float(fine.volumes[inside_evaluation_box(fine.points, window)].sum()),
+        volume=float(fine.volumes[inside_evaluation_box(fine.points, submodel)].sum()),
         tets=mesh.tets.shape[1],
         mesh_size=1.2 * spacing,
         attempts=meshed.attempts,
@@ -205,7 +205,7 @@ def _held_components(
 def _driven_supports(
     space: TetSpace, driving: SolvedSolid, load_case: str, box: Box, spacing: float
 ) -> Supports:
-    """Displacements of the explicit analysis on the window's cut faces.
+    """Displacements of the explicit analysis on the submodel's cut faces.
 
     Nodes farther than a grid spacing from the driving solid stay free: it chamfers thin rims there.
     They may be a twentieth of the cut faces' nodes.
@@ -251,10 +251,10 @@ def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, spaci
     return max(discrepancies) / max(sizes) if max(sizes) > 0 else float("inf")
 
 
-def _percentile(field: StressSample, window: Window, percentile: float) -> float:
-    inside = inside_evaluation_box(field.points, window)
+def _percentile(field: StressSample, submodel: Submodel, percentile: float) -> float:
+    inside = inside_evaluation_box(field.points, submodel)
     if not inside.any():
-        raise MeshError(f"the submodel at {window.centre} mm holds no material to judge")
+        raise MeshError(f"the submodel at {submodel.centre} mm holds no material to judge")
     return weighted_percentile(
         von_mises(field.stress[:, :, inside]), field.volumes[inside], percentile
     )
