@@ -53,7 +53,7 @@ from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
 #: Utilisation that sizing aims at when no explicit analysis follows it.
-FULL_USE = 0.998
+FULL_UTILISATION = 0.998
 
 
 def run(
@@ -138,7 +138,7 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
             Correction(),
             {},
             design_filter(setup),
-            SizingPlan(target=FULL_USE, most_iterations=60),
+            SizingPlan(target=FULL_UTILISATION, most_iterations=60),
             announce.sizing_step,
         )
     setup = with_cells(setup, sized.rho)

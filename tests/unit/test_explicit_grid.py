@@ -116,7 +116,7 @@ def test_a_grid_that_the_memory_does_not_hold_gives_way_to_a_coarser_one():
     made = mesh_within_budget(
         design, asked, coarsest=1.25 * asked, memory_limit_bytes=room, bodies=2
     )
-    assert asked < made.asked <= 1.25 * asked
+    assert asked < made.requested <= 1.25 * asked
     assert predict_unknowns(made.field_volume, made.spacing) <= 1.05 * predict_unknowns(
         volume, 1.1 * asked
     )

@@ -126,7 +126,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
-        adjoint_solves=sum(one.by_gradient for one in known.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in known.limits),
         explicit_dofs=size.unknowns,
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,

@@ -187,24 +187,27 @@ def _solved(
                 force += thermal_force(elements, space, case.temperature_change, material)
             right = keep * (force - product(stiffness, own.value) if own.value.any() else force)
             with stepping(f"solving {case.name}"):
-                found = conjugate_gradients(
+                solution = conjugate_gradients(
                     stiffness, keep, right, precondition,
                     rtol=accuracy.residual, max_iterations=MAX_ITERATIONS,
                     start=_start(elements, space, start, case.name),
                 )  # fmt: skip
-            _require_converged(case.name, found.residual, found.iterations)
-            u = found.u + own.value
+            _require_converged(case.name, solution.residual, solution.iterations)
+            u = solution.u + own.value
             solved[k] = CaseSolution(
                 name=case.name,
                 u=u,
                 energy=0.5 * float(np.einsum("nc,nc->", u, product(stiffness, u))),
                 work=float(np.einsum("nc,nc->", u, mechanical)),
-                iterations=found.iterations,
-                residual=found.residual,
+                iterations=solution.iterations,
+                residual=solution.residual,
                 thermal_strain=material.thermal_expansion * case.temperature_change,
             )
             log.info(
-                "'%s': %d iterations, residual %.1e", case.name, found.iterations, found.residual
+                "'%s': %d iterations, residual %.1e",
+                case.name,
+                solution.iterations,
+                solution.residual,
             )
     return tuple(solved[k] for k in range(len(problem.cases)))
 

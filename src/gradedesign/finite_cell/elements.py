@@ -237,9 +237,9 @@ def _classify(
         view = sliding_window_view(layer, window)[0, ::subcells, ::subcells]
         inside = sliding_window_view(layer < 0.0, window)[0, ::subcells, ::subcells]
         some, every = inside.any(axis=(2, 3, 4)), inside.all(axis=(2, 3, 4))
-        for chosen, found in ((every, whole), (some & ~every, cut)):
+        for chosen, places in ((every, whole), (some & ~every, cut)):
             j, i = np.nonzero(chosen)
-            found.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
+            places.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
         samples.append(view[some & ~every])
     return solid, np.concatenate(whole), np.concatenate(cut), np.concatenate(samples)
 

@@ -115,8 +115,8 @@ def accept_design(
             on_submodel=announce.submodel,
         )
         rows = with_submodels(limits, whole.rows, acceptance.submodels)
-    judged = zip(whole.rows, rows, strict=True)
-    fitted = [new for old, new in judged if new.judged_by != old.judged_by and not new.converges]
+    pairs = zip(whole.rows, rows, strict=True)
+    fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
     rows = (*rows, *(row for row in iteration.rows if row.homogenised))
     return Accepted(
         iteration=iteration,

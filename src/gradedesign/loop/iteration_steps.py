@@ -254,10 +254,10 @@ def lattice_share(
     model, rho = state.model, state.rho
     weights = state.lattice_volumes
     mean = float(weights @ rho / weights.sum())
-    found = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
-    if not found:
+    pairs = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
+    if not pairs:
         return 0.0, mean
-    worst, _ = max(found, key=lambda pair: pair[0].value / pair[1])
+    worst, _ = max(pairs, key=lambda pair: pair[0].value / pair[1])
     adjoint = solve_adjoints(model, system, [worst])[0]
     u = state.displacement(worst.load_case)
     lattice = as_stiffness(model, (1 - model.solid_fraction) * lattice_stiffness(model, rho))

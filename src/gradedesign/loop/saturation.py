@@ -48,15 +48,15 @@ def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str
         One sentence: the limit, and what would help.
     """
     limits = {limit.key: limit for limit in setup.problem.limits}
-    judged = [
+    missed = [
         row
         for row in with_factors(iteration.rows, factors)
         if not row.passed and row.key in limits and row.utilisation > limits[row.key].scatter
     ]
-    if not judged:
+    if not missed:
         return None
     solved = _solved(setup, iteration)
-    for row in sorted(judged, key=lambda r: -r.utilisation):
+    for row in sorted(missed, key=lambda r: -r.utilisation):
         gain = _gain(setup, solved, row.key, factors)
         if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
             return sentence(setup, row, gain)

@@ -47,7 +47,7 @@ def why_periodic(
     layout : CellLayout
     """
     lattice = case.lattice
-    heated = [one.name for one in case.load_case if one.temperature_change]
+    heated = [load.name for load in case.load_case if load.temperature_change]
     if not lattice.size_effects:
         return "the case switches size effects off"
     if lattice.skin is not None:

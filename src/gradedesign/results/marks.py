@@ -17,9 +17,11 @@ from gradedesign.part.regions import Region
 
 def region_marks(case: Case, regions: Mapping[str, Region]) -> list[RegionMark]:
     """Supports, loaded and passive regions; one that is several is drawn as the first of these."""
-    roles: dict[str, Role] = {fix.region: "support" for one in case.load_case for fix in one.fix}
-    for one in case.load_case:
-        for load in one.load:
+    roles: dict[str, Role] = {
+        fix.region: "support" for load_case in case.load_case for fix in load_case.fix
+    }
+    for load_case in case.load_case:
+        for load in load_case.load:
             roles.setdefault(load.region, "load")
     kept = {keep.region for keep in case.keep}
     for name in kept:

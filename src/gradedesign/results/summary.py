@@ -84,8 +84,8 @@ def partial_result(
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             }
         }
-        found = predict(model, setup.problem.limits, Correction(), sized.rho).values
-        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.problem.limits)
+        predicted = predict(model, setup.problem.limits, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, predicted[limit.key]) for limit in setup.problem.limits)
     return RunResult(
         status="partial",
         lightest=False,
@@ -175,7 +175,7 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
     """Remarks of the limits on the densities of a design."""
     volumes = setup.model.lattice_volumes
-    return [said for limit in setup.problem.limits for said in limit.notes(volumes, rho)]
+    return [note for limit in setup.problem.limits for note in limit.notes(volumes, rho)]
 
 
 def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:

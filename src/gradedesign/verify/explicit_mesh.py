@@ -60,7 +60,7 @@ class ExplicitMesh:
     report : TetReport
     spacing : float, mm
         Grid spacing.
-    asked : float, mm
+    requested : float, mm
         The edge before it was fitted to the box of the part.
     dropped_components : int
     dropped_share : float
@@ -74,7 +74,7 @@ class ExplicitMesh:
     mesh: TetMesh
     report: TetReport
     spacing: float
-    asked: float
+    requested: float
     dropped_components: int
     dropped_share: float
     field_volume: float
@@ -165,7 +165,7 @@ def mesh_lattice(
     with stepping("volume of the lattice"):
         volume = field_volume(design, dividing_spacing(box, spacing))
     _require_memory(volume, spacing, memory_limit_bytes)
-    asked, spacing = (
+    requested, spacing = (
         spacing,
         dividing_spacing(box, spacing, fitting_spacing(volume, memory_limit_bytes)),
     )
@@ -188,7 +188,7 @@ def mesh_lattice(
         mesh=mesh,
         report=report,
         spacing=spacing,
-        asked=asked,
+        requested=requested,
         dropped_components=dropped,
         dropped_share=share,
         field_volume=volume,

@@ -166,7 +166,7 @@ def analyse_window(
 
 def temperature_change(case: Case, load_case: str) -> float:
     """Warming of a load case, K."""
-    return next(one.temperature_change for one in case.load_case if one.name == load_case)
+    return next(load.temperature_change for load in case.load_case if load.name == load_case)
 
 
 def energy_density(sample: StressSample, material: Material) -> FloatArray:

@@ -142,7 +142,7 @@ def solve_stuffed(
         surface_size=made.spacing,
         surface_tets=made.mesh.tets.shape[1],
         unknowns=0,
-        requested=made.asked,
+        requested=made.requested,
         refused=made.refused,
         dropped_components=made.dropped_components,
         seconds=perf_counter() - began,
