@@ -66,7 +66,7 @@ class StressLimit(Limit):
 
         The largest of the load cases, as explicit analyses are judged.
         """
-        weights = state.lattice_volumes * state.held * self.evaluated
+        weights = state.lattice_volumes * state.effective_density * self.evaluated
         if weights.sum() <= 0:
             return Predicted(value=0.0, load_case="")
         value, load_case = max(
@@ -131,7 +131,7 @@ def _volume_percentile(
     used = (weights > 0) & (local > 0)
     if law is None or not law.has_distribution or not used.any():
         return weighted_percentile(local, weights, percentile)
-    density = np.clip(state.held[used], *state.law.window)
+    density = np.clip(state.effective_density[used], *state.law.window)
     some, weight = local[used], weights[used] / weights.sum()
 
     def excess(log_stress: float) -> float:

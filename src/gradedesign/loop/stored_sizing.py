@@ -93,7 +93,7 @@ def sizing_key(
         model.solid_fraction,
         np.asarray(model.rotation),
         np.zeros(0) if model.walls is None else model.walls.kind,
-        np.zeros(0) if model.fill is None else model.fill.effective,
+        np.zeros(0) if model.effective is None else model.effective.effective,
         repr(correction),
         repr(limits),
         repr((*problem.bounds, problem.target, max_iterations, keep)),
