@@ -152,9 +152,9 @@ def test_an_analysis_without_a_mesh_is_measured():
     # A cell of 27 mm^3 in 9 x 11 x 12 mm^3 of lattice outside a radius of 1 mm: above the 99.5th.
     assert by_phase["lattice"].value == by_phase["lattice"].worst_cell == 5.0
     assert by_phase["lattice"].share_above == pytest.approx(27 / (9 * 11 * 12))
-    assert by_phase["kept"].value == 1.0
-    assert result.masses_g == pytest.approx({"lattice": 1.296, "skin": 0.0, "kept": 0.432})
-    assert result.exclusion.share == pytest.approx({"lattice": 1 / 12, "kept": 1 / 12})
+    assert by_phase["passive solid"].value == 1.0
+    assert result.masses_g == pytest.approx({"lattice": 1.296, "skin": 0.0, "passive solid": 0.432})
+    assert result.exclusion.share == pytest.approx({"lattice": 1 / 12, "passive solid": 1 / 12})
     assert (result.volume, result.mesh_size) == (pytest.approx(SIDE**3), 2.0)
 
 

@@ -63,9 +63,9 @@ RESULT = RunResult(
         "exclusion": {
             "radius_mm": 22.0,
             "percentile": 99.5,
-            "share_of_volume": {"lattice": 0.381, "kept": 1.0},
-            "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "kept": 12.0}},
-            "maximum_everywhere_MPa": {"pull": {"lattice": 212.0, "kept": 31.0}},
+            "share_of_volume": {"lattice": 0.381, "passive solid": 1.0},
+            "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "passive solid": 12.0}},
+            "maximum_everywhere_MPa": {"pull": {"lattice": 212.0, "passive solid": 31.0}},
         },
     },
 )

@@ -33,7 +33,7 @@ class Islands:
     dropped_share : float
         Their share of the solid volume before removal.
     pockets : int
-        Closed voids inside the kept solid; no powder or resin leaves them.
+        Closed voids inside the solid that stays; no powder or resin leaves them.
     pocket_volume : float, mm^3
         Their volume.
     """

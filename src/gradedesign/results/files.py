@@ -240,7 +240,7 @@ def _lattice_files(
             f"von_mises {name} [MPa]": values.mean(axis=1)
             for name, values in result.von_mises.items()
         }
-        sampled["phase [0 lattice 1 skin 2 kept]"] = result.phase.astype(np.float64)
+        sampled["phase [0 lattice 1 skin 2 passive]"] = result.phase.astype(np.float64)
         solved = result.solved.volume_fields(sampled)
         write_vtu(
             out.path_of("lattice.vtu"),

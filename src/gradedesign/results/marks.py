@@ -23,12 +23,12 @@ def region_marks(case: Case, regions: Mapping[str, Region]) -> list[RegionMark]:
     for load_case in case.load_case:
         for load in load_case.load:
             roles.setdefault(load.region, "load")
-    kept = {keep.region for keep in case.keep}
-    for name in kept:
-        roles.setdefault(name, "kept")
+    passive = {keep.region for keep in case.keep}
+    for name in passive:
+        roles.setdefault(name, "passive")
     return [
         RegionMark(
-            name=f"{name}, kept solid" if name in kept and role != "kept" else name,
+            name=f"{name}, passive solid" if name in passive and role != "passive" else name,
             role=role,
             corners=regions[name].corners,
         )
