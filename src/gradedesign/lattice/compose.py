@@ -22,8 +22,8 @@ def compose(
 ) -> FloatArray:
     """Values of the whole lattice from the values of its pieces, all in mm, negative inside.
 
-    ``max(part, min(cell, -(part + skin), passive...))``: cells, skin and passive regions are united,
-    then trimmed by the part once.
+    ``max(part, min(cell, -(part + skin), passive...))``: cells, skin and passive regions are
+    united, then trimmed by the part once.
 
     Parameters
     ----------
