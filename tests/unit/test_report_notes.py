@@ -97,8 +97,8 @@ def test_without_windows_no_factor_is_named():
 
 
 def test_the_exclusion_radius_stands_with_its_share_and_both_stresses(report):
-    for words in ("Within 22 mm of the held regions", "lattice 38.1%, kept 100.0%",
-                  "pull lattice 40 61.5 147 212", "pull kept – 12 – 31"):  # fmt: skip
+    for words in ("Within 22 mm of the held regions", "lattice 38.1%, passive solid 100.0%",
+                  "pull lattice 40 61.5 147 212", "pull passive solid – 12 – 31"):  # fmt: skip
         assert words in report
 
 
