@@ -65,8 +65,6 @@ class ExplicitMesh:
     dropped_components : int
     dropped_share : float
         Volume share of the disconnected components that were removed.
-    field_volume : float, mm^3
-        Volume of the field by sampling.
     refused : tuple of str
         What was wrong with the coarser grids that were tried first.
     """
@@ -77,7 +75,6 @@ class ExplicitMesh:
     requested: float
     dropped_components: int
     dropped_share: float
-    field_volume: float
     refused: tuple[str, ...] = ()
 
 
@@ -191,7 +188,6 @@ def mesh_lattice(
         requested=requested,
         dropped_components=dropped,
         dropped_share=share,
-        field_volume=volume,
     )
 
 
