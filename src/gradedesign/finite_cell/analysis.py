@@ -247,12 +247,12 @@ def _start(
     return u
 
 
-def _require_converged(name: str, iterate: Iterate, accuracy: Accuracy) -> None:
+def _require_converged(name: str, ended: Iterate, accuracy: Accuracy) -> None:
     """Refuse what did not converge."""
-    if not (iterate.residual <= ACCEPTED or 0.0 < iterate.error <= accuracy.energy):
+    if not (ended.residual <= ACCEPTED or 0.0 < ended.error <= accuracy.energy):
         raise SolverError(
-            f"load case '{name}': the finite cells stopped after {iterate.iterations} iterations at "
-            f"a residual of {iterate.residual:.1e} and an error of {iterate.error:.1e} in the energy "
+            f"load case '{name}': the finite cells stopped after {ended.iterations} iterations at "
+            f"a residual of {ended.residual:.1e} and an error of {ended.error:.1e} in the energy "
             f"norm, where {ACCEPTED:g} or {accuracy.energy:g} is accepted; use a larger softness "
             "or another spacing"
         )
