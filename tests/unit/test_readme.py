@@ -171,7 +171,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     )
     announce = Announcer(ProgressLines())
     announce.iteration(
-        SimpleNamespace(iteration=replace(filled(Iteration, 1), limits=limits), rows=rows)
+        SimpleNamespace(summary=replace(filled(Iteration, 1), limits=limits), rows=rows)
     )
     sample = block("text", "Limits\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))
