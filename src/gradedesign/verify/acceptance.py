@@ -22,7 +22,7 @@ from gradedesign.verify.explicit import ExplicitResult, measured
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
+from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_submodel
 from gradedesign.verify.submodel_choice import (
     BUFFERS,
     Room,
@@ -171,7 +171,7 @@ def accept_submodels(
     for submodel in counted(submodels, "submodel", len(submodels)):
 
         def analysed(submodel: Submodel) -> SubmodelResult:
-            result = analyse_window(
+            result = analyse_submodel(
                 surface, submodel, explicit, solid, size=size,
                 time_limit_s=time_limit_s / len(submodels),
             )  # fmt: skip
