@@ -63,7 +63,7 @@ class Iteration:
     mesh_size_mm : float
     grid_share : float
         Mesh size over the one that the thinnest wall asks for: less than 1 where that grid lost
-        volume or pieces and was refined.
+        volume or components and was refined.
     seconds : float
     stiffness_factor : float
         Correction of the lattice's stiffness that this iteration's sizing used.
@@ -130,8 +130,8 @@ class RunResult:
         Measures of the printed file: volumes, thickness, and how the analysed solid differs.
     files : mapping of what to path below the run folder
     timing_s : mapping of stage to seconds
-        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
-        mesh`` one of ``acceptance``.
+        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``iteration``,
+        ``whole printed surface`` one of ``acceptance``.
     predicted : mapping
         What ``timing_s`` compares with: a `CostPrediction` before the first iteration and another
         after it.

@@ -17,8 +17,8 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.round import build_design, density_grid
-from gradedesign.loop.rounds import Analysed
+from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.iteration_steps import build_design, density_grid
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
     picture_deformed,
@@ -240,7 +240,7 @@ def _lattice_files(
             f"von_mises {name} [MPa]": values.mean(axis=1)
             for name, values in result.von_mises.items()
         }
-        sampled["phase [0 lattice 1 skin 2 kept]"] = result.phase.astype(np.float64)
+        sampled["phase [0 lattice 1 skin 2 passive]"] = result.phase.astype(np.float64)
         solved = result.solved.volume_fields(sampled)
         write_vtu(
             out.path_of("lattice.vtu"),
