@@ -29,7 +29,7 @@ _VOLUME_SHARE = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mended:
-    """What a repairer made of a surface.
+    """A surface as a repairer returned it.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ from gradedesign.workspace.worker import run_worker
 
 
 def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
-    """What mends the surface of the part; None where gradedesign does.
+    """Repairer of the surface of the part; None where gradedesign does.
 
     Raises
     ------
