@@ -115,18 +115,22 @@ def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
     )
 
 
+def mean_normal(vector: FloatArray, area: float) -> FloatArray | None:
+    """Direction of the sum of area vectors ``(3,)`` of an area; None where they cancel."""
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > _NOWHERE * area else None
+
+
 def _face(clusters: Clusters, piece: Piece) -> SmoothFace:
     """Measure one face."""
     kind, members, cylinder = piece
     patch = patch_of(clusters, members)
     area = float(patch.areas.sum())
-    normal = patch.areas @ patch.normals / area
-    length = float(np.linalg.norm(normal))
     return SmoothFace(
         kind=kind,
         area=area,
         centroid=patch.areas @ patch.centres / area,
-        normal=normal / length if length > _NOWHERE else None,
+        normal=mean_normal(patch.areas @ patch.normals, area),
         axis=None if cylinder is None else cylinder.axis,
         point=None if cylinder is None else cylinder.point,
         diameter=None if cylinder is None else 2.0 * cylinder.radius,
