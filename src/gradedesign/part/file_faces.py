@@ -54,9 +54,7 @@ class FileFaces:
         object.__setattr__(self, "names", MappingProxyType(dict(self.names)))
         for number, surface in self.surfaces.items():
             if not isinstance(surface, ExactSurface):
-                raise ValueError(
-                    f"face {number} has the surface {surface!r}; expected ExactSurface"
-                )
+                raise TypeError(f"face {number} has surface {surface!r}; expected ExactSurface")
         object.__setattr__(self, "colors", MappingProxyType(dict(self.colors)))
         object.__setattr__(self, "surfaces", MappingProxyType(dict(self.surfaces)))
 

@@ -49,8 +49,8 @@ def _blamed(reader: PartReader, source: str, chord_tolerance: float | None) -> R
     def read(path: Path) -> RawTriangles:
         if chord_tolerance is not None and not reader.exact:
             raise CaseError(
-                f"part.chord_tolerance: has no meaning for {path.name}, whose format holds triangles; "
-                "leave it out"
+                f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
+                "triangles; leave it out"
             )
         who = f"part reader '{reader.name}' of {source} on {path.name}"
         with blaming(who, always=False):

@@ -116,9 +116,7 @@ def read_solids(path: str, form: str) -> CadSolids:
             else "no solid and no face in the file; export the part as a solid"
         )
     if not all(BRepCheck_Analyzer(body.shape).IsValid() for body in bodies):
-        warnings.append(
-            "OpenCASCADE finds faults in the solid; its triangles are closed all the same"
-        )
+        warnings.append("OpenCASCADE finds faults in the solid, though its triangles close")
     compound = TopoDS_Compound()
     builder = BRep_Builder()
     builder.MakeCompound(compound)

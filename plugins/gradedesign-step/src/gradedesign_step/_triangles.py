@@ -61,8 +61,8 @@ def triangulate(solids: CadSolids, chord_tolerance: float | None) -> CadTriangle
         mesh = _face_mesh(face.shape)
         if mesh is None:
             raise FileRefused(
-                f"face {number} of {len(solids.faces)} cannot be triangulated; repair it in CAD, or "
-                "state another [part] chord_tolerance"
+                f"face {number} of {len(solids.faces)} cannot be triangulated; repair it in CAD, "
+                "or state another [part] chord_tolerance"
             )
         meshes.append(mesh)
     nodes, start = _joined([face.shape for face in solids.faces], meshes, tolerance)
@@ -162,8 +162,8 @@ def _joined(
     gap = float(np.linalg.norm(places_of - nodes, axis=1).max())
     if gap > max(tolerance, SEWING_MM):
         raise FileRefused(
-            f"its faces do not meet: edges lie up to {gap:.3g} mm apart; repair the solid in CAD, or "
-            f"state a larger [part] chord_tolerance"
+            f"its faces do not meet: edges lie up to {gap:.3g} mm apart; repair the solid in CAD, "
+            "or state a larger [part] chord_tolerance"
         )
     return places_of, start[:-1]
 
