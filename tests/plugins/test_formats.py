@@ -204,7 +204,8 @@ def test_check_lists_the_faces_of_the_file(installed, tmp_path, cli):
     rows = {row["name"]: row for row in found["part"]["file_faces"]}
     assert set(rows) == set(SIDES)
     assert rows["hot end"] == {
-        "face": 3, "name": "hot end", "color": "#ff0000", "area_mm2": pytest.approx(25.0)
+        "face": 3, "name": "hot end", "color": "#ff0000", "area_mm2": pytest.approx(25.0),
+        "centroid_mm": pytest.approx([10.0, 2.5, 2.5]), "surface": None, "diameter_mm": None,
     }  # fmt: skip
     assert found["part"]["units"] == "mm"
     areas = {row["name"]: row["area_mm2"] for row in found["regions"]}

@@ -161,7 +161,7 @@ def _print_file_faces(checked: CaseCheck) -> None:
         return
     print_table(
         "Faces of the file",
-        ("face", "name", "color", "area mm^2", "surface"),
+        ("face", "name", "color", "area mm^2", "surface", "centroid mm"),
         [
             (
                 str(row["face"]),
@@ -169,6 +169,7 @@ def _print_file_faces(checked: CaseCheck) -> None:
                 row["color"] or "",
                 f"{row['area_mm2']:.4g}",
                 _surface_words(row),
+                _triple(np.array(row["centroid_mm"])),
             )
             for row in rows[:_MOST_FILE_FACES]
         ],

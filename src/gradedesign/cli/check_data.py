@@ -102,12 +102,13 @@ def file_faces(part: Part) -> list[dict[str, Any]]:
             "name": faces.names.get(number),
             "color": faces.colors.get(number),
             "area_mm2": area,
+            "centroid_mm": _rounded(centroid),
             "surface": None if number not in faces.surfaces else faces.surfaces[number].kind,
             "diameter_mm": None
             if number not in faces.surfaces
             else faces.surfaces[number].diameter,
         }
-        for number, area in faces.areas(part.surface).items()
+        for number, (area, centroid) in faces.places(part.surface).items()
     ]
 
 

@@ -68,10 +68,16 @@ class FileFaces:
         """Numbers of the faces, rising."""
         return tuple(n for n in np.unique(self.label).tolist() if n != NO_FACE)
 
-    def areas(self, surface: SurfaceMesh) -> dict[int, float]:
-        """Area of every face on the surface that the labels belong to, mm^2."""
+    def places(self, surface: SurfaceMesh) -> dict[int, tuple[float, FloatArray]]:
+        """Area, mm^2, and centroid, mm, of every face on the surface that the labels belong to."""
         area = np.linalg.norm(area_vectors(surface), axis=1)
-        return {n: float(area[self.label == n].sum()) for n in self.numbers}
+        moment = area[:, None] * corner_points(surface).mean(axis=1)
+        result = {}
+        for number in self.numbers:
+            own = self.label == number
+            total = float(area[own].sum())
+            result[number] = total, moment[own].sum(axis=0) / max(total, 1e-300)
+        return result
 
 
 def require_labels(faces: FileFaces | None, count: int, source: str) -> None:

@@ -200,7 +200,8 @@ def _bodies(label: Any, place: Any) -> tuple[list[_Body], list[CadFace]]:
             name, color = marks.get(number, (None, None))
             yield number, CadFace(shape=face.Moved(place), name=name, color=color)
 
-    bodies, taken = [], set()
+    bodies: list[_Body] = []
+    taken: set[int] = set()
     for solid in _parts(shape, TopAbs_SOLID):
         name, color = marks.get(numbers.Add(solid), (None, None))
         faces = dict(faces_in(solid))
