@@ -212,7 +212,7 @@ def _on_wall(
     clusters = sheet.clusters
     outward, distance = _radial(clusters.surface.vertices, axis, centre)
     close = np.abs(distance - radius) <= tolerance
-    on = close[clusters.surface.faces].all(axis=1)
+    on = np.asarray(close[clusters.surface.faces].all(axis=1))
     some = np.flatnonzero(on)
     unit = outward[clusters.surface.faces[some]] / radius
     # Of two corners the cosine of the angle between them around the axis.
