@@ -150,15 +150,30 @@ def test_loose_faces_of_iges_are_sewn_and_close(tmp_path):
     assert sorted(f.diameter for f in faces.faces if f.diameter) == pytest.approx([6, 6], rel=1e-6)
 
 
-def test_poles_seams_and_curved_cuts_close(tmp_path):
-    """A ball with a bore off its centre: seams, poles and an edge that is no circle."""
+def ball(up):
+    """A ball of 10 mm radius, its poles along a direction, with a bore 4 mm off its centre."""
     axes = gp_Ax2(gp_Pnt(4.0, 0.0, -20.0), gp_Dir(0.0, 0.0, 1.0))
     bore = BRepPrimAPI_MakeCylinder(axes, 3.0, 40.0).Shape()
-    ball = BRepAlgoAPI_Cut(BRepPrimAPI_MakeSphere(10.0).Shape(), bore).Shape()
-    surface, faces, _ = found_in(read_step(step(tmp_path / "ball.stp", ball), 0.01))
+    sphere = BRepPrimAPI_MakeSphere(gp_Ax2(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(*up)), 10.0).Shape()
+    return BRepAlgoAPI_Cut(sphere, bore).Shape()
+
+
+def test_poles_seams_and_curved_cuts_close(tmp_path):
+    raw = read_step(step(tmp_path / "ball.stp", ball((1.0, 0.0, 0.0))), 0.01)
+    surface, faces, _ = found_in(raw)
     kinds = [face.kind for face in faces.faces]
     assert kinds.count("cylinder") == 1
-    assert enclosed_volume(surface) > 0.0
+    # 4000 / 3 pi less the bore: twice the height of the ball over a disc of rings around (4, 0).
+    radius, angle = np.meshgrid((np.arange(400) + 0.5) * 0.0075, np.arange(400) * np.pi / 200)
+    x, y = 4.0 + radius * np.cos(angle), radius * np.sin(angle)
+    bored = (2.0 * np.sqrt(100.0 - x**2 - y**2) * radius).sum() * 0.0075 * np.pi / 200
+    assert enclosed_volume(surface) == pytest.approx(4000 / 3 * np.pi - bored, rel=3e-3)
+
+
+def test_a_faulty_solid_is_refused_though_its_triangles_close(tmp_path):
+    """The bore on the ball's seam comes back inside out: what is left is the core, 503 mm^3."""
+    with pytest.raises(PartError, match="1 of its 1 solids have faults in their faces or edges"):
+        read_step(step(tmp_path / "ball.stp", ball((0.0, 0.0, 1.0))))
 
 
 def test_what_is_no_part_is_named(tmp_path, written):

@@ -115,8 +115,12 @@ def read_solids(path: str, form: str) -> CadSolids:
             if loose
             else "no solid and no face in the file; export the part as a solid"
         )
-    if not all(BRepCheck_Analyzer(body.shape).IsValid() for body in bodies):
-        warnings.append("OpenCASCADE finds faults in the solid, though its triangles close")
+    faulty = sum(not BRepCheck_Analyzer(body.shape).IsValid() for body in bodies)
+    if faulty:  # the triangles may close and be another body: a face inside out
+        raise FileRefused(
+            f"{faulty} of its {len(bodies)} solids have faults in their faces or edges, by "
+            "OpenCASCADE's own check; heal the part in CAD, or export it as another format"
+        )
     compound = TopoDS_Compound()
     builder = BRep_Builder()
     builder.MakeCompound(compound)

@@ -11,10 +11,12 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
 from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Plane
 from OCP.gp import gp_Cylinder, gp_Pln
+from OCP.GProp import GProp_GProps
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopExp import TopExp, TopExp_Explorer
@@ -31,6 +33,8 @@ DEFAULT_SHARE = 1e-4
 _TURN = 0.21
 #: A free-form face within this share of the diagonal of a plane or a cylinder is one.
 _SAME_SURFACE = 1e-6
+#: Volumes of triangles and exact faces differ by no more than this share, and the chords.
+_SAME_VOLUME = 0.002
 #: More triangles than this are no part that can be repaired and meshed.
 _MOST_TRIANGLES = 20_000_000
 
@@ -82,6 +86,7 @@ def triangulate(solids: CadSolids, chord_tolerance: float | None) -> CadTriangle
         chord_tolerance=tolerance,
     )
     _require_closed(result)
+    _require_volume(result, solids.shape)
     return result
 
 
@@ -189,6 +194,21 @@ def _require_closed(mesh: CadTriangles) -> None:
             f"its faces do not close: {np.count_nonzero(lonely)} triangles have an edge of their "
             f"own, on faces {', '.join(map(str, faces))}, the first near "
             f"({', '.join(f'{v:.4g}' for v in at)}) mm; repair the solid in CAD"
+        )
+
+
+def _require_volume(mesh: CadTriangles, shape: Any) -> None:
+    """Refuse triangles that enclose another volume than the exact faces."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    exact = float(properties.Mass())
+    a, b, c = np.moveaxis(mesh.corners - mesh.corners.mean(axis=(0, 1)), 1, 0)
+    volume = float((a * np.cross(b, c)).sum()) / 6.0
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    if not abs(volume - exact) <= _SAME_VOLUME * abs(exact) + mesh.chord_tolerance * area:
+        raise FileRefused(
+            f"its triangles enclose {volume:.6g} mm^3, its exact faces {exact:.6g} mm^3; heal the "
+            "part in CAD, or state a smaller [part] chord_tolerance"
         )
 
 
