@@ -5,9 +5,10 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 TESTED := $(VENV)/.ready-to-test
 DOCUMENTED := $(VENV)/.ready-to-document
-# Brings a library under the GPL: only installed by who asks for it.
+# Bring a library under the GPL and one of 390 MB: only installed by who asks for them.
 GPL := plugins/gradedesign-pymeshlab
-PLUGINS := $(filter-out $(GPL),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
+LARGE := plugins/gradedesign-step
+PLUGINS := $(filter-out $(GPL) $(LARGE),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
 PROJECTS := pyproject.toml $(wildcard plugins/*/pyproject.toml)
 
 .PHONY: install run test test-all bench docs
@@ -23,6 +24,7 @@ $(READY): $(PROJECTS)
 
 $(TESTED): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ./$(LARGE)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable ./$(GPL)
 	touch $@
 

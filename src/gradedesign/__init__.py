@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
     from gradedesign.output.printed_lattice import PrintedLattice
+    from gradedesign.part.exact_surface import ExactSurface
     from gradedesign.part.file_faces import FileFaces
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
@@ -76,6 +77,7 @@ __all__ = [
     "Discretisation",
     "EigenProblem",
     "EigenSolver",
+    "ExactSurface",
     "ExplicitAnalysis",
     "Exporter",
     "ExtremeValue",
@@ -162,6 +164,7 @@ _HOMES = {
     "mesh.surface_mesh": "SurfaceMesh",
     "output.exporter": "Exporter",
     "output.printed_lattice": "PrintedLattice",
+    "part.exact_surface": "ExactSurface",
     "part.file_faces": "FileFaces",
     "part.raw_triangles": "RawTriangles raw_triangles",
     "part.reader": "PartReader",

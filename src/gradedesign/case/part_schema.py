@@ -70,6 +70,8 @@ class ShapeSpec(Table):
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
     """Unit of the coordinates of the file; may be left out where its format carries one."""
+    chord_tolerance: Size | None = None
+    """Largest distance of the triangles from the curved faces of a CAD file, mm."""
     repair: Annotated[str, Text("a way of repair", 80)] = "safe"
     """How far a damaged surface may be repaired: ``safe``, ``auto`` or a plugin's repairer."""
     repair_options: Annotated[dict[str, Any], _RepairOptions()] = Field(default_factory=dict)
@@ -112,6 +114,8 @@ class ShapeSpec(Table):
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")
+        if self.file is None and self.chord_tolerance is not None:
+            raise key_error("chord_tolerance", "has no meaning with box, whose faces are flat")
         return self
 
 

@@ -69,6 +69,7 @@ def _part(checked: CaseCheck) -> dict[str, Any]:
     return {
         "source": part.source,
         "units": part.units,
+        "chord_tolerance_mm": part.chord_tolerance,
         "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
         "solid_mass_g": checked.known.material.density * part.volume * 1e6,
@@ -89,8 +90,13 @@ def file_faces(part: Part) -> list[dict[str, Any]]:
             "name": faces.names.get(number),
             "color": faces.colors.get(number),
             "area_mm2": area,
+            "centroid_mm": _rounded(centroid),
+            "surface": None if number not in faces.surfaces else faces.surfaces[number].kind,
+            "diameter_mm": None
+            if number not in faces.surfaces
+            else faces.surfaces[number].diameter,
         }
-        for number, area in faces.areas(part.surface).items()
+        for number, (area, centroid) in faces.places(part.surface).items()
     ]
 
 

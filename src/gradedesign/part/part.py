@@ -16,6 +16,7 @@ from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
+from gradedesign.part.exact_faces import exact_faces
 from gradedesign.part.file_faces import FileFaces, carried
 from gradedesign.part.mended import Mend, mended
 from gradedesign.part.raw_triangles import RawTriangles, in_mm
@@ -42,6 +43,8 @@ class Part:
         Faces, names and colours of the file on the triangles of ``surface``.
     units : str or None
         Unit in which the file was read; None for a box.
+    chord_tolerance : float or None, mm
+        Within which the triangles follow the curved faces of the file, where it has them.
     regions : mapping of str to Region
         In the order of the case.
     volume : float, mm^3
@@ -57,6 +60,7 @@ class Part:
     faces: SmoothFaces
     file_faces: FileFaces | None
     units: str | None
+    chord_tolerance: float | None
     regions: Mapping[str, Region]
     volume: float
     diagonal: float
@@ -90,9 +94,10 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
     spec = case.part
     file_faces: FileFaces | None = None
     units: str | None = None
+    chord_tolerance: float | None = None
     if spec.file is not None:
         raw, units = _read_file(spec, spec.file, readers)
-        source = spec.file.name
+        source, chord_tolerance = spec.file.name, raw.chord_tolerance
         surface, report, moved = _built(spec, raw, mend, source)
         if raw.faces is not None:
             tolerance = max(10.0 * report.weld_tolerance, moved)
@@ -104,12 +109,16 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
         source = "box"
     else:
         raise CaseError('part: neither file nor box is given; add e.g. file = "part.stl"')
-    faces = segment_faces(surface)
+    if file_faces is not None and file_faces.surfaces:
+        faces = exact_faces(surface, file_faces)
+    else:
+        faces = segment_faces(surface)
     part = Part(
         surface=surface,
         faces=faces,
         file_faces=file_faces,
         units=units,
+        chord_tolerance=chord_tolerance,
         regions=select_regions(surface, faces, case.region, file_faces),
         volume=enclosed_volume(surface),
         diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),

@@ -23,6 +23,7 @@ from gradedesign.output.stl import export_stl
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
+from gradedesign.part.threemf import read_3mf
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
 from gradedesign.verify.analysis import ExplicitAnalysis
@@ -49,6 +50,7 @@ def gradedesign_readers() -> Iterable[PartReader]:
     yield PartReader(name="obj", suffixes=(".obj",), read=read_obj)
     yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
     yield PartReader(name="off", suffixes=(".off",), read=read_off)
+    yield PartReader(name="3mf", suffixes=(".3mf",), read=read_3mf)
     yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
 
 
