@@ -117,6 +117,10 @@ def test_an_installed_format_is_read_and_another_written(installed, tmp_path, cl
     assert not list((tmp_path / "out").glob(".*unfinished"))
 
 
+#: Of the core; installed plugins may read more.
+READABLE = (".3mf", ".glb", ".obj", ".off", ".ply", ".stl")
+
+
 @pytest.mark.slow
 def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
     case = write(tmp_path, SIZED)
@@ -132,8 +136,9 @@ def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
 
 
 def test_the_doctor_lists_formats(installed, cli):
-    out = cli("doctor").out
-    assert "parts: .3mf, .facets, .glb, .obj, .off, .ply, .stl; formats: glb, obj" in out
+    out = " ".join(cli("doctor").out.split())
+    readable = out.split("parts: ")[1].split("; formats: glb, obj")[0].split(", ")
+    assert {*READABLE, ".facets"} <= set(readable)
 
 
 def test_units_and_bytes_of_the_file_count(installed, tmp_path):
@@ -160,7 +165,8 @@ def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, 
     wrong = cli(command, case, *place)
     assert wrong.code == 2
     assert 'case.toml:4: part.file: found "block.facets", which no installed reader' in wrong.err
-    assert "readable: .3mf, .glb, .obj, .off, .ply, .stl" in wrong.err
+    readable = " ".join(wrong.err.split()).split("readable: ")[1]
+    assert all(suffix in readable for suffix in READABLE)
 
 
 def test_a_missing_file_is_told_before_its_suffix_is_judged(tmp_path):
