@@ -18,7 +18,7 @@ from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.round import build_design, density_grid
-from gradedesign.loop.rounds import Analysed
+from gradedesign.loop.rounds import Analysed, Round
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
     picture_deformed,
@@ -36,9 +36,11 @@ from gradedesign.resolve.lattice_files import STL_NAME, printed_lattice, write_l
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
+from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
 from gradedesign.verify.analysis import SurfaceFields
+from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
 from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_body import PrintedBody, measure_printed
@@ -101,6 +103,7 @@ def write_outputs(
     solid: Sequence[Solution] = (),
     rho: FloatArray | None = None,
     shown: Shown | None = None,
+    rounds: Sequence[Round] = (),
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
     problem = setup.problem
@@ -108,9 +111,20 @@ def write_outputs(
     warnings: list[str] = list(result.warnings)
     with announce.stage("output"):
         warnings += _loads_picture(out, problem, files)
-        if solid:
-            _solid_vtu(out, problem, solid, files)
         density = shown.rho if shown is not None else rho
+        if density is None and solid:
+            _solid_vtu(out, problem, solid, files)
+        if "inp" in problem.case.output.formats:
+            learned = (r.correction for r in rounds if shown and np.array_equal(r.rho, shown.rho))
+            warnings += write_decks(
+                out,
+                setup,
+                files,
+                solid=solid,
+                rho=density,
+                correction=next(learned, Correction()),
+                analysed=None if shown is None else shown.analysed,
+            )
         if density is not None:
             warnings += _density_files(out, problem, density, files)
         if shown is not None:
