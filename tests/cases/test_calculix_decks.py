@@ -1,6 +1,5 @@
 """Decks of a run in CalculiX: its displacements are ours, node by node."""
 
-import json
 import re
 import shutil
 import subprocess
@@ -8,6 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 from small_parts import SHORT_BAR
+
+from gradedesign import load_case, run
 
 LOADS = """
 [[load_case]]
@@ -18,7 +19,8 @@ acceleration = ["0 m/s^2", "0 m/s^2", "-981 m/s^2"]
 temperature_change = "20 K"
 [[load_case]]
 name = "stretch"
-fix = [{region = "root", components = "x"}, {region = "root", displacement = ["free", "0 mm", "0 mm"]},
+fix = [{region = "root", components = "x"},
+       {region = "root", displacement = ["free", "0 mm", "0 mm"]},
        {region = "tip", displacement = ["0.01 mm", "free", "free"]}]
 """
 CASE = (
@@ -40,13 +42,6 @@ formats = ["inp"]
 """
 )
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
-
-
-def run(cli, folder, text):
-    (folder / "case.toml").write_text(text, encoding="utf-8")
-    ended = cli("run", folder, "-o", folder / "out")
-    assert ended.code in (0, 4), ended.out + ended.err
-    return json.loads((folder / "out" / "result.json").read_text(encoding="utf-8"))
 
 
 def stated(deck):
@@ -75,13 +70,10 @@ def displacements(deck):
 
 
 @pytest.fixture(scope="module")
-def decks(tmp_path_factory, cell_registry=None):
-    from gradedesign import load_case
-    from gradedesign import run as run_case
-
+def decks(tmp_path_factory):
     folder = tmp_path_factory.mktemp("decks")
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
-    result = run_case(load_case(folder / "case.toml"), folder=folder / "out")
+    result = run(load_case(folder / "case.toml"), folder=folder / "out")
     return folder / "out", result
 
 

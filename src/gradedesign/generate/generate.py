@@ -152,7 +152,7 @@ def _generate(
     )
     result = generated_result(case, registry, made, report)
     material = None if case.material is None else resolve_material(case.material, registry)
-    lattice = printed_lattice(case, made.surface, made.design, material)
+    lattice = printed_lattice(case, part.surface, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
 
 
@@ -176,6 +176,7 @@ def _design(
         cell_size=cell_map.size,
         density=density,
         parameters=built.parameters,
+        axes=cells.families[0].axes if len(cells.families) == 1 else None,
     )
     return design, built, report
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.lattice.beams import BeamLattice
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 
@@ -35,6 +37,9 @@ class PrintedLattice:
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
         when it is first called. Disconnected components, which the surface leaves out, are still in
         it.
+    beams : callable or None
+        Without arguments: the lattice as `BeamLattice` where it is made of round struts in equal
+        cubes, else a `LatticeError`. Disconnected components are still in it.
     unit : str
         Always ``"mm"``.
     """
@@ -46,6 +51,7 @@ class PrintedLattice:
     material: str | None = None
     mass_g: float | None = None
     field: Field | None = None
+    beams: Callable[[], BeamLattice] | None = None
     unit: str = "mm"
 
     @property

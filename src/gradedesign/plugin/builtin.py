@@ -20,6 +20,7 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.stl import export_stl
+from gradedesign.output.threemf import export_3mf, export_3mf_beams
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
@@ -60,8 +61,10 @@ def gradedesign_meshers() -> Iterable[Mesher]:
 
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register the exporters of STL, OBJ, PLY, OFF and GLB."""
+    """Register the exporters of STL, 3MF, OBJ, PLY, OFF and GLB."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
+    yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
+    yield Exporter(name="3mf-beams", suffix=".3mf", write=export_3mf_beams)
     yield Exporter(name="obj", suffix=".obj", write=export_obj)
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)

@@ -14,6 +14,7 @@ from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead
 from gradedesign.errors import PluginError, blaming
+from gradedesign.lattice.beams import beam_lattice
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -84,7 +85,11 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
 
 
 def printed_lattice(
-    case: CaseIdentity, surface: SurfaceMesh, design: LatticeDesign, material: Material | None
+    case: CaseIdentity,
+    part: SurfaceMesh,
+    surface: SurfaceMesh,
+    design: LatticeDesign,
+    material: Material | None,
 ) -> PrintedLattice:
     """The record that exporters receive."""
     mass = None if material is None else enclosed_volume(surface) * material.density * 1e6
@@ -104,6 +109,7 @@ def printed_lattice(
         material=None if material is None else material.name,
         mass_g=mass,
         field=field,
+        beams=lambda: beam_lattice(design, part),
     )
 
 

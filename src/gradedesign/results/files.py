@@ -300,7 +300,7 @@ def _exported_files(
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
     others = [file for file in problem.lattice_files if file.name != STL_NAME]
-    lattice = printed_lattice(problem.case, surface, design, problem.material)
+    lattice = printed_lattice(problem.case, problem.part.surface, surface, design, problem.material)
     files |= write_lattice_files(out, others, lattice)
 
 
