@@ -3,7 +3,9 @@
 import re
 import shutil
 import subprocess
+from xml.etree import ElementTree
 
+import meshio
 import numpy as np
 import pytest
 from small_parts import SHORT_BAR
@@ -90,6 +92,33 @@ def test_a_run_writes_a_deck_of_the_solid_and_of_the_homogenised_part(decks):
     assert text.count("*MATERIAL") > 20
     assert text.count("*MATERIAL") == text.count("*SOLID SECTION")
     assert (out / "solid.inp").read_text(encoding="utf-8").count("*MATERIAL") == 1
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A run of one iteration, whatever its verdict."""
+    folder = tmp_path_factory.mktemp("whole")
+    text = CASE.replace('stop_after = "sizing"', 'max_iterations = 1\nacceptance = "windows"')
+    text = text.replace('formats = ["inp"]', 'formats = ["inp", "vtu"]')
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    return folder / "out", run(load_case(folder / "case.toml"), folder=folder / "out")
+
+
+@pytest.mark.slow
+def test_the_printed_lattice_in_calculix_and_the_series_of_iterations(whole):
+    out, result = whole
+    files = result.files
+    assert {"solid_inp", "homogenised_inp", "explicit_inp", "iterations_pvd"} <= set(files)
+    if shutil.which("ccx") is not None:
+        deck = out / "explicit.inp"
+        found = np.linalg.norm(displacements(deck), axis=2).max(axis=1)
+        np.testing.assert_allclose(found, stated(deck), rtol=1e-3)
+    series = ElementTree.parse(out / "iterations.pvd").getroot()
+    (entry,) = series.iter("DataSet")
+    assert entry.get("timestep") == "1"
+    first, last = (meshio.read(p) for p in (out / entry.get("file"), out / "density.vtu"))
+    name = "relative_density [-]"
+    np.testing.assert_array_equal(first.cell_data[name][0], last.cell_data[name][0])
 
 
 @needs_ccx

@@ -179,11 +179,11 @@ def _step(step: DeckStep, *, heated: bool) -> Iterator[str]:
     fixed, value = step.supports.fixed, step.supports.value
     for node, axis in np.argwhere(fixed.T).tolist():
         yield f"{node + 1}, {axis + 1}, {axis + 1}, {_number(value[axis, node])}"
-    loaded = np.argwhere(step.force.T != 0.0).tolist()
-    if loaded:
-        yield "*CLOAD, OP=NEW"
-        for node, axis in loaded:
-            yield f"{node + 1}, {axis + 1}, {_number(step.force[axis, node])}"
+    # A step without loads would keep those of the step before.
+    loaded = np.argwhere(step.force.T != 0.0).tolist() or [[0, 0]]
+    yield "*CLOAD, OP=NEW"
+    for node, axis in loaded:
+        yield f"{node + 1}, {axis + 1}, {_number(step.force[axis, node])}"
     if heated:
         yield from ("*TEMPERATURE, OP=NEW", f"ALL, {_number(step.temperature_change)}")
     yield from ("*NODE FILE", "U, RF", "*EL FILE", "S, E", "*END STEP")

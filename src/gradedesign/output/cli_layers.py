@@ -120,7 +120,7 @@ def _put_polygon(file: IO[bytes], polygon: FloatArray, *, binary: bool) -> None:
         file.write(struct.pack("<Hiii", _POLYLINE, 1, direction, len(closed)))
         file.write(closed.astype("<f4").tobytes())
     else:
-        numbers = ",".join("%.6f" % v for v in closed.ravel().tolist())
+        numbers = ",".join(f"{v:.6f}" for v in closed.ravel().tolist())
         file.write(f"$$POLYLINE/1,{direction},{len(closed)},{numbers}\n".encode("ascii"))
 
 

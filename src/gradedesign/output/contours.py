@@ -35,15 +35,15 @@ def contours(values: FloatArray) -> list[FloatArray]:
     """
     nx, ny = values.shape
     solid = values < 0.0
-    case = (
-        solid[:-1, :-1] + 2 * solid[1:, :-1] + 4 * solid[1:, 1:] + 8 * solid[:-1, 1:]
-    ).astype(np.int64)
+    case = (solid[:-1, :-1] + 2 * solid[1:, :-1] + 4 * solid[1:, 1:] + 8 * solid[:-1, 1:]).astype(
+        np.int64
+    )
     starts, ends = [], []
     for code, segments in _SEGMENTS.items():
         i, j = np.nonzero(case == code)
-        for begin, end in segments:
-            starts.append(_edge(begin, i, j, nx, ny))
-            ends.append(_edge(end, i, j, nx, ny))
+        for begun, ended in segments:
+            starts.append(_edge(begun, i, j, nx, ny))
+            ends.append(_edge(ended, i, j, nx, ny))
     start, end = np.concatenate(starts), np.concatenate(ends)
     order = np.argsort(start)
     start, end = start[order], end[order]

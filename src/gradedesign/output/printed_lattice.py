@@ -37,6 +37,15 @@ class PrintedLattice:
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
         when it is first called. Disconnected components, which the surface leaves out, are still in
         it.
+    dense_field : callable or None
+        Reach in mm to the same field, exact within that reach of its surface and right in sign
+        everywhere: for samples a third of the reach apart.
+    bodies : int
+        Connected components of the part: as many of the lattice are printed.
+    layer_height, pixel_size : float or None, mm
+        Of the printer, as far as the case states them.
+    build_direction : str
+        ``"+x"`` to ``"-z"``: what points upwards in the printer.
     beams : callable or None
         Without arguments: the lattice as `BeamLattice` where it is made of round struts in equal
         cubes, else a `LatticeError`. Disconnected components are still in it.
@@ -51,6 +60,11 @@ class PrintedLattice:
     material: str | None = None
     mass_g: float | None = None
     field: Field | None = None
+    dense_field: Callable[[float], Field] | None = None
+    bodies: int = 1
+    layer_height: float | None = None
+    pixel_size: float | None = None
+    build_direction: str = "+z"
     beams: Callable[[], BeamLattice] | None = None
     unit: str = "mm"
 

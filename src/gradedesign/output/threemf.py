@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.lattice.beams import BeamLattice
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
 
@@ -279,16 +280,17 @@ def _require_same_surface(path: Path, found: ObjectRead, meant: SurfaceMesh) -> 
     """Compare count, closedness and volume of triangles with what was meant."""
     volume = enclosed_volume(meant)
     surface = SurfaceMesh(vertices=found.vertices, faces=found.faces)
-    enclosed, ends = enclosed_volume(surface), open_edge_count(surface)
+    enclosed = enclosed_volume(surface)
+    closed = edge_balance(surface.vertices[surface.faces]) == 0
     if (
         len(found.faces) != len(meant.faces)
-        or ends
+        or not closed
         or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
     ):
         raise ResourceError(
-            f"{path} reads back as {len(found.faces)} triangles with {ends} open edges, "
-            f"{enclosed:g} mm^3; expected {len(meant.faces)} triangles, none, {volume:g} mm^3 "
-            f"within 0.1 %; check the disk and write it again"
+            f"{path} reads back as {len(found.faces)} triangles that "
+            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected {len(meant.faces)} "
+            f"that close, {volume:g} mm^3 within 0.1 %; check the disk and write it again"
         )
 
 

@@ -17,17 +17,24 @@ from gradedesign.errors import PluginError, blaming
 from gradedesign.lattice.beams import beam_lattice
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
+from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.output.stl import float32_vertices
 from gradedesign.plugin.registry import Registry, absent
 from gradedesign.workspace.atomic import replacing_path
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
 #: Name of the exported surface that acceptance reads back.
 STL_NAME = "lattice.stl"
+#: Triangles that reach less than this beyond each other only touch, mm.
+TOUCHING = 1e-3
+#: Largest surface that is tested for crossing itself, triangles.
+MOST_TESTED = 2_000_000
 #: Other files of a lattice, whose names no exporter gets.
 _TAKEN = ("lattice.png", "lattice.vtu")
 
@@ -109,7 +116,31 @@ def printed_lattice(
         material=None if material is None else material.name,
         mass_g=mass,
         field=field,
+        dense_field=lambda reach: lattice_field(design, band=reach, single=True),
+        bodies=design.domain.bodies,
+        layer_height=None if case.print is None else case.print.layer_height,
+        pixel_size=None if case.print is None else case.print.pixel_size,
+        build_direction="+z" if case.print is None else case.print.build_direction,
         beams=lambda: beam_lattice(design, part),
+    )
+
+
+def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
+    """Warnings on triangles of the surface, as files hold it, that pass through each other."""
+    if len(surface.faces) > MOST_TESTED:
+        return (
+            f"the printed surface of {len(surface.faces)} triangles is not tested for crossing "
+            f"itself, which is done up to {MOST_TESTED}",
+        )
+    report_step("triangles that pass through each other")
+    vertices = float32_vertices(surface.vertices)
+    pairs = crossing_triangles(vertices, surface.faces, TOUCHING)
+    if len(pairs) == 0:
+        return ()
+    at = ", ".join(f"{c:.4g}" for c in vertices[surface.faces[pairs[0, 0]]].mean(axis=0))
+    return (
+        f"{len(pairs)} triangles of the printed surface pass through others by more than "
+        f"{1e3 * TOUCHING:g} um, the first at ({at}) mm; a slicer may fill or drop something there",
     )
 
 

@@ -32,13 +32,19 @@ from gradedesign.output.result import RunResult, as_json
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
 from gradedesign.resolve.cell_choice import CellChoice
-from gradedesign.resolve.lattice_files import STL_NAME, printed_lattice, write_lattice_files
+from gradedesign.resolve.lattice_files import (
+    STL_NAME,
+    crossing_warnings,
+    printed_lattice,
+    write_lattice_files,
+)
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
 from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.results.series import write_series
 from gradedesign.verify.analysis import SurfaceFields
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
@@ -127,8 +133,10 @@ def write_outputs(
             )
         if density is not None:
             warnings += _density_files(out, problem, density, files)
+        if rounds and "vtu" in problem.case.output.formats:
+            write_series(out, problem, rounds, files)
         if shown is not None:
-            _exported_files(out, problem, shown.surface, shown.analysed.design, files)
+            warnings += _exported_files(out, problem, shown.surface, shown.analysed.design, files)
             warnings += _lattice_files(out, problem, shown, files)
         elif rho is not None and problem.case.run.stop_after == "lattice":
             warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
@@ -281,9 +289,9 @@ def _unjudged_lattice(
         raw, keep=problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
     out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), surface))
-    _exported_files(out, problem, surface, design, files)
+    warnings = _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
-    warnings = picture_lattice(out.path_of("lattice.png"), surface)
+    warnings += picture_lattice(out.path_of("lattice.png"), surface)
     _adopt_drawn(out, files, "lattice")
     if islands.dropped:
         return (*warnings, f"{islands.dropped} floating islands were removed")
@@ -296,12 +304,13 @@ def _exported_files(
     surface: SurfaceMesh,
     design: LatticeDesign,
     files: dict[str, str],
-) -> None:
+) -> tuple[str, ...]:
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
     others = [file for file in problem.lattice_files if file.name != STL_NAME]
     lattice = printed_lattice(problem.case, problem.part.surface, surface, design, problem.material)
     files |= write_lattice_files(out, others, lattice)
+    return crossing_warnings(surface)
 
 
 def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:
