@@ -34,8 +34,8 @@ LEAST_SHARE = 1e-8
 WHOLE = 1e-9
 #: Share of the volume that loose pieces may hold.
 LOOSE_SHARE = 0.01
-#: Points per call of the field.
-POINTS = 2**18
+#: Points per call of the field, and cut elements per call of the quadrature.
+POINTS, CHUNK = 2**18, 4096
 #: Parts along the edge of an element whose stress is reported.
 BLOCKS = 4
 
@@ -135,6 +135,7 @@ def cut_elements(
     solid, whole, cut, samples = _classify(field, grid, subcells)
     sampled = time.perf_counter()
     dropped, dropped_share = 0, 0.0
+    report_step("disconnected components of the finite cells")
     labels, count = ndimage.label(solid, structure=_neighbours())
     if count > bodies:
         loose, dropped, dropped_share = _loose(labels, bodies)
@@ -164,7 +165,12 @@ def _collect(
     """Integrate over cut elements, sort all by colour."""
     weights = np.zeros((len(cut), CUT_POINTS**3))
     values, integrals = (_padded(table) for table in lagrange_tables(CUT_POINTS))
-    kernels.fitted_weights(samples, kernels.TETS, kernels.RULE, values, integrals, weights)
+    for first in range(0, len(cut), CHUNK):
+        report_step(f"quadrature of {len(cut)} cut elements", first / len(cut))
+        part = slice(first, first + CHUNK)
+        kernels.fitted_weights(
+            samples[part], kernels.TETS, kernels.RULE, values, integrals, weights[part]
+        )
     fill = weights.sum(axis=1)
     full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])
@@ -179,6 +185,7 @@ def _collect(
     weights = weights[cut_order]
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
+    report_step("solid shares of cut elements")
     kernels.solid_shares(samples, kernels.TETS, BLOCKS, share, centre)
     return Elements(
         grid=grid,
