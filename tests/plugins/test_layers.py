@@ -30,6 +30,8 @@ min_wall = "0.1 mm"
 layer_height = "0.1 mm"
 pixel_size = "0.125 mm"
 build_direction = "{direction}"
+overhang_angle = "40 deg"
+build_volume = ["10 mm", "5 mm", "10 mm"]
 [output]
 formats = ["cli", "cli-binary", "png-stack"]
 """
@@ -44,6 +46,12 @@ def test_layers_of_a_generated_lattice(cli, tmp_path, direction):
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert result["files"]["lattice_cli"] == "lattice.cli"
     assert result["files"]["lattice_png-stack"] == "lattice.zip"
+    overhang = result["measures"]["overhang"]
+    assert overhang["build_direction"] == direction
+    assert (
+        0 <= overhang["least_fraction"] <= overhang["fraction"] <= overhang["most_fraction"] < 0.3
+    )
+    assert overhang["support_volume_mm3"] > 0
     volume = result["measures"]["volume_mm3"]
     count, wide, deep = (50, 80, 40) if direction == "+z" else (100, 40, 40)
     text, binary = (
@@ -72,6 +80,17 @@ def test_layers_of_a_generated_lattice(cli, tmp_path, direction):
     assert images[0].shape == (deep + 2, wide + 2)
     pixels = sum(int((image > 0.5).sum()) for image in images)
     assert pixels * 0.125**2 * 0.1 == pytest.approx(volume, rel=0.01)
+
+
+def test_a_part_that_its_printer_cannot_hold_is_refused_with_directions(cli, tmp_path):
+    text = CASE.format(direction="+y")
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    # Built towards y, its z lies along x, its x along y: 5 x 10 x 5 mm.
+    assert ended.code == 2
+    told = " ".join(ended.err.split())
+    assert "print.build_volume: found a part of 5 x 10 x 5 mm, built towards +y" in told
+    assert "take build_direction +z, -z" in told
 
 
 def ball(centre, radius):

@@ -183,7 +183,7 @@ WRONG = [
     (
         'min_wall = "0.8 mm"',
         'min_wall = "0.8 mm"\nbuild_direction = "up"',
-        ["print.build_direction", '+x, -x, +y, -y, +z, -z'],
+        ["print.build_direction", "+x, -x, +y, -y, +z, -z"],
     ),
     ('["stl"]', '["STL"]', ["expected the name of a format", 'did you mean "stl"']),
     ('["stl"]', '["stl", "stl"]', ["a format twice"]),

@@ -281,6 +281,10 @@ class PrintSpec(Table):
     """Resolution within a layer, mm; the layer height by default."""
     build_direction: Direction = "+z"
     """Direction of the part that points upwards in the printer."""
+    overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] | None = None
+    """Facets inclined to the plate by less overhang, degrees; measured where it is stated."""
+    build_volume: Annotated[Triple, Vector("length")] | None = None
+    """Room of the printer along its x, y and upwards, mm."""
 
 
 class KeepSpec(Table):

@@ -36,7 +36,8 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.result import RunResult
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, build_registry
-from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
+from gradedesign.resolve.build_volume import require_fits
+from gradedesign.resolve.lattice_files import lattice_files, overhang_data, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.resolve import resolve_material
@@ -139,6 +140,7 @@ def _generate(
     formats = lattice_files(case, registry)
     with announce.stage("part"), locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry))
+    require_fits(case, part.surface)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
@@ -252,6 +254,7 @@ def generated_result(
             "cell": cell,
             "cell_map": dict(report),
             "transition": dict(made.built.transition),
+            **overhang_data(case, made.surface),
             "volume_mm3": volume,
         },
         warnings=tuple(dict.fromkeys(warnings)),

@@ -35,6 +35,7 @@ from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import (
     STL_NAME,
     crossing_warnings,
+    overhang_data,
     printed_lattice,
     write_lattice_files,
 )
@@ -145,6 +146,9 @@ def write_outputs(
         files["report"] = "report.html"
     files["log"] = "iterations.csv"
     files["result"] = RESULT_NAME
+    if shown is not None:
+        overhangs = overhang_data(problem.case, shown.surface)
+        result = replace(result, measures={**result.measures, **overhangs})
     result = replace(
         result,
         folder=out.path,
