@@ -137,7 +137,8 @@ def read_cli(path: Path) -> Iterator[tuple[float, list[tuple[int, FloatArray]]]]
 
 
 def _ascii_layers(file: IO[bytes]) -> Iterator[tuple[float, list[tuple[int, FloatArray]]]]:
-    top, lines = None, []
+    top: float | None = None
+    lines: list[tuple[int, FloatArray]] = []
     for line in file:
         command, _, rest = line.decode("utf-8").strip().partition("/")
         if command in ("$$LAYER", "$$GEOMETRYEND"):
@@ -151,7 +152,8 @@ def _ascii_layers(file: IO[bytes]) -> Iterator[tuple[float, list[tuple[int, Floa
 
 
 def _binary_layers(file: IO[bytes]) -> Iterator[tuple[float, list[tuple[int, FloatArray]]]]:
-    top, lines = None, []
+    top: float | None = None
+    lines: list[tuple[int, FloatArray]] = []
     while len(code := file.read(2)) == 2:
         if struct.unpack("<H", code)[0] == _LAYER:
             if top is not None:

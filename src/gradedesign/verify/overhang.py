@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.mesh._ray_kernels import exit_lengths
 from gradedesign.mesh.closest import build_triangle_tree
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
@@ -100,7 +100,8 @@ def gathered_normals(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     _, box = np.unique(key @ np.array([1, 1000, 1_000_000]), return_inverse=True)
     box = box.ravel()
     sums = np.stack([np.bincount(box, weights=v) for v in vectors.T], axis=1)
-    return sums / np.linalg.norm(sums, axis=1)[:, None], np.bincount(box, weights=area)
+    areas: FloatArray = np.bincount(box, weights=area)
+    return sums / np.linalg.norm(sums, axis=1)[:, None], areas
 
 
 def overhang_fractions(
@@ -134,7 +135,7 @@ def _around(up: FloatArray) -> FloatArray:
     return np.concatenate([up[None], near.reshape(-1, 3)])
 
 
-def _overhanging(vectors: FloatArray, up: FloatArray, angle: float) -> FloatArray:
+def _overhanging(vectors: FloatArray, up: FloatArray, angle: float) -> BoolArray:
     area = np.linalg.norm(vectors, axis=1)
     return np.asarray(-(vectors @ up) > np.cos(np.radians(angle)) * area)
 
@@ -145,7 +146,7 @@ def _support(surface: SurfaceMesh, up: FloatArray, angle: float) -> tuple[float,
     plate, extent = height.min(), np.ptp(height)
     vectors = area_vectors(surface)
     hangs = _overhanging(vectors, up, angle)
-    hangs &= (height[surface.faces] - plate > _ON_PLATE * extent).any(axis=1)
+    hangs = hangs & (height[surface.faces] - plate > _ON_PLATE * extent).any(axis=1)
     if not hangs.any():
         return 0.0, 0.0
     below = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[hangs])
