@@ -98,7 +98,9 @@ def test_a_run_writes_a_deck_of_the_solid_and_of_the_homogenised_part(decks):
 def whole(tmp_path_factory):
     """A run of one iteration, whatever its verdict."""
     folder = tmp_path_factory.mktemp("whole")
-    text = CASE.replace('stop_after = "sizing"', 'max_iterations = 1\nexplicit_mesh_size = "1.3 mm"')
+    text = CASE.replace(
+        'stop_after = "sizing"', 'max_iterations = 1\nexplicit_mesh_size = "1.3 mm"'
+    )
     text = text.replace('formats = ["inp"]', 'formats = ["inp", "vtu"]')
     (folder / "case.toml").write_text(text, encoding="utf-8")
     return folder / "out", run(load_case(folder / "case.toml"), folder=folder / "out")
