@@ -43,6 +43,11 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Boundary force and strain energy must match the driving analysis to this share.
 MATCH = 0.03
+#: Thickness of the slab behind a cut plane in which its force is taken, over the surface size; the
+#: middle weighs most. Sample points lie inside or outside of a slab as a whole: with equal weights in
+#: a slab of 2 a gyroid sheet's forces differed by 10 %, as much as the volumes of the samples there,
+#: where mean stress differs by 0.4 % and these slabs by 0.6 % (9 bricks a cell).
+SLAB = 6.0
 #: Share of a window's cut nodes that may find no driving displacement.
 MOST_UNDRIVEN = 0.05
 #: The mesher's envelope as a share of the surface size.
@@ -226,24 +231,23 @@ def _driven_supports(
     return Supports(fixed=fixed, value=value)
 
 
-def _slab_force(field: StressSample, inside: BoolArray, axis: int, thickness: float) -> FloatArray:
-    """Force through a plane as the mean over a slab behind it, ``(3,)``, N."""
-    return field.stress[:, axis][:, inside] @ field.volumes[inside] / thickness
+def _slab_force(field: StressSample, depth: FloatArray, axis: int, thickness: float) -> FloatArray:
+    """Mean force through the planes of a slab, most weight on the middle one, ``(3,)``, N."""
+    weight = np.maximum(1.0 - np.abs(2.0 * depth / thickness - 1.0), 0.0) * 2.0 / thickness
+    return field.stress[:, axis] @ (weight * field.volumes)
 
 
 def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, spacing: float) -> float:
     """Difference of the forces through the six cut planes over the largest of them."""
     lower, upper = box
-    thickness = 2 * spacing
     discrepancies, sizes = [], []
     for axis in range(3):
+        thickness = min(SLAB * spacing, 0.5 * (upper[axis] - lower[axis]))
         for bound, sign in ((lower[axis], 1.0), (upper[axis], -1.0)):
-            forces = []
-            for field in (fine, coarse):
-                depth = sign * (field.points[axis] - bound)
-                forces.append(
-                    _slab_force(field, (depth >= 0) & (depth <= thickness), axis, thickness)
-                )
+            forces = [
+                _slab_force(field, sign * (field.points[axis] - bound), axis, thickness)
+                for field in (fine, coarse)
+            ]
             discrepancies.append(float(np.linalg.norm(forces[0] - forces[1])))
             sizes.append(float(np.linalg.norm(forces[1])))
     return max(discrepancies) / max(sizes) if max(sizes) > 0 else float("inf")
