@@ -100,7 +100,7 @@ def gathered_normals(vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     _, box = np.unique(key @ np.array([1, 1000, 1_000_000]), return_inverse=True)
     box = box.ravel()
     sums = np.stack([np.bincount(box, weights=v) for v in vectors.T], axis=1)
-    areas: FloatArray = np.bincount(box, weights=area)
+    areas = np.asarray(np.bincount(box, weights=area), dtype=np.float64)
     return sums / np.linalg.norm(sums, axis=1)[:, None], areas
 
 
