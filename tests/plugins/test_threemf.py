@@ -14,7 +14,8 @@ from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.threemf import BALLS, BEAMS, CORE, export_3mf_beams, read_back
+from gradedesign.output.threemf import BALLS, BEAMS, CORE, export_3mf_beams
+from gradedesign.output.threemf_read_back import read_back
 from gradedesign.part.box import box_surface
 from gradedesign.plugin.registry import build_registry
 

@@ -7,24 +7,25 @@ piece by piece and have no time stamps: equal lattices give equal files.
 from __future__ import annotations
 
 import zipfile
-from array import array
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
-from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.errors import LatticeError, ResourceError
+from gradedesign.errors import LatticeError
 from gradedesign.lattice.beams import BeamLattice
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output.edge_balance import edge_balance
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
+from gradedesign.output.stl import float32_vertices
+from gradedesign.output.threemf_read_back import (
+    MODEL,
+    read_back,
+    require_same_beams,
+    require_same_surface,
+)
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 BEAMS = "http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02"
@@ -33,12 +34,9 @@ BALLS = "http://schemas.microsoft.com/3dmanufacturing/beamlattice/balls/2020/07"
 METADATA = "urn:gradedesign:metadata"
 #: Beams shorter than this are ignored by readers, mm; there are none.
 SHORTEST = 1e-4
-#: Radii and places survive text and float32 within this share.
-_SAME = 1e-5
 
 _DATE = (1980, 1, 1, 0, 0, 0)
 _BATCH = 1 << 15
-_MODEL = "3D/3dmodel.model"
 _TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
@@ -50,7 +48,7 @@ _TYPES = (
 _RELATIONS = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    f'<Relationship Target="/{_MODEL}" Id="rel0" '
+    f'<Relationship Target="/{MODEL}" Id="rel0" '
     'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
 )
 
@@ -69,7 +67,7 @@ def export_3mf(path: Path, lattice: PrintedLattice) -> None:
         vertices=float32_vertices(lattice.surface.vertices), faces=lattice.surface.faces
     )
     _write(path, lattice, _mesh_object(1, lattice.name, surface), built=1)
-    _require_same_surface(path, read_back(path)[-1], lattice.surface)
+    require_same_surface(path, read_back(path)[-1], lattice.surface)
 
 
 def export_3mf_beams(path: Path, lattice: PrintedLattice) -> None:
@@ -96,8 +94,8 @@ def export_3mf_beams(path: Path, lattice: PrintedLattice) -> None:
 
     _write(path, lattice, content(), built=2, balls=len(beams.ball_nodes) > 0)
     cut, found = read_back(path)
-    _require_same_surface(path, cut, beams.clip)
-    _require_same_beams(path, found, beams)
+    require_same_surface(path, cut, beams.clip)
+    require_same_beams(path, found, beams)
 
 
 def _write(
@@ -116,7 +114,7 @@ def _write(
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as package:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS)):
             package.writestr(_entry(name), text)
-        with package.open(_entry(_MODEL), "w", force_zip64=True) as model:
+        with package.open(_entry(MODEL), "w", force_zip64=True) as model:
             _put(
                 model,
                 '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -202,121 +200,3 @@ def _rows(tag: str, form: str, table: NDArray[np.generic]) -> Iterator[str]:
         part = table[low : low + _BATCH]
         yield (form + "\n") * len(part) % tuple(part.ravel().tolist())
     yield f"</{tag}>\n"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ObjectRead:
-    """One object of a file as read back.
-
-    Attributes
-    ----------
-    vertices : (n, 3) array, mm
-    faces : (m, 3) int array
-    beams : (k, 2) int array
-    radii : (k, 2) array, mm
-    balls : (b, 2) array
-        Node and radius, mm.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-    beams: IntArray
-    radii: FloatArray
-    balls: FloatArray
-
-
-def read_back(path: Path) -> list[ObjectRead]:
-    """Objects of a file that was written here, in their order.
-
-    Read element by element, so that numbers alone are held.
-    """
-    objects: list[ObjectRead] = []
-    tables: dict[str, array[float]] = {}
-    default = [0.0]
-    keys = {
-        "vertex": ("x", "y", "z"),
-        "triangle": ("v1", "v2", "v3"),
-        "b:beam": ("v1", "v2"),
-        "b2:ball": ("vindex", "r"),
-    }
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        if tag in keys:
-            tables[tag].extend([float(attributes[key]) for key in keys[tag]])
-            if tag == "b:beam":
-                tables["radius"].extend(
-                    [float(attributes.get(key, default[0])) for key in ("r1", "r2")]
-                )
-        elif tag == "object":
-            tables.update({key: array("d") for key in (*keys, "radius")})
-        elif tag == "b:beamlattice":
-            default[0] = float(attributes["radius"])
-
-    def end(tag: str) -> None:
-        if tag == "object":
-            objects.append(_object(tables))
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler, parser.EndElementHandler = start, end
-    with zipfile.ZipFile(path) as package, package.open(_MODEL) as model:
-        parser.ParseFile(model)
-    return objects
-
-
-def _object(tables: Mapping[str, array[float]]) -> ObjectRead:
-    def table(name: str, columns: int) -> FloatArray:
-        return np.array(tables[name], dtype=np.float64).reshape(-1, columns)
-
-    return ObjectRead(
-        vertices=table("vertex", 3),
-        faces=table("triangle", 3).astype(np.int64),
-        beams=table("b:beam", 2).astype(np.int64),
-        radii=table("radius", 2),
-        balls=table("b2:ball", 2),
-    )
-
-
-def _require_same_surface(path: Path, found: ObjectRead, meant: SurfaceMesh) -> None:
-    """Compare count, closedness and volume of triangles with what was meant."""
-    volume = enclosed_volume(meant)
-    surface = SurfaceMesh(vertices=found.vertices, faces=found.faces)
-    enclosed = enclosed_volume(surface)
-    closed = edge_balance(surface.vertices[surface.faces]) == 0
-    if (
-        len(found.faces) != len(meant.faces)
-        or not closed
-        or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
-    ):
-        raise ResourceError(
-            f"{path} reads back as {len(found.faces)} triangles that "
-            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected {len(meant.faces)} "
-            f"that close, {volume:g} mm^3 within 0.1 %; check the disk and write it again"
-        )
-
-
-def _require_same_beams(path: Path, found: ObjectRead, meant: BeamLattice) -> None:
-    """Compare every strut, radius and ball with what was meant."""
-    same = np.array_equal(found.beams, meant.beams) and len(found.balls) == len(meant.ball_nodes)
-    if same:
-        size = np.abs(meant.nodes).max()
-        same = (
-            np.allclose(found.radii, meant.radii, rtol=_SAME, atol=0.0)
-            and np.allclose(found.vertices[: len(meant.nodes)], meant.nodes, atol=_SAME * size)
-            and np.allclose(found.balls[:, 1], meant.ball_radii, rtol=_SAME)
-        )
-    if same and meant.solid is not None:
-        # The solids' triangles come after the nodes of the beams.
-        shifted = ObjectRead(
-            vertices=found.vertices[len(meant.nodes) :],
-            faces=found.faces - len(meant.nodes),
-            beams=found.beams,
-            radii=found.radii,
-            balls=found.balls,
-        )
-        _require_same_surface(path, shifted, meant.solid)
-    if not same:
-        raise ResourceError(
-            f"{path} reads back with {len(found.beams)} beams and {len(found.balls)} balls, or "
-            f"other places or radii; expected {len(meant.beams)} and {len(meant.ball_nodes)}; "
-            f"check the disk and write it again"
-        )

@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.stress import element_stress, von_mises
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
@@ -41,11 +39,11 @@ from gradedesign.resolve.lattice_files import (
 )
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
-from gradedesign.resolve.solid import solid_stiffness
 from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
 from gradedesign.results.series import write_series
+from gradedesign.results.solid_vtu import write_solid_vtu
 from gradedesign.verify.analysis import SurfaceFields
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
@@ -120,17 +118,12 @@ def write_outputs(
         warnings += _loads_picture(out, problem, files)
         density = shown.rho if shown is not None else rho
         if density is None and solid:
-            _solid_vtu(out, problem, solid, files)
+            write_solid_vtu(out, problem, solid, files)
         if "inp" in problem.case.output.formats:
-            learned = (r.correction for r in rounds if shown and np.array_equal(r.rho, shown.rho))
+            analysed = None if shown is None else shown.analysed
+            learned = _learned(rounds, density)
             warnings += write_decks(
-                out,
-                setup,
-                files,
-                solid=solid,
-                rho=density,
-                correction=next(learned, Correction()),
-                analysed=None if shown is None else shown.analysed,
+                out, setup, files, solid=solid, rho=density, correction=learned, analysed=analysed
             )
         if density is not None:
             warnings += _density_files(out, problem, density, files)
@@ -146,12 +139,11 @@ def write_outputs(
         files["report"] = "report.html"
     files["log"] = "iterations.csv"
     files["result"] = RESULT_NAME
-    if shown is not None:
-        overhangs = overhang_data(problem.case, shown.surface)
-        result = replace(result, measures={**result.measures, **overhangs})
+    overhangs = {} if shown is None else overhang_data(problem.case, shown.surface)
     result = replace(
         result,
         folder=out.path,
+        measures={**result.measures, **overhangs},
         files=files,
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),
@@ -169,6 +161,14 @@ def write_outputs(
     return result
 
 
+def _learned(rounds: Sequence[Round], rho: FloatArray | None) -> Correction:
+    """Correction that the explicit analysis of a design taught; none before."""
+    if rho is None:
+        return Correction()
+    found = (one.correction for one in rounds if np.array_equal(one.rho, rho))
+    return next(found, Correction())
+
+
 def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:
     files["loads"] = "loads.png"
     warnings = picture_loads(
@@ -180,32 +180,6 @@ def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> t
     )
     _adopt_drawn(out, files, "loads")
     return warnings
-
-
-def _solid_vtu(
-    out: RunFolder, problem: Problem, solid: Sequence[Solution], files: dict[str, str]
-) -> None:
-    if "vtu" not in problem.case.output.formats:
-        return
-    stiffness = solid_stiffness(problem)
-    data: dict[str, Any] = {}
-    for solution in solid:
-        data[f"displacement {solution.name} [mm]"] = solution.displacement
-    cells = {
-        f"von_mises {s.name} [MPa]": von_mises(
-            element_stress(problem.space, stiffness, s.displacement)
-        ).mean(axis=1)
-        for s in solid
-    }
-    report_step("writing solid.vtu")
-    files["solid_vtu"] = "solid.vtu"
-    write_vtu(
-        out.path_of("solid.vtu"),
-        (problem.space.nodes, problem.space.elements.astype(np.int64)),
-        point_data=data,
-        cell_data=cells,
-    )
-    out.adopt("solid.vtu")
 
 
 def _density_files(

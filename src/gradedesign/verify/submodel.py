@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError
 from gradedesign.fe.facets import facet_nodes
