@@ -5,7 +5,10 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 TESTED := $(VENV)/.ready-to-test
 DOCUMENTED := $(VENV)/.ready-to-document
-PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+# Bring a library under the GPL and one of 390 MB: only installed by who asks for them.
+GPL := plugins/gradedesign-pymeshlab
+LARGE := plugins/gradedesign-step
+PLUGINS := $(filter-out $(GPL) $(LARGE),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
 PROJECTS := pyproject.toml $(wildcard plugins/*/pyproject.toml)
 
 .PHONY: install run test test-all bench docs
@@ -21,6 +24,8 @@ $(READY): $(PROJECTS)
 
 $(TESTED): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ./$(LARGE)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable ./$(GPL)
 	touch $@
 
 $(DOCUMENTED): $(READY)

@@ -36,8 +36,6 @@ ALLOWED = {
     "gradedesign.verify.measures.StressMeasure": "result.json and report.html, measures",
     # Interfaces for code of others.
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
-    # With the protocol of explicit analyses.
-    "gradedesign.verify.explicit_mesh.ExplicitMesh": "measures of the stuffed mesh",
 }
 
 

@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
     from gradedesign.output.printed_lattice import PrintedLattice
+    from gradedesign.part.exact_surface import ExactSurface
     from gradedesign.part.file_faces import FileFaces
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
+    from gradedesign.part.repairer import Repairer, serve_repairer
     from gradedesign.pipeline import run
     from gradedesign.plugin.hookspecs import hookimpl
     from gradedesign.plugin.read_case import load_case
@@ -78,6 +80,7 @@ __all__ = [
     "Discretisation",
     "EigenProblem",
     "EigenSolver",
+    "ExactSurface",
     "ExplicitAnalysis",
     "Exporter",
     "ExtremeValue",
@@ -107,6 +110,7 @@ __all__ = [
     "PrintedSolid",
     "PropertyTable",
     "RawTriangles",
+    "Repairer",
     "Resolution",
     "ResourceError",
     "Response",
@@ -131,6 +135,7 @@ __all__ = [
     "read_property_table",
     "run",
     "serve_mesher",
+    "serve_repairer",
     "shipped_laws",
     "stated_words",
     "tabulated_law",
@@ -165,9 +170,11 @@ _HOMES = {
     "mesh.surface_mesh": "SurfaceMesh",
     "output.exporter": "Exporter",
     "output.printed_lattice": "PrintedLattice",
+    "part.exact_surface": "ExactSurface",
     "part.file_faces": "FileFaces",
     "part.raw_triangles": "RawTriangles raw_triangles",
     "part.reader": "PartReader",
+    "part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
     "plugin.hookspecs": "hookimpl",
     "verify.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "

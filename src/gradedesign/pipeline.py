@@ -1,6 +1,6 @@
 """The multi-fidelity loop: from a case to the lightest lattice found that meets its limits.
 
-Read this first. Part, solid analysis; then rounds of sizing on the homogenised part, explicit
+Read this first. Part, solid analysis; then iterations of sizing on the homogenised part, explicit
 analysis and correction; then acceptance: the exported surface, meshed again whole, decides, or its
 most stressed submodels correct the stress of the explicit analysis; a miss iterates again.
 """
@@ -19,17 +19,17 @@ from gradedesign.loop.accepted import Accepted, accept_design, export_surface
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import why_ended
 from gradedesign.loop.graded_cells import with_cells
+from gradedesign.loop.iteration import Analysed, DesignIteration, analyse_design, run_iteration
+from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.loop.loop import Progress, Stages, run_loop
-from gradedesign.loop.round import SizingPlan, design_filter, size_round
-from gradedesign.loop.rounds import Analysed, Round, analyse_design, play_round
 from gradedesign.loop.run_cost import RunCost
 from gradedesign.loop.stages import (
     default_folder,
     load_acceptance,
-    load_rounds,
+    load_iterations,
     open_stages,
     save_acceptance,
-    save_round,
+    save_iteration,
 )
 from gradedesign.output.result import RunResult
 from gradedesign.output.stl import write_stl
@@ -44,7 +44,7 @@ from gradedesign.results.failed import recording_failure
 from gradedesign.results.files import Shown, shown_of, write_outputs
 from gradedesign.results.finished import finished_result
 from gradedesign.results.summary import (
-    best_round,
+    best_iteration,
     infeasible_result,
     partial_result,
     verdict_result,
@@ -53,8 +53,8 @@ from gradedesign.verify.correction import Correction
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Use that sizing aims at when no explicit analysis follows it.
-FULL_USE = 0.998
+#: Utilisation that sizing aims at when no explicit analysis follows it.
+FULL_UTILISATION = 0.998
 
 
 def run(
@@ -80,7 +80,7 @@ def run(
         Receives every progress event.
     resume : bool
         Go on from the last finished stage of a run that was interrupted, failed, or was ended by
-        time or rounds of which there are more now; a finished one returns its result at once.
+        time or iterations of which there are more now; a finished one returns its result at once.
     overwrite : bool
         Replace the results of an earlier run.
 
@@ -140,12 +140,12 @@ def stop_early(
 ) -> RunResult:
     """Size once, and stop there or after building the lattice."""
     with announce.stage("sizing"):
-        sized = size_round(
+        sized = size_design(
             setup,
             Correction(),
             {},
             design_filter(setup),
-            SizingPlan(target=FULL_USE, most_iterations=60),
+            SizingPlan(target=FULL_UTILISATION, most_iterations=60),
             announce.sizing_step,
         )
     setup = with_cells(setup, sized.rho)
@@ -162,22 +162,22 @@ def loop(
     solid: Sequence[Solution],
 ) -> RunResult:
     """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
-    rounds = load_rounds(out, setup)
-    for done in rounds:
-        announce.round(done, resumed=True)
-    refused, factors = load_acceptance(out, setup, len(rounds))
+    iterations = load_iterations(out, setup)
+    for iteration in iterations:
+        announce.iteration(iteration, resumed=True)
+    refused, factors = load_acceptance(out, setup, len(iterations))
     outcome = run_loop(
-        loop_stages(setup, out, announce, cost, rounds),
-        Progress(rounds=rounds, refused=refused, factors=factors),
+        loop_stages(setup, out, announce, cost, iterations),
+        Progress(iterations=iterations, refused=refused, factors=factors),
     )
-    shown = shown_design(setup, out, announce, outcome.rounds, outcome.accepted)
+    shown = shown_design(setup, out, announce, outcome.iterations, outcome.accepted)
     announce.printed(shown.printed, setup.problem.material)
     result = verdict_result(
-        setup, registry, outcome.rounds, outcome.accepted, outcome.ended, shown.printed
+        setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown.printed
     )
     result = replace(result, predicted=cost.data())
     return write_outputs(
-        out, setup, result, announce, solid=solid, shown=shown, rounds=outcome.rounds
+        out, setup, result, announce, solid=solid, shown=shown, iterations=outcome.iterations
     )
 
 
@@ -186,16 +186,18 @@ def loop_stages(
     out: RunFolder,
     announce: Announcer,
     cost: RunCost,
-    rounds: tuple[Round, ...],
+    iterations: tuple[DesignIteration, ...],
 ) -> Stages:
-    """Stages of the loop for a prepared part; ``rounds`` were finished by an earlier run."""
-    deadline = cost.deadline(rounds)
+    """Stages of the loop for a prepared part; ``iterations`` were finished by an earlier run."""
+    deadline = cost.deadline(iterations)
     matrix = cache(lambda: design_filter(setup))
 
-    def iterate(previous: tuple[Round, ...], factors: Factors) -> tuple[Round, Analysed]:
+    def iterate(
+        previous: tuple[DesignIteration, ...], factors: Factors
+    ) -> tuple[DesignIteration, Analysed]:
         number, most = len(previous) + 1, setup.problem.case.run.max_iterations
         with announce.stage("iteration", f"{number} of {most} at most"):
-            return play_round(
+            return run_iteration(
                 setup,
                 previous,
                 factors,
@@ -204,16 +206,16 @@ def loop_stages(
                 on_event=announce.listener,
             )
 
-    def store_round(finished: tuple[Round, ...]) -> None:
-        save_round(out, setup, finished[-1])
-        announce.round(finished[-1])
+    def store_iteration(finished: tuple[DesignIteration, ...]) -> None:
+        save_iteration(out, setup, finished[-1])
+        announce.iteration(finished[-1])
         cost.learn(finished, announce)
 
     return Stages(
         iterate=iterate,
-        accept=lambda done, analysed: judge(setup, out, announce, done, analysed),
+        accept=lambda iteration, analysed: judge(setup, out, announce, iteration, analysed),
         why_ended=lambda finished, factors: why_ended(setup, finished, factors, deadline),
-        store_round=store_round,
+        store_iteration=store_iteration,
         store_acceptance=lambda refused, factors: save_acceptance(out, setup, refused, factors),
     )
 
@@ -222,7 +224,7 @@ def shown_design(
     setup: Setup,
     out: RunFolder,
     announce: Announcer,
-    rounds: Sequence[Round],
+    iterations: Sequence[DesignIteration],
     accepted: Accepted | None,
 ) -> Shown:
     """The judged design, or the best that was found, whose surface is then exported.
@@ -237,9 +239,9 @@ def shown_design(
             # A later design was written there and refused, or is heavier.
             out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), accepted.surface))
         out.read_bytes(STL_NAME)
-        rho, analysed, surface = accepted.round.rho, accepted.analysed, accepted.surface
+        rho, analysed, surface = accepted.iteration.rho, accepted.analysed, accepted.surface
     else:
-        rho = best_round(rounds).rho
+        rho = best_iteration(iterations).rho
         with announce.stage("explicit"):
             analysed = analyse_design(setup, rho, on_event=announce.listener)
             surface, _, _ = export_surface(setup, out, analysed)
@@ -251,14 +253,14 @@ def judge(
     setup: Setup,
     out: RunFolder,
     announce: Announcer,
-    done: Round,
+    iteration: DesignIteration,
     analysed: Analysed | None,
 ) -> Accepted:
     """Export the surface of an iteration's design and have it accepted or refused."""
     if analysed is None:
         with announce.stage("explicit"):
-            analysed = analyse_design(setup, done.rho, on_event=announce.listener)
+            analysed = analyse_design(setup, iteration.rho, on_event=announce.listener)
     with announce.stage("acceptance"):
-        accepted = accept_design(setup, out, done, analysed, announce)
+        accepted = accept_design(setup, out, iteration, analysed, announce)
     announce.limits("acceptance", accepted.rows)
     return accepted

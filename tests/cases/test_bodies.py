@@ -14,7 +14,7 @@ from gradedesign.part.box import box_surface
 from gradedesign.results import files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
-#: run ends after its first round and exports what it found.
+#: run ends after its first iteration and exports what it found.
 PART = 'file = "two.stl"\nunits = "mm"\nbodies = "all"'
 CASE = (
     SHORT_BAR.replace('box = ["16 mm", "8 mm", "8 mm"]', PART)
@@ -82,18 +82,18 @@ def test_two_bodies_run_to_a_verdict(cli, folder, monkeypatch):
     # Both bodies, 2 x 16 x 8 x 8 mm^3 of 4.41 g/cm^3 (the library's density), and their lattices.
     solid = 2 * 16 * 8 * 8 * 4.41e-3
     assert result["solid_mass_g"] == pytest.approx(solid, rel=0.01)
-    # Densities of 0.6 beside 3 mm of 16 mm kept solid: 0.675; both bodies are in the mass.
+    # Densities of 0.6 beside 3 mm of 16 mm passive solid: 0.675; both bodies are in the mass.
     assert result["mass_g"] == pytest.approx(0.675 * solid, rel=0.1)
     # Mass and volume are those of the file, here by another program.
     file = trimesh.load_mesh(folder / "run" / "lattice.stl")
     assert result["mass_g"] == pytest.approx(file.volume * 4.41e-3, rel=1e-6)
     printed = result["printed"]
     masses = {name: volume * 4.41e-3 for name, volume in printed["volumes_mm3"].items()}
-    assert set(masses) == {"lattice", "kept"}
+    assert set(masses) == {"lattice", "passive solid"}
     assert result["lattice_mass_g"] == pytest.approx(masses["lattice"])
     assert sum(masses.values()) == pytest.approx(result["mass_g"])
     # 3 mm of 16 mm are solid in both bodies, 4 ends in all.
-    assert masses["kept"] == pytest.approx(4 * 1.5 * 8 * 8 * 4.41e-3, rel=0.01)
+    assert masses["passive solid"] == pytest.approx(4 * 1.5 * 8 * 8 * 4.41e-3, rel=0.01)
     both = printed["comparison"]
     assert both["analysed"]["components"] == both["printed"]["components"] == 2
     euler = file.euler_number  # V - E + F by another program; 2 - 2 g for each shell

@@ -140,8 +140,8 @@ size = "20 mm"
 density = [0.25, 0.60]
 [run]
 time = "20 min"
-acceptance = "windows"
-window_count = 1
+acceptance = "submodels"
+submodel_count = 1
 """
 
 
@@ -155,5 +155,5 @@ def test_a_part_in_inches_goes_through_the_loop(cli, tmp_path):
     result = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))
     assert ended.code == 0, ended.err + result["reason"]
     assert result["status"] == "met"
-    assert result["acceptance"]["scope"] == "windows"
+    assert result["acceptance"]["scope"] == "submodels"
     assert result["mass_g"] < result["solid_mass_g"]

@@ -20,7 +20,7 @@ KILLS = int(os.environ.get("GRADEDESIGN_KILLS", "3"))
 #: Seconds after its start at which a run is killed at the latest.
 LATEST_S = float(os.environ.get("GRADEDESIGN_KILL_WITHIN", "60"))
 
-#: `mini`, smaller, with a limit that its lightest lattice holds: one round and its acceptance.
+#: `mini`, smaller, with a limit that its lightest lattice holds: one iteration and its acceptance.
 CASE = (
     SHORT_BAR
     + """

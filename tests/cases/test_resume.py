@@ -12,8 +12,8 @@ from small_parts import SHORT_BAR
 from gradedesign.results import files
 from gradedesign.workspace.run_folder import open_run_folder
 
-#: A box of two thick-walled cells whose limit no density can hold, which the first round cannot
-#: know without size effects: two rounds, no acceptance.
+#: A box of two thick-walled cells whose limit no density can hold, which the first iteration cannot
+#: know without size effects: two iterations, no acceptance.
 CASE = (
     SHORT_BAR
     + """
@@ -130,8 +130,8 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     assert "more allow another iteration" in one_line(short.out)
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert (result["ended_by"], len(result["iterations"])) == ("time", 1)
-    assert set(result["predicted"]) == {"at_start", "after_first_round"}
-    # Parts of the round, as the prediction has them.
+    assert set(result["predicted"]) == {"at_start", "after_first_iteration"}
+    # Parts of the iteration, as the prediction has them.
     assert {"sizing", "explicit mesh", "explicit solve"} <= set(result["timing_s"])
 
     assert "nothing is run" in one_line(cli("run", tmp_path, "-o", run, "--resume").out)

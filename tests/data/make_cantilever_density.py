@@ -27,7 +27,7 @@ from skfem.models.elasticity import lame_parameters
 from gradedesign.case.read_case import load_case
 from gradedesign.fe.direct import solve_direct
 from gradedesign.lattice.density_grid import density_grid_from_elements
-from gradedesign.loop.round import SizingPlan, design_filter, size_round
+from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.correction import Correction
@@ -85,7 +85,7 @@ def own():
     case = load_case(HERE.parents[1] / "cases" / "ramirez-cantilever" / "case.toml")
     setup = prepare(case, build_registry())
     one = Correction()
-    sized = size_round(
+    sized = size_design(
         setup, one, {}, design_filter(setup), SizingPlan(target=0.998, most_iterations=60)
     )
     grid = density_grid_from_elements(setup.problem.space.mesh, sized.rho, spacing=12.5, margin=0.0)

@@ -45,6 +45,12 @@ def mesher_site(tmp_path_factory):
     return readme_site(tmp_path_factory.mktemp("mesher"), "acme_mesher", "gradedesign_meshers")
 
 
+@pytest.fixture(scope="session")
+def repairer_site(tmp_path_factory):
+    """Where the repairer of plugins/README.md is installed."""
+    return readme_site(tmp_path_factory.mktemp("hull"), "acme_hull", "gradedesign_repairers")
+
+
 def readme_site(folder, name, hook):
     """Build a wheel of a module in plugins/README.md and return where it is installed."""
     text = (Path(__file__).parents[2] / "plugins" / "README.md").read_text(encoding="utf-8")

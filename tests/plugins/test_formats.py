@@ -133,7 +133,7 @@ def test_a_run_writes_the_formats_beside_its_stl(installed, tmp_path, cli):
 
 def test_the_doctor_lists_formats(installed, cli):
     out = cli("doctor").out
-    assert "parts: .facets, .glb, .obj, .off, .ply, .stl; formats: glb, obj, off, ply, stl" in out
+    assert "parts: .3mf, .facets, .glb, .obj, .off, .ply, .stl; formats: glb, obj" in out
 
 
 def test_units_and_bytes_of_the_file_count(installed, tmp_path):
@@ -160,7 +160,7 @@ def test_what_nothing_installed_reads_or_writes_is_told_with_its_line(tmp_path, 
     wrong = cli(command, case, *place)
     assert wrong.code == 2
     assert 'case.toml:4: part.file: found "block.facets", which no installed reader' in wrong.err
-    assert "readable: .glb, .obj, .off, .ply, .stl" in wrong.err
+    assert "readable: .3mf, .glb, .obj, .off, .ply, .stl" in wrong.err
 
 
 def test_a_missing_file_is_told_before_its_suffix_is_judged(tmp_path):
@@ -204,7 +204,8 @@ def test_check_lists_the_faces_of_the_file(installed, tmp_path, cli):
     rows = {row["name"]: row for row in found["part"]["file_faces"]}
     assert set(rows) == set(SIDES)
     assert rows["hot end"] == {
-        "face": 3, "name": "hot end", "color": "#ff0000", "area_mm2": pytest.approx(25.0)
+        "face": 3, "name": "hot end", "color": "#ff0000", "area_mm2": pytest.approx(25.0),
+        "centroid_mm": pytest.approx([10.0, 2.5, 2.5]), "surface": None, "diameter_mm": None,
     }  # fmt: skip
     assert found["part"]["units"] == "mm"
     areas = {row["name"]: row["area_mm2"] for row in found["regions"]}

@@ -22,7 +22,7 @@ from gradedesign.testing import check_cell_family, check_scaling_law
 
 README = Path(__file__).parents[2] / "plugins" / "README.md"
 
-#: A thick-walled box of two cells whose only limit is loose: one round, then acceptance. The
+#: A thick-walled box of two cells whose only limit is loose: one iteration, then acceptance. The
 #: [lattice] table is the README's, with a cell size that suits the box.
 CASE = (
     SHORT_BAR

@@ -94,9 +94,7 @@ def test_mutated_files(data):
     check(data)
 
 
-@given(mutated(HOLLOW_SEEDS, 2))
-@settings(max_examples=250, deadline=None)
-def test_a_mutated_file_does_not_lose_its_void(data):
+def keeps_its_void(data: bytes) -> None:
     """Whatever is answered is within 1 % of the box less its void, or refused."""
     try:
         raw = in_mm(raw_triangles(parse_stl(data, "fuzz")[0], source="fuzz"), "mm", "fuzz")
@@ -104,6 +102,19 @@ def test_a_mutated_file_does_not_lose_its_void(data):
     except PartError:
         return
     np.testing.assert_allclose(enclosed_volume(surface), HOLLOW_VOLUME, rtol=0.01)
+
+
+@given(mutated(HOLLOW_SEEDS, 2))
+@settings(max_examples=250, deadline=None)
+def test_a_mutated_file_does_not_lose_its_void(data):
+    keeps_its_void(data)
+
+
+@pytest.mark.slow
+@given(mutated(HOLLOW_SEEDS, 4))
+@settings(max_examples=10_000, deadline=None)
+def test_ten_thousand_mutated_files_do_not_lose_their_void(data):
+    keeps_its_void(data)
 
 
 @given(st.integers(0, len(binary(HOLLOW)) - 1), st.integers(0, 24))

@@ -15,13 +15,13 @@ from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.verify import acceptance, submodel
-from gradedesign.verify.acceptance import accept_whole, accept_windows, choose_scope
+from gradedesign.verify.acceptance import accept_submodels, accept_whole, choose_scope
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, Resolution, StressSample
 from gradedesign.verify.correction import Correction, discrepancy_between
 from gradedesign.verify.explicit import analyse_printed_solid, measured
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.submodel import _force_discrepancy, analyse_window
-from gradedesign.verify.windows import Window, window_box
+from gradedesign.verify.submodel import _force_discrepancy, analyse_submodel
+from gradedesign.verify.submodel_choice import Submodel, submodel_box
 
 E, NU, ALPHA = 1000.0, 0.3, 1e-4
 SIDE, CELL = 12.0, 3.0
@@ -87,7 +87,7 @@ class Block:
     def displacement_at(self, load_case, points):
         assert load_case == "pull"
         strain = (1e-3 * PULL + ALPHA * self.warming)[:, None]
-        # Stiffer beyond the middle: what a window feels differs from what its sample says.
+        # Stiffer beyond the middle: what a submodel feels differs from what its sample says.
         away = np.maximum(points - SIDE, 0) + np.maximum(-points, 0)
         stretched = np.where(points[:1] > 6.0, self.spoil, 1.0)
         return strain * points * stretched, np.linalg.norm(away, axis=0)
@@ -104,7 +104,7 @@ def printed(bodies=1, clamped=(), warming=0.0, passive=()):
         lower=np.zeros(3), upper=np.full(3, SIDE), bodies=bodies, passive=passive,
     )  # fmt: skip
     case = SimpleNamespace(
-        run=SimpleNamespace(memory=10**9, window_count=2),
+        run=SimpleNamespace(memory=10**9, submodel_count=2),
         load_case=[SimpleNamespace(name="pull", temperature_change=warming, fix=[], load=[])],
     )
     return PrintedSolid(
@@ -152,9 +152,9 @@ def test_an_analysis_without_a_mesh_is_measured():
     # A cell of 27 mm^3 in 9 x 11 x 12 mm^3 of lattice outside a radius of 1 mm: above the 99.5th.
     assert by_phase["lattice"].value == by_phase["lattice"].worst_cell == 5.0
     assert by_phase["lattice"].share_above == pytest.approx(27 / (9 * 11 * 12))
-    assert by_phase["kept"].value == 1.0
-    assert result.masses_g == pytest.approx({"lattice": 1.296, "skin": 0.0, "kept": 0.432})
-    assert result.exclusion.share == pytest.approx({"lattice": 1 / 12, "kept": 1 / 12})
+    assert by_phase["passive solid"].value == 1.0
+    assert result.masses_g == pytest.approx({"lattice": 1.296, "skin": 0.0, "passive solid": 0.432})
+    assert result.exclusion.share == pytest.approx({"lattice": 1 / 12, "passive solid": 1 / 12})
     assert (result.volume, result.mesh_size) == (pytest.approx(SIDE**3), 2.0)
 
 
@@ -233,17 +233,17 @@ def test_a_lattice_of_one_body_that_falls_in_two_is_refused(monkeypatch):
     assert kept[0].tets.shape == two_boxes().mesh.tets.shape
 
 
-# --- windows --------------------------------------------------------------------------------------
+# --- submodels ------------------------------------------------------------------------------------
 
 #: Its box reaches two halves from the centre: from 2 to 10 mm.
-WINDOW = Window(centre=(6.0, 6.0, 6.0), half=2.0, value=1.0, load_case="pull")
+SUBMODEL = Submodel(centre=(6.0, 6.0, 6.0), half=2.0, value=1.0, load_case="pull")
 
 
 def windowed(block=None, **asked):
     solid = printed(**asked)
-    return analyse_window(
+    return analyse_submodel(
         box_surface((SIDE, SIDE, SIDE)),
-        WINDOW,
+        SUBMODEL,
         explicit(block or Block(), solid),
         solid,
         size=1.0,
@@ -253,7 +253,7 @@ def windowed(block=None, **asked):
 
 def test_a_window_of_uniform_strain_matches(mesher):
     result = windowed()
-    # E times strain, uniaxial: 1 MPa everywhere, in the window and in the body that drives it.
+    # E times strain, uniaxial: 1 MPa everywhere, in the submodel and in the body that drives it.
     assert result.value == pytest.approx(1.0, rel=1e-6)
     assert result.driving_value == pytest.approx(1.0, rel=1e-6)
     # Eight tetrahedra lie across a slab of half the box: its weight is sampled to 1 %.
@@ -261,7 +261,7 @@ def test_a_window_of_uniform_strain_matches(mesher):
     assert result.energy_discrepancy < 1e-6
     assert result.matches
     volume, options = mesher[0]
-    lower, upper = window_box(WINDOW)
+    lower, upper = submodel_box(SUBMODEL)
     assert volume == pytest.approx(float(np.prod(upper - lower))) == pytest.approx(8.0**3)
     assert options["edge_length"] == pytest.approx(1.2)
     assert (options["mesher"], options["time_limit_s"]) == (MESHER, 60.0)
@@ -310,20 +310,20 @@ def test_forces_on_cut_planes_do_not_depend_on_where_samples_lie(spacing):
 @pytest.mark.usefixtures("mesher")
 def test_the_most_stressed_cells_are_judged():
     solid, told = printed(), []
-    result = accept_windows(
+    result = accept_submodels(
         box_surface((SIDE, SIDE, SIDE)),
         solid,
         explicit(Block(peak=3.0), solid),
         size=1.0,
         time_limit_s=600.0,
-        on_window=told.append,
+        on_submodel=told.append,
     )
-    assert (result.scope, result.whole) == ("windows", None)
-    assert set(map(id, result.windows)) <= set(map(id, told))  # enlarged ones are told too
+    assert (result.scope, result.whole) == ("submodels", None)
+    assert set(map(id, result.submodels)) <= set(map(id, told))  # enlarged ones are told too
     # The cell of 3 MPa first, about (7.5, 7.5, 7.5) mm; then one that does not overlap it.
-    assert told[0].window.centre == pytest.approx((7.5, 7.5, 7.5))
-    assert told[0].window.value == 3.0
-    assert len(result.windows) == 2
+    assert told[0].submodel.centre == pytest.approx((7.5, 7.5, 7.5))
+    assert told[0].submodel.value == 3.0
+    assert len(result.submodels) == 2
     # Two cells of 27 of the 1728 mm^3.
     assert result.share == pytest.approx(2 * 27 / SIDE**3, rel=0.3)
 
@@ -331,18 +331,18 @@ def test_the_most_stressed_cells_are_judged():
 def test_a_window_that_misses_is_enlarged_and_then_said(mesher):
     """Stiffer beyond the middle, twice: no box can match, and the one around it is tried."""
     solid, told = printed(), []
-    result = accept_windows(
+    result = accept_submodels(
         box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0, spoil=1.05), solid),
-        size=1.0, time_limit_s=600.0, on_window=told.append,
+        size=1.0, time_limit_s=600.0, on_submodel=told.append,
     )  # fmt: skip
-    missed = [one for one in told if not one.matches and not one.window.enlarged]
+    missed = [one for one in told if not one.matches and not one.submodel.enlarged]
     assert missed
     for one in missed:
         after = told[told.index(one) + 1]
-        assert after.window.enlarged
-        assert after.window.centre == one.window.centre
-        assert after in result.windows
-        assert one not in result.windows
+        assert after.submodel.enlarged
+        assert after.submodel.centre == one.submodel.centre
+        assert after in result.submodels
+        assert one not in result.submodels
     assert len(mesher) == len(told)
 
 
@@ -359,14 +359,14 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
     monkeypatch.setattr(submodel, "tetrahedralize", fails_second)
     solid = printed()
     solid = replace(solid, case=SimpleNamespace(
-        run=SimpleNamespace(memory=10**9, window_count=1), load_case=solid.case.load_case
+        run=SimpleNamespace(memory=10**9, submodel_count=1), load_case=solid.case.load_case
     ))  # fmt: skip
-    result = accept_windows(
+    result = accept_submodels(
         box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0, spoil=1.05), solid),
         size=1.0, time_limit_s=600.0,
     )  # fmt: skip
-    assert not result.windows[0].matches
-    assert not result.windows[0].window.enlarged
+    assert not result.submodels[0].matches
+    assert not result.submodels[0].submodel.enlarged
     assert "was not enlarged: no memory for it" in result.refused[0]
     assert len(mesher) == 1
 
@@ -374,12 +374,12 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
 def test_without_a_window_there_is_no_verdict():
     solid = printed(clamped=(lambda p: np.zeros(p.shape[1:]),))
     with pytest.raises(MeshError, match="no submodel can be chosen"):
-        accept_windows(None, solid, explicit(Block(), solid), size=1.0, time_limit_s=600.0)
+        accept_submodels(None, solid, explicit(Block(), solid), size=1.0, time_limit_s=600.0)
 
 
 def test_scope_follows_the_surface_that_the_analysis_states():
     tets = Block().division.surface_tets
     # 5000 tetrahedra are 2893 of the mesher's, 7.2 s at 400 in a second: a sixth of 43.4 s.
     assert choose_scope("auto", tets, 44.0) == "whole"
-    assert choose_scope("auto", tets, 43.0) == "windows"
+    assert choose_scope("auto", tets, 43.0) == "submodels"
     assert choose_scope("whole", 1e9, 1.0) == "whole"

@@ -17,7 +17,7 @@ RETRIED = "one thread, surface simplified first: succeeded in 12.0 s"
 )
 def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
     accepted = SimpleNamespace(
-        acceptance=SimpleNamespace(windows=(), attempts=attempts, refused=()),
+        acceptance=SimpleNamespace(submodels=(), attempts=attempts, refused=()),
         whole=SimpleNamespace(refused=(), undecided=()),
         rows=(),
     )
@@ -35,10 +35,10 @@ def a_row(name, band, use=1.0):
 def test_bands_windows_and_what_is_undecided_are_said():
     missed = SimpleNamespace(
         matches=False, force_discrepancy=0.04, energy_discrepancy=0.01,
-        window=SimpleNamespace(centre=(1.0, 2.0, 3.0), enlarged=True),
+        submodel=SimpleNamespace(centre=(1.0, 2.0, 3.0), enlarged=True),
     )  # fmt: skip
     accepted = SimpleNamespace(
-        acceptance=SimpleNamespace(windows=(missed,), attempts=(), refused=("not enlarged",)),
+        acceptance=SimpleNamespace(submodels=(missed,), attempts=(), refused=("not enlarged",)),
         whole=SimpleNamespace(refused=("0.5 mm is out of budget",), undecided=("tip: undecided",)),
         rows=(
             a_row("near", Banded(value=1.0, low=0.95, high=1.05)),
@@ -47,10 +47,10 @@ def test_bands_windows_and_what_is_undecided_are_said():
             a_row("alone", None),
         ),
     )
-    far, undecided, alone, refused, window, kept = _acceptance_warnings(accepted)
+    far, undecided, alone, refused, submodel, kept = _acceptance_warnings(accepted)
     assert "the band of far (pull) is 0.8 to 1.2 mm, 20% to either side" in far
     assert undecided == "tip: undecided"
     assert alone.startswith("alone: no second resolution could be analysed")
     assert refused == "0.5 mm is out of budget"
-    assert "enlarged too: stress is judged on the worse of the two" in window
+    assert "enlarged too: stress is judged on the worse of the two" in submodel
     assert kept == "not enlarged"

@@ -105,8 +105,8 @@ def test_a_stored_row_keeps_its_band():
 
 
 def test_a_factor_with_a_band_of_its_own():
-    row = a_row(0.9, 1.0, 1.1, 2.0).scaled(Banded(value=1.3, low=1.0, high=1.3), "windows")
+    row = a_row(0.9, 1.0, 1.1, 2.0).scaled(Banded(value=1.3, low=1.0, high=1.3), "submodels")
     assert (row.value, row.band.low, row.band.high) == pytest.approx((1.3, 0.9, 1.43))
-    assert (row.judged_by, row.band.sizes_mm) == ("windows", (2.0, 1.0))
+    assert (row.judged_by, row.band.sizes_mm) == ("submodels", (2.0, 1.0))
     assert row.band.including(2.0).high == 2.0
     assert row.band.including(1.0) == row.band

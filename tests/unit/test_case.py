@@ -134,7 +134,7 @@ def test_defaults_of_optional_tables(load):
         6,
         "verdict",
     )
-    assert (case.run.elements_per_wall, case.run.window_count) == (None, 2)
+    assert (case.run.elements_per_wall, case.run.submodel_count) == (None, 2)
     assert case.run.explicit_mesh_size is None
     assert case.output.formats == ("stl", "vtu", "report")
     assert case.limits.exclusion == Exclusion(mesh_sizes=2.0)
@@ -263,7 +263,7 @@ def test_a_case_with_more_time_or_memory_or_other_files_is_the_same_case(load):
         ('time = "20 min"', 'time = "40 min"'),
         ('memory = "8 GB"', 'memory = "16 GB"'),
         ("max_iterations = 6", "max_iterations = 9"),
-        # or that an exporter stopped: its rounds are worth keeping
+        # or that an exporter stopped: its iterations are worth keeping
         ('["stl", "vtu", "report"]', '["vtu", "ply"]'),
     ):
         assert load(swap=[(less, more)]).case_hash == base

@@ -64,7 +64,7 @@ def test_compose_is_the_boolean_of_its_pieces():
     rng = np.random.default_rng(17)
     part, cell, kept = rng.uniform(-5, 5, size=(3, 1000))
     solid = (part < 0) & ((cell < 0) | (part > -1.5) | (kept < 0))
-    value = compose(part, cell, skin=1.5, kept=[kept])
+    value = compose(part, cell, skin=1.5, passive=[kept])
     np.testing.assert_array_equal(value < 0, solid)
     np.testing.assert_array_equal(compose(part, cell) < 0, (part < 0) & (cell < 0))
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import json
 import re
-import struct
 from itertools import pairwise
 from typing import NamedTuple
 
 import manifold3d
 import numpy as np
 import pytest
+from damaged_shapes import ANNULUS, binary, corners_of, cube, ring, rod, swept, text
 
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import enclosed_volume
@@ -45,19 +45,6 @@ class Damaged(NamedTuple):
     repair: str = "safe"
 
 
-def corners_of(solid) -> np.ndarray:
-    mesh = solid.to_mesh64()
-    return np.array(mesh.vert_properties)[:, :3][np.array(mesh.tri_verts).astype(int)]
-
-
-def cube(*size) -> manifold3d.Manifold:
-    return manifold3d.Manifold.cube(size)
-
-
-def rod(height, radius, segments=32) -> manifold3d.Manifold:
-    return manifold3d.Manifold.cylinder(height, radius, radius, segments)
-
-
 def angle() -> manifold3d.Manifold:
     body = cube(40, 20, 6) + cube(6, 20, 30)
     for y in (6, 14):
@@ -72,25 +59,6 @@ CLEAN = {
     "ball": Clean(manifold3d.Manifold.sphere(10, 32) ^ cube(20, 20, 16).translate((-10, -10, -8))),
     "pair": Clean(cube(20, 10, 10) + cube(10, 10, 15).translate((30, 0, 0)), "all"),
 }
-
-
-def binary(corners, count=None) -> bytes:
-    records = np.zeros(len(corners), dtype=[("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
-    records["c"] = corners
-    count = len(corners) if count is None else count
-    return b"made by script".ljust(80) + struct.pack("<I", count) + records.tobytes()
-
-
-def text(*shells) -> str:
-    lines = []
-    for corners in shells:
-        lines.append("solid part")
-        for facet in corners:
-            lines += ["facet normal 0 0 0", "outer loop"]
-            lines += [f"vertex {p[0]:.8e} {p[1]:.8e} {p[2]:.8e}" for p in facet]
-            lines += ["endloop", "endfacet"]
-        lines.append("endsolid part")
-    return "\n".join(lines) + "\n"
 
 
 def some(rng, corners, least=1, most=4) -> np.ndarray:
@@ -265,55 +233,20 @@ def open_inner_shell(rng, name, clean, corners):
     return Damaged(data, (volume(clean) - hole.volume(),), answer, clean.bodies, repair)
 
 
-def ring(turns, segments) -> np.ndarray:
-    """A square bar swept around the z axis by more than a turn, into itself."""
-    count = max(4, round(segments * turns))
-    phi = np.linspace(0.0, 2 * np.pi * turns, count + 1)
-    square = np.array([[12.0, -2.0], [16.0, -2.0], [16.0, 2.0], [12.0, 2.0]])
-    radius = square[:, 0]
-    points = np.stack(
-        [
-            radius * np.cos(phi)[:, None],
-            radius * np.sin(phi)[:, None],
-            np.broadcast_to(square[:, 1], (count + 1, 4)),
-        ],
-        axis=2,
-    )
-    facets = []
-    for k in range(count):
-        for m in range(4):
-            p, q = points[k, m], points[k, (m + 1) % 4]
-            r, s = points[k + 1, m], points[k + 1, (m + 1) % 4]
-            facets += [[p, r, s], [p, s, q]]
-    for m in (1, 2):
-        facets.append([points[0, 0], points[0, m], points[0, m + 1]])
-        facets.append([points[-1, 0], points[-1, m + 1], points[-1, m]])
-    return np.array(facets)
-
-
 def swept_into_itself(rng, name, clean, corners):
     """The ring closed by a bar that overlaps its own beginning: the annulus, by its formula."""
-    turns, segments = rng.uniform(1.05, 1.8), int(rng.integers(70, 100))
-    facets = ring(turns, segments)
-    a, b, c = np.moveaxis(facets, 1, 0)
-    if np.einsum("ij,ij->", a, np.cross(b, c)) < 0 or rng.random() < 0.3:
+    facets = ring(rng.uniform(1.05, 1.8), int(rng.integers(70, 100)))
+    if rng.random() < 0.3:
         facets = facets[:, ::-1]
-    annulus = np.pi * (16.0**2 - 12.0**2) * 4.0
-    return Damaged(binary(facets), (annulus,), "volume")
+    return Damaged(binary(facets), (ANNULUS,), "volume")
 
 
 def bow_tie(rng, name, clean, corners):
     """A prism over a crossed quadrangle: half of it is inside out."""
     high = rng.uniform(5.0, 12.0)
     outline = np.array([[0, 0], [30, rng.uniform(10, 25)], [30, 0], [0, rng.uniform(8, 25)]])
-    bottom = np.column_stack([outline, np.zeros(4)])
-    top = np.column_stack([outline, np.full(4, high)])
-    facets = [[bottom[0], bottom[2], bottom[1]], [bottom[0], bottom[3], bottom[2]]]
-    facets += [[top[0], top[1], top[2]], [top[0], top[2], top[3]]]
-    for k in range(4):
-        m = (k + 1) % 4
-        facets += [[bottom[k], bottom[m], top[m]], [bottom[k], top[m], top[k]]]
-    return Damaged(binary(np.array(facets)), (), "refusal")
+    stations = np.array([np.column_stack([outline, np.full(4, z)]) for z in (0.0, high)])
+    return Damaged(binary(swept(stations)), (), "refusal")
 
 
 def count_high(rng, name, clean, corners):

@@ -56,11 +56,11 @@ def verdict(monkeypatch):
 
     def call(use, ended):
         layout = SimpleNamespace(report={})
-        played = SimpleNamespace(
-            iteration=iteration, rho=np.zeros(1), at_lower_bound=False, rows=(row(use),)
+        last = SimpleNamespace(
+            summary=iteration, rho=np.zeros(1), at_lower_bound=False, rows=(row(use),)
         )
         accepted = SimpleNamespace(
-            round=played,
+            iteration=last,
             rows=(row(use),),
             holds=use <= 1.0,
             analysed=SimpleNamespace(
@@ -72,7 +72,7 @@ def verdict(monkeypatch):
                 ),
             ),
         )
-        return summary.verdict_result(setup, None, [played], accepted, ended, printed)
+        return summary.verdict_result(setup, None, [last], accepted, ended, printed)
 
     return call
 
@@ -91,7 +91,7 @@ def test_a_design_that_is_not_the_lightest_says_so_in_the_verdict(verdict):
     assert masses == (22.0, 11.0, 0.22, 0.11)
 
 
-def test_a_used_limit_is_the_end_whatever_ended_the_rounds(verdict):
+def test_a_used_limit_is_the_end_whatever_ended_the_iterations(verdict):
     found = verdict(0.98, BY_TIME)
     assert (found.status, found.lightest, found.ended_by) == ("met", True, "tight")
     assert "lighter" not in found.reason
@@ -237,7 +237,7 @@ def test_a_finished_run_returns_its_result(resumed, end):
     )
 
 
-def test_a_run_ended_by_rounds_goes_on_with_more_of_them(resumed):
+def test_a_run_ended_by_iterations_goes_on_with_more_of_them(resumed):
     assert resumed(STORED).reason == "by iterations"
     assert resumed(STORED, time=9e9).reason == "by iterations"
     assert resumed(STORED, max_iterations=2) is None

@@ -34,9 +34,9 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
     stress[np.argmax((x > 5) & (x < 10)), 2] = 95.0
     zone = exclusion_zone(volumes, {"pull": stress}, phase, evaluated, radius=10.0, percentile=99.5)
     # By lengths: 6 of 36 mm of the lattice lie within 10 mm, and all 4 of what is kept.
-    assert zone.share == {"lattice": pytest.approx(6 / 36, abs=0.01), "kept": 1.0}
-    assert zone.everywhere == {"pull": {"lattice": 90.0, "kept": 90.0}}
-    assert zone.maximum == {"pull": {"lattice": 95.0, "kept": 90.0}}
+    assert zone.share == {"lattice": pytest.approx(6 / 36, abs=0.01), "passive solid": 1.0}
+    assert zone.everywhere == {"pull": {"lattice": 90.0, "passive solid": 90.0}}
+    assert zone.maximum == {"pull": {"lattice": 95.0, "passive solid": 90.0}}
     (measure,) = stress_measures(
         np.stack([x, x, x]), volumes, stress, phase, evaluated, limit=50.0, percentile=99.5,
         cells=10.0,

@@ -7,6 +7,8 @@ from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, PartError
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part.box import box_surface
+from gradedesign.part.exact_faces import exact_faces
+from gradedesign.part.exact_surface import ExactSurface
 from gradedesign.part.file_faces import NO_FACE, FileFaces, carried
 from gradedesign.part.raw_triangles import in_mm, raw_triangles
 from gradedesign.part.regions import select_regions
@@ -136,3 +138,74 @@ def test_labels_of_another_file_are_refused():
     raw = raw_triangles(BOX, source="a", faces=FileFaces(label=[0, 1]))
     with pytest.raises(PartError, match="a: 2 triangles have a face, but there are 12"):
         in_mm(raw, "mm", "a")
+
+
+def rod(sides=24, radius=5.0, length=20.0):
+    """A rod along z in two half shells (numbers 1, 2), its ends 3 and 4; a file's faces in inch."""
+    angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
+    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sides + 1)], axis=1)
+    ring[-1] = ring[0]
+    up = np.array([0.0, 0.0, length])
+    corners, label = [], []
+    for k in range(sides):
+        a, b = ring[k], ring[k + 1]
+        corners += [[a, b, b + up], [a, b + up, a + up], [0 * up, b, a], [up, a + up, b + up]]
+        label += [1 + (2 * k >= sides)] * 2 + [3, 4]
+    halves = {
+        1: ExactSurface(kind="cylinder", axis=(0, 0, 2), point=(0, 0, 1), diameter=10.0 / 25.4),
+        2: ExactSurface(kind="cylinder", axis=(0, 0, -1), point=(0, 0, 7), diameter=10.0 / 25.4),
+    }
+    flat = dict.fromkeys((3, 4), ExactSurface(kind="plane"))
+    return np.array(corners) / 25.4, FileFaces(label=label, surfaces=halves | flat)
+
+
+def test_exact_surfaces_are_taken_over_and_halves_are_one_face():
+    corners, faces = rod(sides=8)  # so coarse that a fit finds no cylinder
+    raw = in_mm(raw_triangles(corners, source="rod", faces=faces, unit="inch"), "inch", "rod")
+    surface, report = build_surface(raw.corners)
+    assert not any(face.kind == "cylinder" for face in segment_faces(surface).faces)
+    kept = carried(raw.faces, raw.corners, surface, tolerance=10 * report.weld_tolerance)
+    found = exact_faces(surface, kept)
+    kinds = sorted(face.kind for face in found.faces)
+    assert kinds == ["cylinder", "plane", "plane"]
+    (wall,) = (face for face in found.faces if face.kind == "cylinder")
+    assert wall.diameter == pytest.approx(10.0)
+    assert wall.concave is False
+    np.testing.assert_allclose(wall.axis, (0, 0, 1))
+    np.testing.assert_allclose(wall.point, (0, 0, 10), atol=1e-9)
+    specs = {
+        "wall": {"cylinder": {"diameter": ["9.9 mm", "10.1 mm"]}, "count": 1},
+        "half": {"cylinder": {"diameter": "10 mm"}, "face": [2]},
+    }
+    models = {name: RegionSpec.model_validate(spec) for name, spec in specs.items()}
+    chosen = select_regions(surface, found, models, kept)
+    assert chosen["half"].area == pytest.approx(0.5 * chosen["wall"].area)
+    missed = {"a": RegionSpec.model_validate({"cylinder": {"diameter": ["8 mm", "9.9 mm"]}})}
+    with pytest.raises(CaseError, match=r"cylinder of diameter 8 to 9.9 mm"):
+        select_regions(surface, found, missed, kept)
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"),
+    [
+        ({"kind": "cone"}, "kind 'cone'"),
+        ({"kind": "cylinder"}, "expected them of cylinders"),
+        ({"kind": "cylinder", "axis": (0, 0, 0), "point": (0, 0, 0), "diameter": 1.0}, "above 0"),
+    ],
+)
+def test_impossible_surfaces_are_refused(surface, words):
+    with pytest.raises(ValueError, match=words):
+        ExactSurface(**surface)
+
+
+@pytest.mark.parametrize(
+    ("diameter", "words"),
+    [
+        (["9 mm"], "the smallest and the largest"),
+        (["9 mm", "8 mm"], "expected the smaller diameter first"),
+        (["9 mm", "0 mm"], "above 0 mm"),
+    ],
+)
+def test_ranges_of_diameters_are_two_in_order(diameter, words):
+    with pytest.raises(ValueError, match=words):
+        RegionSpec.model_validate({"cylinder": {"diameter": diameter}})

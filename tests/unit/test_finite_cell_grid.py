@@ -73,7 +73,7 @@ def test_crumbs_are_left_out_and_halves_refused():
     assert 0.0 < elements.dropped_share < 0.01
     alone = cut_elements(ball, fit_grid([-1] * 3, [1] * 3, 0.125))
     assert solid_volume(elements) == pytest.approx(solid_volume(alone), rel=1e-12)
-    with pytest.raises(LatticeError, match="falls apart: 1 loose pieces hold 5"):
+    with pytest.raises(LatticeError, match="falls apart: 1 disconnected components hold 5"):
         cut_elements(lambda p: 0.2 - np.abs(p[0]), fit_grid([-1] * 3, [1] * 3, 0.25))
     both = cut_elements(lambda p: 0.2 - np.abs(p[0]), fit_grid([-1] * 3, [1] * 3, 0.25), bodies=2)
     assert both.dropped == 0

@@ -1,10 +1,16 @@
 """`gradedesign check --estimate`: constant densities and one sizing, before any lattice exists."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from gradedesign.check import first_answer
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.plugin.registry import build_registry
 
 #: A bar in tension, so that solid displacement and stress follow from F, A, L and E.
@@ -90,3 +96,61 @@ def test_the_sizing_is_of_the_setup_that_knows_its_walls(cli, tmp_path, monkeypa
     )
     assert answer(cli, tmp_path, 3000, size_effects=True)["sized"]["mass_g"] > 0
     assert len(asked) == 1
+
+
+STIFF, STRONG = ("displacement", "compliance"), ("stress",)
+LAW = power_law(
+    "test-law", ("test",), youngs=(0.5, 1.5), strength=(0.4, 1.2), window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none"),
+)  # fmt: skip
+
+
+def row(kind, value, limit=2.0, **others):
+    """A limit with its value on the solid part; the key's region is that of the row, as stress."""
+    return LimitRow(
+        key=LimitKey(kind=kind, region="solid part"), name=kind, load_case="pull", value=value,
+        limit=limit, unit="N mm", judged_by="solid part", **others,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def constant(monkeypatch):
+    """`_constant` for a limit of the core on a part of 10 elements of a hundredth of a gram."""
+    monkeypatch.setattr(first_answer, "total_mass", lambda _, rho: 1e-8 * rho.sum())
+    limits = [
+        SimpleNamespace(key=LimitKey(kind=kind), by_gradient=kind in STIFF)
+        for kind in (*STIFF, *STRONG)
+    ]
+    setup = SimpleNamespace(
+        problem=SimpleNamespace(limits=limits, space=SimpleNamespace(element_count=10)),
+        cells=SimpleNamespace(law=LAW, bounds=(0.2, 0.7)),
+        model=None,
+    )
+    return lambda *args, **others: first_answer._constant(setup, row(*args, **others))
+
+
+@pytest.mark.parametrize("kind", [*STIFF, *STRONG])
+def test_a_constant_density_inverts_the_curve_of_its_kind(constant, kind):
+    # A fifth of the limit when solid: 0.5 rho^1.5 = 0.2, or 0.4 rho^1.2 = 0.2.
+    expected = 0.4 ** (1 / 1.5) if kind in STIFF else 0.5 ** (1 / 1.2)
+    found = constant(kind, 0.4)
+    assert found.density == pytest.approx(expected)
+    assert found.mass_g == pytest.approx(0.1 * expected)
+    assert constant(kind, 1e-6).density == 0.2  # the least that the case allows
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "others", "reason"),
+    [
+        ("compliance", 2.1, {}, "broken when solid"),
+        # 0.5 * 0.7^1.5 = 0.293 and 0.5 * 0.9^1.5 = 0.427 of the solid's stiffness.
+        ("compliance", 0.7, {}, "needs density 0.788, at most 0.7 is allowed"),
+        ("compliance", 1.0, {}, "needs 0.5 of the solid's stiffness, but law 'test-law' reaches"),
+        ("stress", 1.0, {}, "needs 0.5 of the solid's strength, but law 'test-law' reaches"),
+        ("displacement", 4.0, {"unfavourable": "low"}, "no rule gives the density"),
+    ],
+)
+def test_what_has_no_constant_density_says_why(constant, kind, value, others, reason):
+    found = constant(kind, value, **others)
+    assert (found.density, found.mass_g) == (None, None)
+    assert reason in found.reason

@@ -16,6 +16,7 @@ from gradedesign import (
     Material,
     Mesher,
     PartReader,
+    Repairer,
     ScalingLaw,
 )
 from gradedesign.plugin import hookspecs
@@ -28,6 +29,7 @@ HOOKS = {
     "gradedesign_materials": Material,
     "gradedesign_meshers": Mesher,
     "gradedesign_readers": PartReader,
+    "gradedesign_repairers": Repairer,
     "gradedesign_exporters": Exporter,
     "gradedesign_limits": LimitKind,
     "gradedesign_analyses": ExplicitAnalysis,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.islands import largest_pieces, remove_islands, winding
+from gradedesign.lattice.islands import largest_components, remove_islands, winding
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
@@ -91,7 +91,7 @@ def test_largest_piece_of_tets():
     """Volumes 1 and 0.2^3: pieces joined by a vertex do not hold together."""
     mesh = tets_apart(0.2)
     assert (signed_volumes(mesh) > 0).all()
-    kept, dropped, share = largest_pieces(mesh)
+    kept, dropped, share = largest_components(mesh)
     assert kept.tets.shape == (4, 1)
     assert kept.points.shape == (3, 4)
     assert dropped == 1
@@ -100,11 +100,11 @@ def test_largest_piece_of_tets():
 
 def test_whole_mesh_is_returned_as_it_is():
     mesh = TetMesh(points=tets_apart(0.2).points[:, :4], tets=[[0], [1], [2], [3]])
-    assert largest_pieces(mesh) == (mesh, 0, 0.0)
+    assert largest_components(mesh) == (mesh, 0, 0.0)
 
 
 def test_mesh_that_falls_apart_is_refused():
     with pytest.raises(LatticeError, match=r"1 disconnected components hold 11\.1 %"):
-        largest_pieces(tets_apart(0.5))
+        largest_components(tets_apart(0.5))
     with pytest.raises(LatticeError, match="no tetrahedra"):
-        largest_pieces(TetMesh(points=np.zeros((3, 0)), tets=np.zeros((4, 0))))
+        largest_components(TetMesh(points=np.zeros((3, 0)), tets=np.zeros((4, 0))))

@@ -63,6 +63,6 @@ def test_every_field_holds_one_value_and_every_header_a_unit():
     assert found["time [s]"] == "3.25"
 
 
-def test_a_run_without_rounds_has_the_header_only():
+def test_a_run_without_iterations_has_the_header_only():
     (line,) = iteration_log([]).splitlines()
     assert line.startswith("iteration [-],mass [g]")

@@ -20,6 +20,7 @@ from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.material.strength_surface import StrengthSurface
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.effective_density import EffectiveDensity
 from gradedesign.sizing.filter import uniform_filter
 from gradedesign.sizing.homogenised import lattice_mass
 from gradedesign.sizing.homogenised_model import homogenised_model
@@ -30,7 +31,6 @@ from gradedesign.sizing.lattice_stress import (
     least_density,
     local_stress_at,
 )
-from gradedesign.sizing.local_fill import LocalFill
 from gradedesign.sizing.size import SizingProblem, size
 from gradedesign.sizing.state import SolvedState
 
@@ -236,7 +236,9 @@ def test_the_model_is_that_of_the_density_held():
     plain = model_of(with_surface(ALONG_X))
     count = plain.space.element_count
     held = np.array([0.1, 0.2, 0.4])[:, None] * np.full(count, 1.5)
-    model = replace(plain, fill=LocalFill(nominal=np.array([0.1, 0.2, 0.4]), effective=held))
+    model = replace(
+        plain, effective=EffectiveDensity(nominal=np.array([0.1, 0.2, 0.4]), effective=held)
+    )
     asked, there = np.full(count, 0.2), np.full(count, 0.3)
     np.testing.assert_allclose(lattice_stiffness(model, asked), lattice_stiffness(plain, there))
     assert lattice_mass(model, asked) == pytest.approx(lattice_mass(plain, there))
@@ -255,7 +257,9 @@ def test_the_density_asked_for_is_less_where_more_is_held():
     plain = model_of(with_surface(ALONG_X))
     count = plain.space.element_count
     held = np.array([0.05, 0.9])[:, None] * np.full(count, 1.25)
-    model = replace(plain, fill=LocalFill(nominal=np.array([0.05, 0.9]), effective=held))
+    model = replace(
+        plain, effective=EffectiveDensity(nominal=np.array([0.05, 0.9]), effective=held)
+    )
     stress = lattice_stress(plain, np.full(count, 0.3), strained(plain, np.diag([0.01, 0.0, 0.0])))[
         0
     ]

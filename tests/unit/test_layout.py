@@ -10,7 +10,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.output.result import RunResult
 
-WINDOWS = "explicit analysis times the ratio of 4 windows"
+SUBMODELS = "explicit analysis times the ratio of 4 submodels"
 ROWS = (
     LimitRow(
         key=LimitKey(kind="displacement"),
@@ -29,7 +29,7 @@ ROWS = (
         value=1555.5,
         limit=550.0,
         unit="MPa",
-        judged_by=WINDOWS,
+        judged_by=SUBMODELS,
     ),
 )
 WARNING = (
@@ -49,7 +49,7 @@ def result(**more):
         status="not_met",
         lightest=False,
         reason="stress in lattice (side) is 1556 MPa, 282.8% of the allowed 550 MPa, after 12 "
-        "rounds; a higher upper density, smaller cells, a skin, or more iterations would help",
+        "iterations; a higher upper density, smaller cells, a skin, or more iterations would help",
         limits=ROWS,
         mass_g=81.23,
         solid_mass_g=402.7,
@@ -75,7 +75,7 @@ def test_a_result_fits_and_loses_no_word(capsys):
     assert words_of(result().reason) == words_of(printed)[1 : 1 + len(words_of(result().reason))]
     for word in (*words_of(WARNING), *(f"some-file-{n}.vtu" for n in range(11)), "lug_hole"):
         assert word.rstrip(",") in printed, word
-    assert WINDOWS in printed
+    assert SUBMODELS in printed
     assert "BROKEN" in printed
 
 
@@ -90,7 +90,7 @@ def test_the_columns_of_limits_stay_aligned(capsys):
     for unit in ("0.1387 mm", "0.14 mm", "1556 MPa", "550 MPa"):
         assert sum(unit in line for line in body) == 1  # a number stays with its unit
     assert any("+0.1%" in line for line in body)
-    assert lines[-1] == f"  [2] {WINDOWS}"
+    assert lines[-1] == f"  [2] {SUBMODELS}"
 
 
 @pytest.mark.parametrize("width", [40, 60, 80, 100])

@@ -16,12 +16,11 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
 from gradedesign.loop import accepted as accepting
 from gradedesign.loop import ended as ending
-from gradedesign.loop import loop
-from gradedesign.loop import round as sizing_round
+from gradedesign.loop import iteration_steps, loop
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import Ended
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.loop import Progress, Stages, run_loop
-from gradedesign.loop.rounds import Round
 from gradedesign.output.result import Iteration
 from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.limits import Deadline
@@ -43,8 +42,8 @@ def row(value, key=PULL):
     )  # fmt: skip
 
 
-def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
-    """A played round whose explicit values are given, one load case each."""
+def an_iteration(number, *values, mass=10.0, seconds=100.0, rho=None):
+    """An iteration whose explicit values are given, one load case each."""
     rows = tuple(row(v, key) for v, key in zip(values, (PULL, SIDE), strict=False))
     iteration = Iteration(
         number=number,
@@ -61,8 +60,8 @@ def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
         sizing_iterations=10,
         sizing_converged=False,
     )
-    return Round(
-        iteration=iteration,
+    return DesignIteration(
+        summary=iteration,
         rows=rows,
         correction=Correction(),
         variables=np.zeros(1),
@@ -73,118 +72,131 @@ def a_round(number, *values, mass=10.0, seconds=100.0, rho=None):
 
 
 def taught(factor):
-    """Factor on the limit of a round with one load case."""
+    """Factor on the limit of an iteration with one load case."""
     return {row(1.0).key: factor}
 
 
 class Faked:
-    """Stages that play given rounds; `accepts` maps a round to accepted over explicit values."""
+    """Stages that take given iterations; `accepts` maps one to accepted over explicit values."""
 
-    def __init__(self, play, accepts=None, ends=None, **start):
-        self.play, self.accepts = list(play), accepts or {}
+    def __init__(self, designs, accepts=None, ends=None, **start):
+        self.left, self.accepts = list(designs), accepts or {}
         self.ends = ends or (lambda _: None)
         self.start = Progress(**start)
-        self.judged, self.given, self.rounds_stored, self.saved = [], [], [], []
+        self.judged, self.given, self.iterations_stored, self.saved = [], [], [], []
 
     def iterate(self, _, factors):
         self.given.append(dict(factors))
-        done = self.play.pop(0)
+        done = self.left.pop(0)
         if isinstance(done, Exception):
             raise done
-        return done, f"analysis of {done.iteration.number}"
+        return done, f"analysis of {done.summary.number}"
 
     def accept(self, done, analysed):
-        number = done.iteration.number
+        number = done.summary.number
         self.judged.append((number, analysed))
         ratios = self.accepts.get(number, (1.0, 1.0))
         rows = tuple(replace(r, value=r.value * f) for r, f in zip(done.rows, ratios, strict=False))
         return SimpleNamespace(
-            round=done, rows=rows, holds=all_hold(rows), factors=learned_factors(done.rows, rows)
+            iteration=done,
+            rows=rows,
+            holds=all_hold(rows),
+            factors=learned_factors(done.rows, rows),
         )
 
     def run(self):
         stages = Stages(
             iterate=self.iterate,
             accept=self.accept,
-            why_ended=lambda rounds, _: self.ends(rounds),
-            store_round=lambda rounds: self.rounds_stored.append(len(rounds)),
+            why_ended=lambda iterations, _: self.ends(iterations),
+            store_iteration=lambda iterations: self.iterations_stored.append(len(iterations)),
             store_acceptance=lambda *what: self.saved.append(what),
         )
         return run_loop(stages, self.start)
 
 
 def after(number, by="iterations"):
-    """Ends the loop after so many rounds."""
-    return lambda rounds: Ended(by=by, words=by) if len(rounds) >= number else None
+    """Ends the loop after so many iterations."""
+    return lambda iterations: Ended(by=by, words=by) if len(iterations) >= number else None
 
 
 def test_an_accepted_design_that_uses_a_limit_ends_the_loop():
-    faked = Faked([a_round(1, 1.2), a_round(2, 0.98)])
+    faked = Faked([an_iteration(1, 1.2), an_iteration(2, 0.98)])
     outcome = faked.run()
     assert outcome.ended.by == "tight"
-    # The miss is not judged, and the hit with the analysis that its round has just made.
+    # The miss is not judged, and the hit with the analysis that its iteration has just made.
     assert faked.judged == [(2, "analysis of 2")]
-    assert faked.rounds_stored == [1, 2]
+    assert faked.iterations_stored == [1, 2]
 
 
 def test_a_refused_design_goes_round_with_what_it_taught():
     """Explicit 0.98 and 0.85; accepted 0.98 and 1.02: only the factor of the second is 1.2."""
-    plays = [a_round(1, 0.98, 0.85), a_round(2, 0.98, 0.82)]
-    faked = Faked(plays, accepts={1: (1.0, 1.2), 2: (1.0, 1.2)})
+    designs = [an_iteration(1, 0.98, 0.85), an_iteration(2, 0.98, 0.82)]
+    faked = Faked(designs, accepts={1: (1.0, 1.2), 2: (1.0, 1.2)})
     assert faked.run().ended.by == "tight"
-    first, second = (row.key for row in plays[0].rows)
+    first, second = (row.key for row in designs[0].rows)
     assert faked.given[1][first] == pytest.approx(1.0)
     assert faked.given[1][second] == pytest.approx(1.2)
     assert faked.saved == [((1,), faked.given[1])]
 
 
 def test_a_design_that_its_factors_break_is_not_judged_again():
-    plays = [a_round(1, 0.98, 0.85), a_round(2, 0.97, 0.84), a_round(3, 0.97, 0.80)]
-    faked = Faked(plays, accepts={n: (1.0, 1.2) for n in (1, 2, 3)})
+    designs = [
+        an_iteration(1, 0.98, 0.85),
+        an_iteration(2, 0.97, 0.84),
+        an_iteration(3, 0.97, 0.80),
+    ]
+    faked = Faked(designs, accepts={n: (1.0, 1.2) for n in (1, 2, 3)})
     faked.run()
-    # 1.2 times 0.84 breaks the limit of 1: round 2 is never exported.
+    # 1.2 times 0.84 breaks the limit of 1: iteration 2 is never exported.
     assert [number for number, _ in faked.judged] == [1, 3]
 
 
 def test_where_a_budget_ends_the_loop_the_lightest_left_is_judged():
-    plays = [a_round(1, 0.80, mass=9.0), a_round(2, 0.85, mass=8.0), a_round(3, 1.1, mass=7.0)]
-    faked = Faked(plays, ends=after(3))
+    designs = [
+        an_iteration(1, 0.80, mass=9.0),
+        an_iteration(2, 0.85, mass=8.0),
+        an_iteration(3, 1.1, mass=7.0),
+    ]
+    faked = Faked(designs, ends=after(3))
     outcome = faked.run()
     assert outcome.ended.by == "iterations"
     assert faked.judged == [(2, None)]  # its analysis is gone: it is made again
-    assert outcome.accepted.round is plays[1]
+    assert outcome.accepted.iteration is designs[1]
 
 
 def test_the_last_design_is_judged_before_a_budget_ends_the_loop():
-    faked = Faked([], rounds=(a_round(1, 1.2), a_round(2, 0.94)), ends=after(0, "time"))
+    faked = Faked(
+        [], iterations=(an_iteration(1, 1.2), an_iteration(2, 0.94)), ends=after(0, "time")
+    )
     assert faked.run().ended.by == "time"
     assert faked.judged == [(2, None)]
 
 
 def test_of_two_accepted_designs_the_lighter_is_kept():
-    light, heavy = a_round(1, 0.975, mass=8.0), a_round(2, 1.03, mass=9.0)
+    light, heavy = an_iteration(1, 0.975, mass=8.0), an_iteration(2, 1.03, mass=9.0)
     # Accepted values of 0.93 and 0.95: held, not tight, so the loop goes on.
-    plays = [light, heavy, a_round(3, 1.2)]
-    faked = Faked(plays, accepts={1: (0.95,), 2: (0.92,)}, ends=after(3))
-    assert faked.run().accepted.round is light
+    designs = [light, heavy, an_iteration(3, 1.2)]
+    faked = Faked(designs, accepts={1: (0.95,), 2: (0.92,)}, ends=after(3))
+    assert faked.run().accepted.iteration is light
     assert [number for number, _ in faked.judged] == [1, 2]
 
 
 def test_a_resumed_run_knows_what_acceptance_refused():
     faked = Faked(
-        [a_round(2, 0.89)], accepts={2: (1.1,)},
-        rounds=(a_round(1, 0.99),), refused=(1,), factors=taught(1.1),
+        [an_iteration(2, 0.89)], accepts={2: (1.1,)},
+        iterations=(an_iteration(1, 0.99),), refused=(1,), factors=taught(1.1),
     )  # fmt: skip
     faked.run()
     assert faked.given == [taught(1.1)]
     assert [number for number, _ in faked.judged] == [2]
-    assert faked.rounds_stored == [2]
+    assert faked.iterations_stored == [2]
 
 
 def test_a_refused_design_still_gives_the_rows_of_a_resumed_verdict():
     faked = Faked(
         [], accepts={1: (1.1,)}, ends=after(0, "time"),
-        rounds=(a_round(1, 0.99),), refused=(1,), factors=taught(1.1),
+        iterations=(an_iteration(1, 0.99),), refused=(1,), factors=taught(1.1),
     )  # fmt: skip
     outcome = faked.run()
     assert outcome.ended.by == "time"
@@ -192,11 +204,11 @@ def test_a_refused_design_still_gives_the_rows_of_a_resumed_verdict():
 
 
 def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
-    faked = Faked([a_round(1, 0.8), MeshError("open")])
+    faked = Faked([an_iteration(1, 0.8), MeshError("open")])
     outcome = faked.run()
-    assert (outcome.ended.by, len(outcome.rounds)) == ("refused", 1)
+    assert (outcome.ended.by, len(outcome.iterations)) == ("refused", 1)
     assert "iteration 2 could not be analysed: open" in outcome.ended.words
-    assert outcome.accepted.round is outcome.rounds[0]
+    assert outcome.accepted.iteration is outcome.iterations[0]
     with pytest.raises(MeshError, match="open"):
         Faked([MeshError("open")]).run()
 
@@ -204,43 +216,45 @@ def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
 # --- what ends it ---------------------------------------------------------------------------------
 
 
-def ended(monkeypatch, rounds, *, left=1e6, most=6, saturated=None):
+def ended(monkeypatch, iterations, *, left=1e6, most=6, saturated=None):
     """What ends the loop, with so many seconds left of 1200."""
     monkeypatch.setattr(ending, "saturated", lambda *_: saturated)
     case = SimpleNamespace(run=SimpleNamespace(max_iterations=most))
     setup = SimpleNamespace(problem=SimpleNamespace(case=case))
     deadline = Deadline(1200.0, start=time.monotonic() - (1200.0 - left))
-    return ending.why_ended(setup, rounds, {}, deadline)
+    return ending.why_ended(setup, iterations, {}, deadline)
 
 
 def test_rounds_end_the_loop(monkeypatch):
-    assert ended(monkeypatch, [a_round(1, 1.2)], most=2) is None
-    found = ended(monkeypatch, [a_round(1, 1.2), a_round(2, 1.1)], most=2)
+    assert ended(monkeypatch, [an_iteration(1, 1.2)], most=2) is None
+    found = ended(monkeypatch, [an_iteration(1, 1.2), an_iteration(2, 1.1)], most=2)
     assert found.by == "iterations"
     assert "max_iterations of 2" in found.words
-    assert "about 100 s" in found.words  # what the last round took
+    assert "about 100 s" in found.words  # what the last iteration took
 
 
 def test_time_ends_the_loop_and_says_what_more_of_it_brings(monkeypatch):
-    """55 s are left, a round of 100 s asks for 130 s: 75 s are missing, told in tens."""
-    found = ended(monkeypatch, [a_round(1, 1.2), a_round(2, 0.94)], left=55.0)
+    """55 s are left, an iteration of 100 s asks for 130 s: 75 s are missing, told in tens."""
+    found = ended(monkeypatch, [an_iteration(1, 1.2), an_iteration(2, 0.94)], left=55.0)
     assert (found.by, found.words) == (
         "time",
         "[run] time of 1200 s ended the run after 2 iterations; about 80 s more allow another "
         "iteration",
     )
-    # The first round is played whatever the clock says.
+    # The first iteration is run whatever the clock says.
     assert ended(monkeypatch, [], left=0.0) is None
 
 
 def test_the_same_design_twice_ends_the_loop(monkeypatch):
-    same = [a_round(1, 1.2, rho=0.5), a_round(2, 1.2, rho=0.5)]
+    same = [an_iteration(1, 1.2, rho=0.5), an_iteration(2, 1.2, rho=0.5)]
     assert ended(monkeypatch, same).by == "stuck"
-    assert ended(monkeypatch, [a_round(1, 1.2, rho=0.5), a_round(2, 1.2, rho=0.4)]) is None
+    assert (
+        ended(monkeypatch, [an_iteration(1, 1.2, rho=0.5), an_iteration(2, 1.2, rho=0.4)]) is None
+    )
 
 
 def test_a_lattice_that_cannot_reach_a_limit_ends_the_loop(monkeypatch):
-    found = ended(monkeypatch, [a_round(1, 1.2)], saturated="out of reach")
+    found = ended(monkeypatch, [an_iteration(1, 1.2)], saturated="out of reach")
     assert (found.by, found.words) == ("saturated", "out of reach")
 
 
@@ -257,7 +271,7 @@ def a_stress_limit():
 class Judge:
     """Stands in for what `accept_design` calls; the explicit mesh has ``tets`` tetrahedra.
 
-    The whole printed surface gives ``found``, within 2 %; its mesh 0.98 and 1.02, its windows 1.2
+    The whole printed surface gives ``found``, within 2 %; its mesh 0.98 and 1.02, its submodels 1.2
     and 0.9 times the stress that drives them.
     """
 
@@ -287,7 +301,7 @@ class Judge:
             "printed_stage": lambda *_: None,
             "judge_whole": lambda *_: SimpleNamespace(rows=self.found, result=None),
             "accept_whole": self.whole,
-            "accept_windows": self.windows,
+            "accept_submodels": self.submodels,
             "limit_rows": lambda _limits, found, judge: tuple(
                 replace(row(v, key), judged_by=judge)
                 for v, key in zip(found.values, (PULL, SIDE), strict=False)
@@ -302,12 +316,12 @@ class Judge:
         found = SimpleNamespace(values=(0.98, 1.02))
         return SimpleNamespace(scope="whole", whole=found)
 
-    def windows(self, *_, time_limit_s, **__):
+    def submodels(self, *_, time_limit_s, **__):
         self.limits_s.append(time_limit_s)
-        windows = tuple(
+        submodels = tuple(
             SimpleNamespace(value=v, driving_value=1.0, matches=self.matches) for v in (1.2, 0.9)
         )
-        return SimpleNamespace(scope="windows", whole=None, windows=windows)
+        return SimpleNamespace(scope="submodels", whole=None, submodels=submodels)
 
     def accept(self, done):
         return accepting.accept_design(self.setup, None, done, self.analysed, Announcer(ignore))
@@ -315,10 +329,10 @@ class Judge:
 
 def test_what_is_judged_does_not_depend_on_the_clock(monkeypatch):
     judge = Judge(monkeypatch)
-    early = judge.accept(a_round(1, 0.98, 0.85))
+    early = judge.accept(an_iteration(1, 0.98, 0.85))
     hours = time.monotonic() + 1e5
     monkeypatch.setattr(time, "monotonic", lambda: hours)
-    late = judge.accept(a_round(1, 0.98, 0.85))
+    late = judge.accept(an_iteration(1, 0.98, 0.85))
     assert early.acceptance.scope == late.acceptance.scope == "whole"
     assert judge.limits_s == [1200.0, 1200.0]
 
@@ -338,11 +352,13 @@ def moved(value, key):
 LARGE = 1_728_000
 
 
-def test_a_large_lattice_has_its_stress_judged_in_windows(monkeypatch):
-    done = replace(a_round(1, 0.98, 0.5), rows=(*a_round(1, 0.98, 0.5).rows, row(0.7, STRESS)))
+def test_a_large_lattice_has_its_stress_judged_by_submodels(monkeypatch):
+    done = replace(
+        an_iteration(1, 0.98, 0.5), rows=(*an_iteration(1, 0.98, 0.5).rows, row(0.7, STRESS))
+    )
     found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7)).accept(done)
-    assert found.acceptance.scope == "windows"
-    # Displacements are those of the printed surface, stress carries the ratio of the windows.
+    assert found.acceptance.scope == "submodels"
+    # Displacements are those of the printed surface, stress carries the ratio of the submodels.
     assert [r.value for r in found.rows] == pytest.approx([0.9, 0.5, 0.84])
     assert [r.decisive for r in found.rows] == pytest.approx([0.918, 0.51, 0.8568])
     assert found.rows[2].judged_by == "explicit analysis times the ratio of 2 submodels"
@@ -353,30 +369,30 @@ def test_a_large_lattice_has_its_stress_judged_in_windows(monkeypatch):
 
 
 def test_no_limit_is_met_by_a_window_that_misses_its_criterion(monkeypatch):
-    """Windows of 1.2 and 0.9: a match takes the larger ratio, a miss spans from 1 to 1.2."""
+    """Submodels of 1.2 and 0.9: a match takes the larger ratio, a miss spans from 1 to 1.2."""
     found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7), matches=False).accept(
-        a_round(1, 0.98)
+        an_iteration(1, 0.98)
     )
     stress = found.rows[2]
     assert stress.value == pytest.approx(0.84)
     assert (stress.band.low, stress.band.high) == pytest.approx((0.98 * 0.7, 1.02 * 0.84))
-    # A window of less stress than drives it does not relieve the limit.
+    # A submodel of less stress than drives it does not relieve the limit.
     limit = a_stress_limit()
     low = SimpleNamespace(value=0.5, driving_value=1.0, matches=False)
-    factor = limit.window_factor([low])
+    factor = limit.submodel_factor([low])
     assert (factor.low, factor.value, factor.high) == (0.5, 1.0, 1.0)
 
 
 def test_a_limit_without_a_band_does_not_hold(monkeypatch):
     judge = Judge(monkeypatch, tets=LARGE)
     judge.found = (moved(0.9, PULL),)
-    found = judge.accept(a_round(1, 0.98))
+    found = judge.accept(an_iteration(1, 0.98))
     assert (all_hold(found.rows), found.holds) == (True, False)
 
 
 def test_bands_hold_what_the_mesh_of_the_whole_lattice_shows(monkeypatch):
     """Explicit 0.98 and 0.85, by finite cells 0.98 and 0.9, by the mesh 0.98 and 1.02."""
-    done = a_round(1, 0.98, 0.85)
+    done = an_iteration(1, 0.98, 0.85)
     found = Judge(monkeypatch, found=judged(0.98, 0.9)).accept(done)
     assert not found.holds
     assert [r.decisive for r in found.rows] == pytest.approx([0.9996, 1.02])
@@ -391,7 +407,7 @@ def test_bands_hold_what_the_mesh_of_the_whole_lattice_shows(monkeypatch):
 def test_stress_of_the_whole_lattice_is_that_of_its_mesh(monkeypatch):
     """Percentiles of finite cells give the band alone: 2 % about 0.98 of the mesh."""
     judge = Judge(monkeypatch, found=(row(0.8, PULL),))
-    found = judge.accept(a_round(1, 0.9))
+    found = judge.accept(an_iteration(1, 0.9))
     assert (found.rows[0].value, found.rows[0].band.high) == pytest.approx((0.98, 0.9996))
     assert found.fitted == {PULL}
 
@@ -410,13 +426,15 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         cells=SimpleNamespace(cell=None, bounds=(0.2, 0.6)),
         model=None,
     )
-    monkeypatch.setattr(sizing_round, "corrected_model", lambda *_: None)
-    monkeypatch.setattr(sizing_round, "stored_sizing", lambda _case, _cell, problem, **__: problem)
-    problem = sizing_round.size_round(
+    monkeypatch.setattr(iteration_steps, "corrected_model", lambda *_: None)
+    monkeypatch.setattr(
+        iteration_steps, "stored_sizing", lambda _case, _cell, problem, **__: problem
+    )
+    problem = iteration_steps.size_design(
         setup,
         Correction(),
         {SIDE: 1.25, STRESS: 1.6},
         None,
-        sizing_round.SizingPlan(most_iterations=1),
+        iteration_steps.SizingPlan(most_iterations=1),
     )
     assert [one.allowed for one in problem.limits] == pytest.approx([2.0, 1.6, 62.5])

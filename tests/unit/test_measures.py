@@ -30,7 +30,7 @@ def test_phases_are_measured_apart():
         percentile=99.5,
         cells=10.0,
     )
-    assert [m.phase for m in measures] == ["lattice", "kept"]
+    assert [m.phase for m in measures] == ["lattice", "passive solid"]
     assert [m.value for m in measures] == [10.0, 30.0]
     assert [m.share_above for m in measures] == [0.0, 1.0]
     assert sum(m.volume for m in measures) == pytest.approx(volumes.sum())

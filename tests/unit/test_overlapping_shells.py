@@ -3,61 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from damaged_shapes import ANNULUS, CUBE, box, ring, swept
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume, open_edge_count
+from gradedesign.mesh.surface_mesh import enclosed_volume, open_edge_count
 from gradedesign.part import _weld
 from gradedesign.part._self_crossing import require_simple
 from gradedesign.part._weld import core_points, weld
-from gradedesign.part.box import box_surface
-from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import read_stl
-
-DAMAGED = Path(__file__).resolve().parents[3] / "shared" / "parts" / "damaged"
-CUBE = corner_points(box_surface((20.0, 20.0, 20.0)))
-
-
-def box(low, high, *, reverse=False) -> np.ndarray:
-    """Corners of the box between two points."""
-    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
-    corners = corner_points(box_surface(tuple(high - low))) + low
-    return corners[:, ::-1] if reverse else corners
-
-
-def swept(stations: np.ndarray) -> np.ndarray:
-    """Corners of a tube over closed polygons ``(k, m, 3)``, with flat ends, as one shell."""
-    count, size = stations.shape[:2]
-    facets = []
-    for k in range(count - 1):
-        for m in range(size):
-            p, q = stations[k, m], stations[k, (m + 1) % size]
-            r, s = stations[k + 1, m], stations[k + 1, (m + 1) % size]
-            facets += [[p, q, s], [p, s, r]]
-    for m in range(1, size - 1):
-        facets.append([stations[0, 0], stations[0, m + 1], stations[0, m]])
-        facets.append([stations[-1, 0], stations[-1, m], stations[-1, m + 1]])
-    return np.array(facets)
-
-
-def ring(turns: float) -> np.ndarray:
-    """A bar of 4 x 4 mm swept around the z axis between 10 and 14 mm, 72 steps a turn."""
-    phi = np.linspace(0.0, 2 * np.pi * turns, round(72 * turns) + 1)
-    square = np.array([[10.0, 0.0], [10.0, 4.0], [14.0, 4.0], [14.0, 0.0]])
-    return swept(
-        np.stack(
-            [
-                np.outer(np.cos(phi), square[:, 0]),
-                np.outer(np.sin(phi), square[:, 0]),
-                np.tile(square[:, 1], (len(phi), 1)),
-            ],
-            axis=2,
-        )
-    )
 
 
 def answer(corners, **options):
@@ -69,11 +25,9 @@ def answer(corners, **options):
 @pytest.mark.parametrize("turns", [1.13, 1.55, 2.6])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_a_shell_that_sweeps_into_itself_is_united_with_itself(turns, reverse):
-    """The annulus: pi (14^2 - 10^2) 4 mm^3, less 0.2 % for its 72 chords at most."""
     corners = ring(turns)
     volume, report = answer(corners[:, ::-1] if reverse else corners)
-    annulus = np.pi * (14.0**2 - 10.0**2) * 4.0
-    assert volume == pytest.approx(annulus, rel=2e-3)
+    assert volume == pytest.approx(ANNULUS, rel=2e-3)
     assert report.shells_united == 1
     (note,) = (w for w in report.warnings if "itself" in w)
     assert f"{volume:.6g} mm^3, counted as it was" in note
@@ -238,35 +192,3 @@ def test_what_is_left_counted_twice_is_refused():
     faces = np.arange(len(vertices)).reshape(-1, 3)
     with pytest.raises(PartError, match=r"overlap.*counted again"):
         require_simple(vertices, faces, "part")
-
-
-#: File, bodies and true volume, mm^3; None where it must be refused.
-FILES = [
-    ("ring_irr_1.13.stl", "one", 9404.0),
-    ("ring_irr_1.5.stl", "one", 9404.0),
-    ("bow_tie.stl", "one", None),
-    ("hole_open_through_shell_poking.stl", "one", 7246.0),
-    ("reversed_bar_through.stl", "one", 7680.0),
-    ("void_lost_count.stl", "one", None),
-    ("second_body_lost_count.stl", "all", None),
-    ("ascii_void_truncated.stl", "one", None),
-    ("crumbs_all_39pct.stl", "one", None),
-    ("crumbs_all_39pct.stl", "all", 1e6 + 392 * 9.9**3),
-    ("spike_sides_lost_auto.stl", "one", None),
-    ("crumb_pair.stl", "one", 8000.0),
-    ("stray_far_2k.stl", "one", 4165.14),  # the ball without the facet, by the divergence theorem
-]
-
-
-@pytest.mark.skipif(not DAMAGED.is_dir(), reason="the damaged parts are not beside this checkout")
-@pytest.mark.parametrize(("name", "bodies", "right"), FILES)
-@pytest.mark.parametrize("repair", ["safe", "auto"])
-def test_damaged_files(name, bodies, right, repair):
-    try:
-        raw = in_mm(read_stl(DAMAGED / name), "mm", name)
-        volume, _ = answer(raw.corners, repair=repair, bodies=bodies)
-    except PartError:
-        volume = None
-    if name == "stray_far_2k.stl" and repair == "safe":
-        right = None
-    assert volume == (None if right is None else pytest.approx(right, rel=2e-3))

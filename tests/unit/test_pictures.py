@@ -149,11 +149,11 @@ def test_the_legend_names_what_is_drawn_and_nothing_else(scene):
     support = RegionMark(name="root", role="support", corners=root)
     bare = scene([support], [])
     assert [e.text for e in bare.legend] == ["supports"]
-    kept = RegionMark(name="tip", role="kept", corners=tip)
+    kept = RegionMark(name="tip", role="passive", corners=tip)
     full = scene([support, kept], [force(tip, [1.0, 0, 0], "pull")], note="warmed")
-    assert [e.text for e in full.legend] == ["supports", "kept solid", "pull"]
+    assert [e.text for e in full.legend] == ["supports", "passive solid", "pull"]
     assert full.caption == "warmed"  # one arrow has no other to be compared with
-    empty = RegionMark(name="none", role="kept", corners=tip[:0])
+    empty = RegionMark(name="none", role="passive", corners=tip[:0])
     assert [e.text for e in scene([support, empty], []).legend] == ["supports"]
 
 
@@ -218,8 +218,8 @@ temperature_change = "20 K"
     assert warming_note(case) == "change of temperature: more +20 K"
     marks = region_marks(case, part.regions)
     assert [(m.name, m.role) for m in marks] == [
-        ("root, kept solid", "support"),
-        ("tip, kept solid", "load"),
+        ("root, passive solid", "support"),
+        ("tip, passive solid", "load"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Predicted cost: units of work times measured speeds, replaced by what the first round took."""
+"""Predicted cost: units of work times measured speeds, replaced by those of the first iteration."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.explicit_mesh import DOFS_PER_TET, TETS_PER_GRID_CELL
 from gradedesign.verify.tets import GRID_CELL_S, estimate, solve_seconds
 
-#: Of `cases/mini`: its own numbers of the second round, whole lattice re-meshed.
+#: Of `cases/mini`: its own numbers of the second iteration, whole lattice re-meshed.
 MINI = RunWork(
     part_dofs=4131,
     load_cases=1,
@@ -33,8 +33,8 @@ MINI = RunWork(
 )
 
 
-def test_a_measured_round_is_predicted_within_the_factor():
-    # Processor seconds of cases/mini, round 2: sizing 3.7 (10 iterations), mesh 2.6, solve 8.2.
+def test_a_measured_iteration_is_predicted_within_the_factor():
+    # Processor seconds of cases/mini, iteration 2: sizing 3.7 (10 iterations), mesh 2.6, solve 8.2.
     found = predict_cost(MINI)
     for value, measured in (
         (found.sizing_s, 3.7),
@@ -62,18 +62,18 @@ def test_work_counts_where_it_is_done():
     )
 
 
-def test_a_run_holds_its_rounds_and_one_acceptance():
+def test_a_run_holds_its_iterations_and_one_acceptance():
     one, many = predict_cost(replace(MINI, iterations=1)), predict_cost(MINI)
     assert (one.iterations, many.iterations) == (1, 3)
     assert one.run_s == pytest.approx(
         MEASURED.start + one.iteration_s + one.whole_s + one.acceptance_s
     )
-    # Sizing plays 10, 20 and 8 iterations (`loop.round`).
-    rounds = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
-    assert many.run_s - one.run_s == pytest.approx(rounds - one.iteration_s)
+    # Sizing takes 10, 20 and 8 iterations (`loop.iteration_steps`).
+    stages = (3.8 + 0.6) * many.sizing_s + 3 * (many.explicit_mesh_s + many.explicit_solve_s)
+    assert many.run_s - one.run_s == pytest.approx(stages - one.iteration_s)
 
 
-def test_the_first_round_replaces_the_measured_speeds():
+def test_the_first_iteration_replaces_the_measured_speeds():
     took = {"sizing": 40.0, "explicit mesh": 30.0, "explicit solve": 100.0}
     speed = learned_speed(MINI, 10, took)
     found = predict_cost(MINI, speed, learned=True)
@@ -82,7 +82,7 @@ def test_the_first_round_replaces_the_measured_speeds():
     assert found.explicit_solve_s == pytest.approx(100.0)
     assert found.iteration_s == pytest.approx(178.0)
     assert found.learned
-    # No round runs the mesher: it is as much slower as the solve was.
+    # No iteration runs the mesher: it is as much slower as the solve was.
     slower = 100.0 / predict_cost(MINI).explicit_solve_s
     assert speed.tet == pytest.approx(MEASURED.tet * slower)
 
@@ -110,6 +110,6 @@ def test_scope_follows_stated_budgets():
     # 400 tetrahedra a second, a sixth of the stated time: by definition.
     most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 6.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
-    assert choose_scope("auto", 1.01 * most, 1200.0) == "windows"
+    assert choose_scope("auto", 1.01 * most, 1200.0) == "submodels"
     assert choose_scope("whole", 1e9, 1.0) == "whole"
-    assert choose_scope("windows", 1.0, 1e9) == "windows"
+    assert choose_scope("submodels", 1.0, 1e9) == "submodels"

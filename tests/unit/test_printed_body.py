@@ -146,7 +146,7 @@ def test_phases_share_the_volume_of_the_file():
     assert volumes == {
         "lattice": pytest.approx(2000.0, rel=4e-3),
         "skin": pytest.approx(3456 - 432 - 2000, rel=8e-3),
-        "kept": pytest.approx(432.0, rel=8e-3),
+        "passive solid": pytest.approx(432.0, rel=8e-3),
     }
     assert sum(volumes.values()) == pytest.approx(3456.0, rel=1e-12)
     plain = DesignDomain(distance=domain.distance, lower=domain.lower, upper=domain.upper)

@@ -87,7 +87,7 @@ def shown(monkeypatch, out, accepted):
 def test_a_file_changed_while_it_is_judged_is_an_error(monkeypatch, exported, out):
     surface, _, digest = exported()
     accepted = SimpleNamespace(
-        surface=surface, sha256=digest, analysed=None, round=SimpleNamespace(rho=None)
+        surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None)
     )
     assert shown(monkeypatch, out, accepted) is surface
     alter(out.path_of(STL_NAME))
@@ -102,7 +102,7 @@ def test_the_accepted_design_stays_though_a_later_one_was_written_and_refused(
     kept = out.read_bytes(STL_NAME)
     out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), box_surface((4.0, 2.0, 0.5))))
     accepted = SimpleNamespace(
-        surface=surface, sha256=digest, analysed=None, round=SimpleNamespace(rho=None)
+        surface=surface, sha256=digest, analysed=None, iteration=SimpleNamespace(rho=None)
     )
     assert shown(monkeypatch, out, accepted) is surface
     # The same triangles, perhaps in another order.

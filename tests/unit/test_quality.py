@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import MeshError
-from gradedesign.lattice.islands import largest_pieces
+from gradedesign.lattice.islands import largest_components
 from gradedesign.mesh.quality import piece_labels, require_sound, tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
@@ -147,7 +147,7 @@ def test_the_largest_piece_is_kept_by_volume_not_by_count():
     small = kuhn((2, 2, 2))
     small = TetMesh(points=0.1 * small.points, tets=small.tets)
     large = TetMesh(points=kuhn((1, 1, 1)).points + 5.0, tets=kuhn((1, 1, 1)).tets)
-    kept, dropped, _ = largest_pieces(joined(small, large), keep=1, max_share=1.0)
+    kept, dropped, _ = largest_components(joined(small, large), keep=1, max_share=1.0)
     assert dropped == 1
     assert kept.tets.shape[1] == 6
     assert kept.points.shape[1] == 8

@@ -170,8 +170,8 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
         for r in rows
     )
     announce = Announcer(ProgressLines())
-    announce.round(
-        SimpleNamespace(iteration=replace(filled(Iteration, 1), limits=limits), rows=rows)
+    announce.iteration(
+        SimpleNamespace(summary=replace(filled(Iteration, 1), limits=limits), rows=rows)
     )
     sample = block("text", "Limits\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))

@@ -30,7 +30,7 @@ RESULT = RunResult(
             value=41.23,
             limit=50.0,
             unit="MPa",
-            judged_by="windows",
+            judged_by="submodels",
             band=Banded(value=41.23, low=40.1, high=43.9, sizes_mm=(1.5, 1.0)),
         ),
         LimitRow(
@@ -76,13 +76,13 @@ RESULT = RunResult(
         ),
     ),
     acceptance={
-        "scope": "windows",
+        "scope": "submodels",
         "share_of_volume": 0.12,
         "limits": [
             {
                 "limit": "stress in lattice",
                 "mesher": "pytetwild",
-                "scope": "windows",
+                "scope": "submodels",
                 "volume_mm3": 123.0,
                 "mesh_sizes_mm": [0.5, 0.625],
                 "low": 40.1,
@@ -90,7 +90,7 @@ RESULT = RunResult(
                 "order": "unknown",
             }
         ],
-        "windows": [
+        "submodels": [
             {
                 "centre_mm": [1.0, 2.0, 3.0],
                 "load_case": "pull & push",
@@ -194,7 +194,7 @@ def test_limits_have_value_limit_and_margin(html):
     cells = [[re.sub("<.*?>", "", c) for c in re.findall(r"<td.*?</td>", row)] for row in rows]
     assert [
         "stress in lattice", "pull &amp; push", "41.23 MPa", "40.1 to 43.9", "50 MPa", "+12.2%",
-        "holds", "windows",
+        "holds", "submodels",
     ] in cells  # fmt: skip
     assert [
         "displacement of tip", "side", "2.1 mm", "–", "2 mm", "-5.0%", "BROKEN",
@@ -220,7 +220,7 @@ def test_the_run_says_what_it_took_and_what_ended_it(html):
         RESULT,
         ended_by="time",
         budget={"time_s": 900.0, "max_iterations": 6},
-        # The parts of a round are not counted again.
+        # The parts of an iteration are not counted again.
         timing_s={"part": 2.0, "iteration": 600.0, "sizing": 300.0, "acceptance": 98.0},
     )
     assert (

@@ -49,23 +49,23 @@ RESULT = RunResult(
             value=44.0,
             limit=50.0,
             unit="MPa",
-            judged_by="windows",
+            judged_by="submodels",
             measure="percentile 99.5 of the volume",
         ),
     ),
     solid=(SOLID_ROW,),
     measures={"pull": {"lattice": measure(40.0, 147.0)}, "cell_map": {"name": "uniform"}},
     acceptance={
-        "scope": "windows",
+        "scope": "submodels",
         "share_of_volume": 0.021,
         "limits": [],
-        "windows": [],
+        "submodels": [],
         "exclusion": {
             "radius_mm": 22.0,
             "percentile": 99.5,
-            "share_of_volume": {"lattice": 0.381, "kept": 1.0},
-            "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "kept": 12.0}},
-            "maximum_everywhere_MPa": {"pull": {"lattice": 212.0, "kept": 31.0}},
+            "share_of_volume": {"lattice": 0.381, "passive solid": 1.0},
+            "stress_everywhere_MPa": {"pull": {"lattice": 61.5, "passive solid": 12.0}},
+            "maximum_everywhere_MPa": {"pull": {"lattice": 212.0, "passive solid": 31.0}},
         },
     },
 )
@@ -97,8 +97,8 @@ def test_without_windows_no_factor_is_named():
 
 
 def test_the_exclusion_radius_stands_with_its_share_and_both_stresses(report):
-    for words in ("Within 22 mm of the held regions", "lattice 38.1%, kept 100.0%",
-                  "pull lattice 40 61.5 147 212", "pull kept – 12 – 31"):  # fmt: skip
+    for words in ("Within 22 mm of the held regions", "lattice 38.1%, passive solid 100.0%",
+                  "pull lattice 40 61.5 147 212", "pull passive solid – 12 – 31"):  # fmt: skip
         assert words in report
 
 
@@ -112,11 +112,11 @@ def test_the_solid_part_stands_beside(report):
 
 
 def test_windows_do_not_claim_the_whole_surface(report):
-    words = scope_words({**RESULT.acceptance, "windows": [{}, {}]})
+    words = scope_words({**RESULT.acceptance, "submodels": [{}, {}]})
     assert "an independent mesher meshed it again in its 2 most stressed submodels" in words
     assert "(2.1% of the printed volume)" in words
     assert "analysed by finite cells at two resolutions or more" in report
-    whole = scope_words({"scope": "whole", "share_of_volume": 0.999, "windows": []})
+    whole = scope_words({"scope": "whole", "share_of_volume": 0.999, "submodels": []})
     assert "judged on the whole printed surface" in whole
     assert "99.9%" in whole
 

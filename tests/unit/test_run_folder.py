@@ -361,7 +361,7 @@ def test_a_container_limit_counts(tmp_path, version):
 
 def test_events_cannot_be_changed():
     values = {"mass_g": 5.0}
-    event = Event(stage="sizing", message="round 3", values=values)
+    event = Event(stage="sizing", message="iteration 3", values=values)
     values["mass_g"] = 6.0
     assert event.values["mass_g"] == 5.0
     with pytest.raises(TypeError):

@@ -16,7 +16,7 @@ from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.fe.element_points import element_points
 from gradedesign.lattice.lattice import density_at
 from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.round import build_design, density_grid, explicit_spacing
+from gradedesign.loop.iteration_steps import build_design, density_grid, explicit_spacing
 from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import centroids

@@ -19,7 +19,7 @@ MINI = Path(__file__).parents[2] / "cases" / "mini"
 @pytest.fixture(scope="module")
 def setup():
     case = gradedesign.load_case(MINI)
-    # The grid on which the rounds below were measured.
+    # The grid on which the iterations below were measured.
     finer = case.run.model_copy(update={"elements_per_wall": 1.6})
     return prepare(case.model_copy(update={"run": finer}), build_registry())
 
@@ -32,8 +32,8 @@ def solid(use, kind="displacement"):
 
 
 def test_the_explicit_lattice_of_mini_is_predicted(setup):
-    # Three rounds of the case: 246 273, 282 333 and 340 776 unknowns in grids of 14 400 to 16 758
-    # cubes; the solid part uses 19.0 % of its displacement, 5.4 % of its stress.
+    # Three iterations of the case: 246 273, 282 333 and 340 776 unknowns in grids of 14 400 to
+    # 16 758 elements; the solid part uses 19.0 % of its displacement, 5.4 % of its stress.
     work = run_work(setup, [solid(0.19), solid(0.054, "stress")])
     for measured in (246_273, 340_776):
         assert measured / WITHIN < work.explicit_dofs < measured * WITHIN

@@ -186,3 +186,62 @@ def test_angle_block():
     assert kinds(found) == {"plane": 19, "cylinder": 7}
     holes = sorted(round(f.diameter / 25.4, 4) for f in cylinders(found) if f.normal is None)
     assert holes == pytest.approx([0.15625, 0.266], abs=1e-3)
+
+
+#: Centres of four holes of 9 mm diameter through a plate of 60 x 40 x 10 mm.
+BOLTS = np.array([(x, y) for x in (12.0, 48.0) for y in (10.0, 30.0)])
+
+
+def plate_of_slivers(segments, splits, nearest, rng):
+    """A plate with four holes whose walls are split at random, each new corner on its circle.
+
+    The closer to an end an edge is split, down to a share ``nearest``, the thinner the slivers.
+    """
+    body = SOLID.cube((60, 40, 10))
+    for x, y in BOLTS:
+        body -= SOLID.cylinder(30, 4.5, 4.5, segments, True).translate((x, y, 5))
+    mesh = body.to_mesh64()
+    points = [tuple(p) for p in np.asarray(mesh.vert_properties)[:, :3]]
+    facets = [tuple(t) for t in np.asarray(mesh.tri_verts).tolist()]
+
+    def hole(corner):
+        off = np.hypot(*(np.array(points[corner][:2]) - BOLTS).T) - 4.5
+        return int(np.abs(off).argmin()) if np.abs(off).min() < 1e-3 else None
+
+    walls = [k for k, t in enumerate(facets) if hole(t[0]) == hole(t[1]) == hole(t[2]) is not None]
+    for _ in range(splits):
+        facet = facets[walls[rng.integers(len(walls))]]
+        side = int(rng.integers(3))
+        a, b = facet[side - 1], facet[side]
+        share = nearest + (1.0 - 2.0 * nearest) * rng.random()
+        new = (1.0 - share) * np.array(points[a]) + share * np.array(points[b])
+        centre = BOLTS[hole(a)]
+        outward = new[:2] - centre
+        new[:2] = centre + 4.5 * outward / np.hypot(*outward)
+        points.append(tuple(new))
+        for k in [k for k, t in enumerate(facets) if a in t and b in t]:
+            last = len(points) - 1
+            if k in walls:
+                walls.append(len(facets))
+            facets.append(tuple(last if c == a else c for c in facets[k]))
+            facets[k] = tuple(last if c == b else c for c in facets[k])
+    corners = np.array(points, dtype=np.float32).astype(np.float64)[np.array(facets)]
+    return build_surface(corners)[0]
+
+
+@pytest.mark.parametrize(
+    ("segments", "splits", "nearest"),
+    [(12, 150, 0.3), (16, 300, 0.02), (40, 400, 0.02), (64, 300, 0.2)],
+)
+def test_holes_are_found_on_slivers(segments, splits, nearest):
+    """Facets of 40 segments turn by 9 degrees, slivers between their corners by any angle."""
+    surface = plate_of_slivers(segments, splits, nearest, np.random.default_rng(20261123))
+    found = faces_of(surface)
+    holes = [face for face in cylinders(found) if abs(face.diameter - 9.0) < 0.01]
+    assert len(holes) == 4
+    assert all(face.concave for face in holes)
+    centres = sorted(tuple(np.round(face.point, 2)) for face in holes)
+    np.testing.assert_allclose(centres, [(*c, 5.0) for c in BOLTS], atol=1e-9)
+    # The wall of a cylinder, less what the chords of its facets cut off, plus what slivers fold.
+    assert [f.area for f in holes] == pytest.approx([np.pi * 9.0 * 10.0] * 4, rel=0.015)
+    assert kinds(found)["plane"] >= 6

@@ -47,7 +47,7 @@ def test_faces_on_the_part_are_flat():
     assert normals[normals[:, 0] > 0, 0].sum() == pytest.approx(32.0, rel=1e-3)
 
 
-def test_skin_and_kept_regions_keep_their_depth():
+def test_skin_and_passive_regions_keep_their_depth():
     """A skin of 1 mm leaves a void of 10 x (6 - 4) x 6 mm^3 beside the plate."""
     surface = trimmed_surface(_design(skin=1.0), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(12 * 8 * 8 - 10 * 2 * 6, rel=3e-3)

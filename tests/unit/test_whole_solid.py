@@ -94,7 +94,7 @@ def test_where_the_finer_one_does_not_fit_a_coarser_one_is_taken():
     found = stand.judge(1.5)
     assert stand.tried == [1.0, 1.5]
     assert found.rows[0].band.sizes_mm == (1.5, 1.0)
-    assert found.result.mesh_size == 1.0  # the finest one drives the windows
+    assert found.result.mesh_size == 1.0  # the finest one drives the submodels
 
 
 def test_a_first_resolution_that_loses_walls_is_left_behind():

@@ -18,9 +18,9 @@ from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
 from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.effective_density import EffectiveDensity
 from gradedesign.sizing.homogenised import homogenised_system
-from gradedesign.sizing.homogenised_model import bond_matrix, held_density, homogenised_model
-from gradedesign.sizing.local_fill import LocalFill
+from gradedesign.sizing.homogenised_model import bond_matrix, effective_density, homogenised_model
 from gradedesign.sizing.responses import response_gradients
 from gradedesign.sizing.state import solved_state
 
@@ -119,8 +119,8 @@ def test_gradient_follows_what_trimmed_cells_hold():
     model, limit, rho, rng = _problem((0.0, 0.0, -2e4), 0.0, None, 0.4)
     asked = np.array([0.1, 0.3, 0.6])
     held = asked[:, None] ** rng.uniform(0.5, 1.1, len(rho)) * rng.uniform(0.6, 1.5, len(rho))
-    model = replace(model, fill=LocalFill(nominal=asked, effective=held))
-    assert held_density(model, rho).max() > LAW.window[1]
+    model = replace(model, effective=EffectiveDensity(nominal=asked, effective=held))
+    assert effective_density(model, rho).max() > LAW.window[1]
     # Not where the density held has a kink.
     rho = np.where(np.abs(rho - 0.3) < 0.01, 0.32, rho)
     assert_slope(model, limit, rho, rng)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,11 +11,54 @@ from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, mod
 from gradedesign.case.part_path import resolve_part_file
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import Choice, Refused, Size, Text, Triple, Vector
+from gradedesign.case.value_types import (
+    Choice,
+    JsonSchema,
+    Quantity,
+    Reader,
+    Refused,
+    Size,
+    Text,
+    Triple,
+    Vector,
+)
 
+#: Ways of repair that need no plugin.
+OWN_REPAIRS = ("safe", "auto")
 UNITS = ("mm", "cm", "m", "inch")
 #: Edges of a box shorter than this are no part, mm.
 _LEAST_EDGE = 1e-3
+
+
+class _RepairOptions(Reader):
+    """A table of plain values; texts that begin with a digit are lengths, in mm once read."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise Refused(f'found {shown(value)}; expected a table such as {{ edge = "2 mm" }}')
+        return {key: self._plain(key, entry) for key, entry in value.items()}
+
+    def _plain(self, key: str, value: object) -> object:
+        if isinstance(value, str):
+            if value[:1].isdigit():
+                try:
+                    return Quantity("length", above=0.0).read(value)
+                except Refused as error:
+                    raise Refused(f"{key}: {error}") from None
+            return Text("a word", 80).read(value)
+        if isinstance(value, bool | int):
+            return value
+        if not isinstance(value, float) or not isfinite(value):
+            raise Refused(
+                f"{key}: found {shown(value)}; expected a number, a length in quotes with its "
+                f"unit, a word, true or false"
+            )
+        return value
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "object", "additionalProperties": {"type": ["number", "string", "boolean"]}}
 
 
 class ShapeSpec(Table):
@@ -26,8 +70,12 @@ class ShapeSpec(Table):
     """Edge lengths in mm; the box occupies [0, a] x [0, b] x [0, c]."""
     units: Annotated[str, Choice(UNITS)] | None = None
     """Unit of the coordinates of the file; may be left out where its format carries one."""
-    repair: Annotated[str, Choice(("safe", "auto"))] = "safe"
-    """How far a damaged surface may be repaired."""
+    chord_tolerance: Size | None = None
+    """Largest distance of the triangles from the curved faces of a CAD file, mm."""
+    repair: Annotated[str, Text("a way of repair", 80)] = "safe"
+    """How far a damaged surface may be repaired: ``safe``, ``auto`` or a plugin's repairer."""
+    repair_options: Annotated[dict[str, Any], _RepairOptions()] = Field(default_factory=dict)
+    """Options of the plugin's repairer by name; lengths with their unit."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
     """Whether several disjoint bodies are accepted."""
 
@@ -66,6 +114,8 @@ class ShapeSpec(Table):
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")
+        if self.file is None and self.chord_tolerance is not None:
+            raise key_error("chord_tolerance", "has no meaning with box, whose faces are flat")
         return self
 
 

@@ -27,7 +27,6 @@ from gradedesign.case.value_types import (
     Reader,
     Refused,
     RegionNames,
-    Size,
     Text,
     Triple,
     Whole,
@@ -126,6 +125,32 @@ class _Color(Reader):
         return {"type": "string", "pattern": f"^{_COLOR.pattern}$", "examples": ["#ff0000"]}
 
 
+class _Diameters(Reader):
+    """One length to itself twice, or a list of two in rising order."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> tuple[float, float]:
+        length = Quantity("length", above=0.0)
+        if not isinstance(value, list):
+            diameter = length.read(value)
+            return diameter, diameter
+        if len(value) != 2:
+            raise Refused(
+                f'found {shown(value)}; expected one diameter such as "8 mm", or the smallest and '
+                'the largest, ["8 mm", "10 mm"]'
+            )
+        low, high = (length.read(entry) for entry in value)
+        if low > high:
+            raise Refused(f"found {shown(value)}; expected the smaller diameter first")
+        return low, high
+
+    def json_schema(self) -> JsonSchema:
+        length = Quantity("length", above=0.0).json_schema()
+        pair = {"type": "array", "items": length, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [length, pair], "examples": ["8 mm", ["8 mm", "10 mm"]]}
+
+
 AxisIndex: TypeAlias = Annotated[int, _Axis()]
 
 
@@ -184,8 +209,8 @@ class BoxSpec(Table):
 class CylinderSpec(Table):
     """Cylindrical faces, narrowed by whatever is given; an empty table takes every cylinder."""
 
-    diameter: Size | None = None
-    """mm."""
+    diameter: Annotated[tuple[float, float] | None, _Diameters()] = None
+    """One diameter, or the smallest and the largest that count, mm."""
     axis: Annotated[str, Choice(AXES)] | None = None
     """Direction of the axis: x, y or z."""
     point: Point | None = None

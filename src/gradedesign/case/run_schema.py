@@ -83,7 +83,7 @@ class RunSpec(Table):
     linear solvers ask what the machine has left."""
     time: Annotated[float, Quantity("time", at_least=1.0)] = 3600.0
     """Budget in seconds."""
-    acceptance: Annotated[str, Choice(("auto", "whole", "windows"))] = "auto"
+    acceptance: Annotated[str, Choice(("auto", "whole", "submodels"))] = "auto"
     """Whether the whole lattice or its most stressed submodels are meshed again for the verdict."""
     max_iterations: Annotated[int, Whole(1, 100)] = 6
     """Iterations of the loop, each a sizing and an explicit analysis, at most."""
@@ -102,7 +102,7 @@ class RunSpec(Table):
     elements_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
     """Elements of the explicit grid across the thinnest wall; measured on the cell by default:
     1.25 for walls, 2 to 2.5 for struts."""
-    window_count: Annotated[int, Whole(1, 64)] = 2
+    submodel_count: Annotated[int, Whole(1, 64)] = 2
     """Submodels analysed for acceptance."""
     explicit_mesh_size: Size | None = None
     """Grid spacing of the explicit mesh in mm, instead of ``elements_per_wall``."""

@@ -9,8 +9,8 @@ import numpy as np
 from gradedesign.errors import DensityError
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.row import LimitRow
-from gradedesign.loop.round import SizingPlan, design_filter, size_round
-from gradedesign.material.constant_density import density_for_displacement, density_for_stress
+from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
+from gradedesign.material.constant_density import density_for_stiffness, density_for_strength
 from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.size_effects import with_size_effects
@@ -100,7 +100,7 @@ def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
     setup = with_size_effects(oriented(setup, solutions))
     report_step("sizing")
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
-    sized = size_round(setup, Correction(), {}, design_filter(setup), plan)
+    sized = size_design(setup, Correction(), {}, design_filter(setup), plan)
     weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
     return FirstAnswer(
         constant=constant,
@@ -114,11 +114,14 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     """The constant density of one limit."""
     if not row.passed:
         return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
+    if row.unfavourable == "low":
+        reason = "no rule gives the density at which a least value holds; sizing finds it"
+        return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
     # What sizing knows by gradient, displacements and work, falls as one over the stiffness.
     stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
-    least = density_for_displacement if row.key.kind in stiff else density_for_stress
+    least = density_for_stiffness if row.key.kind in stiff else density_for_strength
     try:
-        density = max(least(setup.cells.law, row.value, row.limit), setup.cells.bounds[0])
+        density = max(least(setup.cells.law, row.utilisation), setup.cells.bounds[0])
     except DensityError as error:
         return ConstantDensity(row=row, density=None, mass_g=None, reason=str(error))
     if density > setup.cells.bounds[1]:

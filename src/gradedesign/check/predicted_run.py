@@ -7,19 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.loop.predicted_cost import (
-    CostPrediction,
-    RunWork,
-    mesher_tets,
-    predict_cost,
-)
+from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cost
 from gradedesign.loop.printed_stage import whole_seconds
+from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
-from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
-from gradedesign.verify.windows import BUFFERS
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -60,7 +54,7 @@ class PredictedRun:
     bounds : (float, float)
         Densities that sizing may choose: those whose walls the memory can analyse.
     raised : tuple of str
-        Why the lower one is not that of the windows.
+        Why the lower one is not that of the density window.
     cost : CostPrediction
     explicit : bool
         Whether the run gets as far as an explicit lattice.
@@ -118,21 +112,18 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
-    tets = size.surface_tets
-    scope = case.run.acceptance
-    scope = choose_scope(scope, tets, case.run.time)
-    edges = np.minimum((1 + 2 * BUFFERS[0]) * known.layout.typical, np.ptp(_corners(known), axis=0))
-    windows = min(1.0, case.run.window_count * density * float(edges.prod()) / solid)
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
-        adjoint_solves=sum(one.by_gradient for one in known.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in known.limits),
         explicit_dofs=size.unknowns,
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
         whole_s=whole_seconds(planned, grid.spacing, known.cell, low) if explicit else 0.0,
-        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
+        mesher_tets=remeshed_tets(
+            case.run, size.surface_tets, planned, density, known.layout.typical
+        ),
         iterations=case.run.max_iterations if explicit else 1,
     )
     return PredictedRun(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.check.check_case import CaseCheck, check_case
-from gradedesign.cli.check_data import check_data, file_faces, repairs, stated_limits
+from gradedesign.cli.check_data import check_data, file_faces, stated_limits
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
@@ -143,13 +143,15 @@ def _part_lines(checked: CaseCheck) -> Iterator[str]:
     part = known.part
     edges = np.ptp(part.surface.vertices, axis=0)
     unit = "" if part.units is None else f", read in {part.units}"
+    if part.chord_tolerance is not None:
+        unit += f", triangles within {part.chord_tolerance:.2g} mm of its faces"
     mass = known.material.density * part.volume * 1e6
     yield f"case: {known.case.name}"
     yield (
         f"part: {part.source}{unit}, {' x '.join(f'{edge:.4g}' for edge in edges)} mm, "
         f"{part.volume:.6g} mm^3, {mass:.4g} g if solid in {known.material.name}"
     )
-    made = repairs(part)
+    made = part.report.changes
     yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
 
 
@@ -159,15 +161,27 @@ def _print_file_faces(checked: CaseCheck) -> None:
         return
     print_table(
         "Faces of the file",
-        ("face", "name", "color", "area mm^2"),
+        ("face", "name", "color", "area mm^2", "surface", "centroid mm"),
         [
-            (str(row["face"]), row["name"] or "", row["color"] or "", f"{row['area_mm2']:.4g}")
+            (
+                str(row["face"]),
+                row["name"] or "",
+                row["color"] or "",
+                f"{row['area_mm2']:.4g}",
+                _surface_words(row),
+                _triple(np.array(row["centroid_mm"])),
+            )
             for row in rows[:_MOST_FILE_FACES]
         ],
     )
     more = len(rows) - _MOST_FILE_FACES
     if more > 0:
         print_text(f"  and {more} more; --json lists all")
+
+
+def _surface_words(row: dict[str, Any]) -> str:
+    diameter = row["diameter_mm"]
+    return (row["surface"] or "") + ("" if diameter is None else f" of {diameter:.4g} mm")
 
 
 def _print_holes(checked: CaseCheck) -> None:

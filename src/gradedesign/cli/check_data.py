@@ -13,18 +13,6 @@ from gradedesign.arrays import FloatArray
 from gradedesign.check.check_case import CaseCheck
 from gradedesign.part.part import Part
 
-_REPAIRS = (
-    "vertices_welded",
-    "degenerate_removed",
-    "duplicates_removed",
-    "facets_flipped",
-    "shells_inverted",
-    "shells_ignored",
-    "shells_united",
-    "fragments_dropped",
-    "holes_filled",
-)
-
 
 def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
     """Plain data of a checked case; lengths in mm, forces in N, moments in N mm."""
@@ -81,11 +69,12 @@ def _part(checked: CaseCheck) -> dict[str, Any]:
     return {
         "source": part.source,
         "units": part.units,
+        "chord_tolerance_mm": part.chord_tolerance,
         "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
         "solid_mass_g": checked.known.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
-        "repairs": repairs(part),
+        "repairs": part.report.changes,
         "file_faces": file_faces(part),
     }
 
@@ -101,14 +90,14 @@ def file_faces(part: Part) -> list[dict[str, Any]]:
             "name": faces.names.get(number),
             "color": faces.colors.get(number),
             "area_mm2": area,
+            "centroid_mm": _rounded(centroid),
+            "surface": None if number not in faces.surfaces else faces.surfaces[number].kind,
+            "diameter_mm": None
+            if number not in faces.surfaces
+            else faces.surfaces[number].diameter,
         }
-        for number, area in faces.areas(part.surface).items()
+        for number, (area, centroid) in faces.places(part.surface).items()
     ]
-
-
-def repairs(part: Part) -> dict[str, int]:
-    """How much of what was repaired in the part's surface."""
-    return {key: value for key in _REPAIRS if (value := getattr(part.report, key))}
 
 
 def _loads(checked: CaseCheck) -> list[dict[str, Any]]:

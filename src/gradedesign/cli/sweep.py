@@ -203,13 +203,13 @@ def default_workers(designs: Sequence[Design]) -> int:
 
 def _warn_of_memory(designs: Sequence[Design], workers: int, *, err: bool) -> None:
     """Say when the designs that run side by side may take more memory than there is."""
-    asked = sorted((design.case.run.memory for design in designs), reverse=True)[:workers]
+    budgets = sorted((design.case.run.memory for design in designs), reverse=True)[:workers]
     there = psutil.virtual_memory().total
-    if sum(asked) > there:
+    if sum(budgets) > there:
         warning = (
             f"warning: {workers} designs side by side may take [run] memory of "
-            f"{sum(asked) / 1e9:.3g} GB together, but this machine has {there / 1e9:.3g} GB; take "
-            f"fewer --workers, or state less memory"
+            f"{sum(budgets) / 1e9:.3g} GB together, but this machine has {there / 1e9:.3g} GB; "
+            f"take fewer --workers, or state less memory"
         )
         say("\n".join(wrapped(warning, hang=2)), err=err)
 
@@ -220,9 +220,9 @@ def _line(row: DesignRow, count: int) -> str:
     if row.status == FAILED:
         return f"{began}: {row.error}"
     mass = "" if row.mass_g is None else f", {row.mass_g:.4g} g"
-    use = "" if row.utilisation is None else f", {row.utilisation:.1%} of a limit"
+    utilisation = "" if row.utilisation is None else f", {row.utilisation:.1%} of a limit"
     took = "" if row.seconds is None else f" ({row.seconds:.0f} s)"
-    return f"{began}{', lightest' if row.lightest else ''}{mass}{use}{took}"
+    return f"{began}{', lightest' if row.lightest else ''}{mass}{utilisation}{took}"
 
 
 def write_tables(folder: Path, study: Study, rows: Sequence[DesignRow]) -> frozenset[int]:

@@ -191,20 +191,20 @@ def block_rows(nodes: Any, matrices: Any, first: Any, element: Any, local: Any) 
     n = first.size - 1
     size = np.zeros(n + 1, np.int64)
     for i in prange(n):
-        found = np.zeros(8 * 27, np.int32)
+        columns = np.zeros(8 * 27, np.int32)
         k = 0
         for q in range(first[i], first[i + 1]):
             for b in range(m):
                 j = nodes[element[q], b]
                 known = False
                 for z in range(k):
-                    if found[z] == j:
+                    if columns[z] == j:
                         known = True
                         break
                 if not known:
-                    if k == found.size:
-                        found = np.concatenate((found, np.zeros(k, np.int32)))
-                    found[k] = j
+                    if k == columns.size:
+                        columns = np.concatenate((columns, np.zeros(k, np.int32)))
+                    columns[k] = j
                     k += 1
         size[i + 1] = k
     row = np.cumsum(size)

@@ -196,29 +196,29 @@ def _solved(
                 force += thermal_force(elements, space, case.temperature_change, material)
             right = keep * (force - product(stiffness, own.value) if own.value.any() else force)
             with stepping(f"solving {case.name}"):
-                found = conjugate_gradients(
+                solution = conjugate_gradients(
                     stiffness, keep, right, precondition,
                     rtol=accuracy.residual, energy=accuracy.energy,
                     max_iterations=MAX_ITERATIONS,
                     start=_start(elements, space, start, case.name),
                 )  # fmt: skip
-            _require_converged(case.name, found, accuracy)
-            u = found.u + own.value
+            _require_converged(case.name, solution, accuracy)
+            u = solution.u + own.value
             solved[k] = CaseSolution(
                 name=case.name,
                 u=u,
                 energy=0.5 * float(np.einsum("nc,nc->", u, product(stiffness, u))),
                 work=float(np.einsum("nc,nc->", u, mechanical)),
-                iterations=found.iterations,
-                residual=found.residual,
+                iterations=solution.iterations,
+                residual=solution.residual,
                 thermal_strain=material.thermal_expansion * case.temperature_change,
             )
             log.info(
                 "'%s': %d iterations, residual %.1e, error %.1e",
                 case.name,
-                found.iterations,
-                found.residual,
-                found.error,
+                solution.iterations,
+                solution.residual,
+                solution.error,
             )
     return tuple(solved[k] for k in range(len(problem.cases)))
 
@@ -247,19 +247,19 @@ def _start(
     return u
 
 
-def _require_converged(name: str, found: Iterate, accuracy: Accuracy) -> None:
+def _require_converged(name: str, ended: Iterate, accuracy: Accuracy) -> None:
     """Refuse what did not converge."""
-    if not (found.residual <= ACCEPTED or 0.0 < found.error <= accuracy.energy):
+    if not (ended.residual <= ACCEPTED or 0.0 < ended.error <= accuracy.energy):
         raise SolverError(
-            f"load case '{name}': the finite cells stopped after {found.iterations} iterations at "
-            f"a residual of {found.residual:.1e} and an error of {found.error:.1e} in the energy "
+            f"load case '{name}': the finite cells stopped after {ended.iterations} iterations at "
+            f"a residual of {ended.residual:.1e} and an error of {ended.error:.1e} in the energy "
             f"norm, where {ACCEPTED:g} or {accuracy.energy:g} is accepted; use a larger softness "
             "or another spacing"
         )
 
 
 def _notes(elements: Elements) -> tuple[str, ...]:
-    """Sentences on planes that are not aligned and pieces that were left out."""
+    """Sentences on planes that are not aligned and components that were left out."""
     notes = [
         f"the plane face at {'xyz'[p.axis]} = {p.place:.6g} mm ({p.area:.4g} mm^2) lies between "
         "the grid planes of the finite cells"
@@ -267,7 +267,8 @@ def _notes(elements: Elements) -> tuple[str, ...]:
     ]
     if elements.dropped:
         notes.append(
-            f"{elements.dropped} loose pieces, {100 * elements.dropped_share:.2g} % of the volume, "
+            f"{elements.dropped} disconnected components, "
+            f"{100 * elements.dropped_share:.2g} % of the volume, "
             "were left out"
         )
     return tuple(notes)

@@ -1,6 +1,6 @@
 """Active elements of a grid cut by a field: whole ones, and cut ones with fitted weights.
 
-Above 300 lines: the sampled layers, their loose pieces and the weights share their arrays.
+Above 300 lines: sampled layers, disconnected components and weights share their arrays.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ ON_SURFACE = 1e-10
 LEAST_SHARE = 1e-8
 #: What may miss in an element that counts as whole.
 WHOLE = 1e-9
-#: Share of the volume that loose pieces may hold.
-LOOSE_SHARE = 0.01
+#: Share of the volume that disconnected components may hold.
+DISCONNECTED_SHARE = 0.01
 #: Points per call of the field, and cut elements per call of the quadrature.
 POINTS, CHUNK = 2**18, 4096
 #: Parts along the edge of an element whose stress is reported.
 BLOCKS = 4
 
 
-class LoosePiecesError(LatticeError):
+class DisconnectedError(LatticeError):
     """A solid that falls apart on a grid.
 
     Attributes
     ----------
     share : float
-        Of the volume, in loose pieces.
+        Of the volume, in disconnected components.
     """
 
     def __init__(self, message: str, *, share: float) -> None:
@@ -76,7 +76,7 @@ class Elements:
     centre : (n - whole, 64, 3) float32 array
         Its centroid, reference coordinates.
     dropped : int
-        Loose pieces left out.
+        Disconnected components left out.
     dropped_share : float
         Their share of the volume.
     """
@@ -115,7 +115,7 @@ def cut_elements(
         Points ``(3, ...)`` in mm to values ``(...)``, negative inside.
     grid : Grid
     bodies : int
-        Connected pieces to keep, the largest first.
+        Connected components to keep, the largest first.
     subcells : int
         Sub-cells along an edge, a multiple of 4. The volume errs with the inverse of their square.
 
@@ -126,7 +126,8 @@ def cut_elements(
     Raises
     ------
     LatticeError
-        If nothing is solid, the field is not finite, or loose pieces hold more than 1 %.
+        If nothing is solid, the field is not finite, or disconnected
+        components hold more than 1 %.
     """
     if subcells < BLOCKS or subcells % BLOCKS:
         raise CaseError(f"subcells is {subcells}, expected a multiple of {BLOCKS}")
@@ -138,16 +139,17 @@ def cut_elements(
     report_step("disconnected components of the finite cells")
     labels, count = ndimage.label(solid, structure=_neighbours())
     if count > bodies:
-        loose, dropped, dropped_share = _loose(labels, bodies)
-        whole = whole[~_holds_loose(loose, whole, subcells)]
-        for k in np.flatnonzero(_holds_loose(loose, cut, subcells)):
+        disconnected, dropped, dropped_share = _disconnected(labels, bodies)
+        whole = whole[~_holds_disconnected(disconnected, whole, subcells)]
+        for k in np.flatnonzero(_holds_disconnected(disconnected, cut, subcells)):
             z, y, x = subcells * cut[k, ::-1]
-            near = loose[z : z + subcells + 1, y : y + subcells + 1, x : x + subcells + 1]
+            near = disconnected[z : z + subcells + 1, y : y + subcells + 1, x : x + subcells + 1]
             samples[k][near] = np.abs(samples[k][near])
     del labels, solid
     result = _collect(grid, whole, cut, samples, dropped, dropped_share)
     log.info(
-        "%d whole and %d cut elements, %d loose pieces dropped: field %.2f s, weights %.2f s",
+        "%d whole and %d cut elements, %d disconnected components dropped: field %.2f s, "
+        "weights %.2f s",
         result.whole, len(result.weights), dropped, sampled - start,
         time.perf_counter() - sampled,
     )  # fmt: skip
@@ -242,9 +244,9 @@ def _classify(
         view = sliding_window_view(layer, window)[0, ::subcells, ::subcells]
         inside = sliding_window_view(layer < 0.0, window)[0, ::subcells, ::subcells]
         some, every = inside.any(axis=(2, 3, 4)), inside.all(axis=(2, 3, 4))
-        for chosen, found in ((every, whole), (some & ~every, cut)):
+        for chosen, places in ((every, whole), (some & ~every, cut)):
             j, i = np.nonzero(chosen)
-            found.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
+            places.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
         samples.append(view[some & ~every])
     return solid, np.concatenate(whole), np.concatenate(cut), np.concatenate(samples)
 
@@ -271,27 +273,31 @@ def _neighbours() -> BoolArray:
     return joined
 
 
-def _loose(labels: NDArray[np.int32], bodies: int) -> tuple[BoolArray, int, float]:
-    """Corners of all but the largest pieces, their number and share."""
+def _disconnected(labels: NDArray[np.int32], bodies: int) -> tuple[BoolArray, int, float]:
+    """Corners of all but the largest components, their number and share."""
     size = np.bincount(labels.ravel())[1:]
     kept = 1 + np.argsort(-size, kind="stable")[:bodies]
     share = 1.0 - float(size[kept - 1].sum() / size.sum())
-    if share > LOOSE_SHARE:
-        raise LoosePiecesError(
-            f"the solid falls apart: {len(size) - bodies} loose pieces hold {100 * share:.3g} % "
-            f"of its volume, at most {100 * LOOSE_SHARE:g} % may be left out; raise the density, "
-            f"enlarge the cells or use finer finite cells",
+    if share > DISCONNECTED_SHARE:
+        raise DisconnectedError(
+            f"the solid falls apart: {len(size) - bodies} disconnected components hold "
+            f"{100 * share:.3g} % of its volume, at most {100 * DISCONNECTED_SHARE:g} % may "
+            f"be left out; raise the density, enlarge the cells or use finer finite cells",
             share=share,
         )
-    loose = np.ones(len(size) + 1, dtype=bool)
-    loose[0] = False
-    loose[kept] = False
-    return loose[labels], len(size) - bodies, share
+    disconnected = np.ones(len(size) + 1, dtype=bool)
+    disconnected[0] = False
+    disconnected[kept] = False
+    return disconnected[labels], len(size) - bodies, share
 
 
-def _holds_loose(loose: BoolArray, places: NDArray[np.int32], subcells: int) -> BoolArray:
-    """Whether elements hold a corner of a loose piece, ``(k,)``."""
-    window = sliding_window_view(loose, (subcells + 1,) * 3)[::subcells, ::subcells, ::subcells]
+def _holds_disconnected(
+    disconnected: BoolArray, places: NDArray[np.int32], subcells: int
+) -> BoolArray:
+    """Whether elements hold a corner of a disconnected component, ``(k,)``."""
+    window = sliding_window_view(disconnected, (subcells + 1,) * 3)[
+        ::subcells, ::subcells, ::subcells
+    ]
     x, y, z = places.T
     return np.asarray(window.any(axis=(3, 4, 5)))[z, y, x]
 

@@ -33,7 +33,7 @@ class Problem:
         Plane faces inside the box to lay grid planes on, such as those of passive solids; the
         plane regions are added.
     bodies : int
-        Connected pieces that belong to the solid.
+        Connected components that belong to the solid.
     """
 
     field: Field

@@ -56,8 +56,8 @@ def recovered_stress(
     for k in range(0, index.size, CHUNK):
         part = index[k : k + CHUNK]
         own, row = np.unique(at.element[part], return_inverse=True)
-        found = stress_at(elements, space, u, lame, _barlow_points(own), thermal_strain)
-        corners = found.reshape(3, 3, own.size, BARLOW**3)
+        sampled = stress_at(elements, space, u, lame, _barlow_points(own), thermal_strain)
+        corners = sampled.reshape(3, 3, own.size, BARLOW**3)
         weights = _trilinear(at.reference[:, part])
         stress[:, :, part] = np.einsum("mq,ijmq->ijm", weights, corners[:, :, np.ravel(row)])
     return stress

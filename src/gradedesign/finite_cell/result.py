@@ -63,7 +63,7 @@ class FiniteCellResult:
     processor_seconds : float
     lame : (float, float), MPa
     notes : tuple of str
-        On planes that are not aligned and pieces that were left out.
+        On planes that are not aligned and components that were left out.
     """
 
     elements: Elements
@@ -92,8 +92,8 @@ class FiniteCellResult:
         """Largest displacement of the solid, mm: of the centroids of its sub-cells."""
         at = solid_points(self.elements)
         u = solution_of(self, load_case).u
-        found = displacement_in(self.elements, self.space, u, at.element, at.points)
-        return float(np.linalg.norm(found, axis=0).max())
+        displacement = displacement_in(self.elements, self.space, u, at.element, at.points)
+        return float(np.linalg.norm(displacement, axis=0).max())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

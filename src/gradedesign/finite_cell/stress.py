@@ -107,9 +107,9 @@ def displacement_at(
     elements: Elements, space: BrickSpace, u: FloatArray, element: IntArray, points: FloatArray
 ) -> FloatArray:
     """Displacement at points ``(3, m)`` in given elements, ``(3, m)``, mm."""
-    found = np.zeros(points.shape)
+    values = np.zeros(points.shape)
     for k in range(0, points.shape[1], CHUNK):
         part = slice(k, k + CHUNK)
         shapes = shapes_at(reference_of(elements, element[part], points[:, part]))
-        found[:, part] = np.einsum("ma,mac->cm", shapes, u[space.nodes[element[part]]])
-    return found
+        values[:, part] = np.einsum("ma,mac->cm", shapes, u[space.nodes[element[part]]])
+    return values

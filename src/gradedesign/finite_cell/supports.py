@@ -98,15 +98,15 @@ def held_by(
     for fix in case.fix:
         strong = covered_faces(elements, regions[fix.region])
         nodes = _face_nodes(space, strong)
-        for c, asked in enumerate(fix.displacement):
-            if asked is not None:
-                _refuse_conflict(fixed[nodes, c], value[nodes, c], asked, fix.region)
+        for c, prescribed in enumerate(fix.displacement):
+            if prescribed is not None:
+                _refuse_conflict(fixed[nodes, c], value[nodes, c], prescribed, fix.region)
                 fixed[nodes, c] = True
-                value[nodes, c] = asked
+                value[nodes, c] = prescribed
         at = places[fix.region]
         weak = ~np.isin(_face_codes(at), strong)
         _add_springs(elements, space, fix, at, weak, modulus, blocks, force)
-        held = tuple(asked is not None for asked in fix.displacement)
+        held = tuple(prescribed is not None for prescribed in fix.displacement)
         seen.append((at.points[:, weak], held))
     _require_held(elements, space, fixed, seen, case.name)
     return Held(fixed=fixed, value=value, springs=_collected(elements, blocks), spring_force=force)
@@ -154,15 +154,15 @@ def _face_nodes(space: BrickSpace, codes: IntArray) -> IntArray:
     return np.unique(space.nodes[element][on_face])
 
 
-def _refuse_conflict(fixed: BoolArray, value: FloatArray, asked: float, region: str) -> None:
+def _refuse_conflict(fixed: BoolArray, value: FloatArray, prescribed: float, region: str) -> None:
     """Raise if a node is already held at another displacement in this component."""
-    scale = np.maximum(np.abs(value), abs(asked))
-    clash = fixed & (np.abs(value - asked) > AGREEMENT * scale)
+    scale = np.maximum(np.abs(value), abs(prescribed))
+    clash = fixed & (np.abs(value - prescribed) > AGREEMENT * scale)
     if clash.any():
         raise CaseError(
-            f"region '{region}': its support prescribes {asked:g} mm where another one prescribes "
-            f"{value[clash][0]:g} mm at {np.count_nonzero(clash)} common nodes; free that "
-            "component in one of them or choose regions that do not touch"
+            f"region '{region}': its support prescribes {prescribed:g} mm where another one "
+            f"prescribes {value[clash][0]:g} mm at {np.count_nonzero(clash)} common nodes; free "
+            "that component in one of them or choose regions that do not touch"
         )
 
 
@@ -180,7 +180,7 @@ def _add_springs(
     if not weak.any():
         return
     stiff = SPRING * modulus / float(elements.grid.edges.max())
-    held = [c for c, asked in enumerate(fix.displacement) if asked is not None]
+    held = [c for c, prescribed in enumerate(fix.displacement) if prescribed is not None]
     index = np.flatnonzero(weak)
     index = index[np.argsort(at.element[index], kind="stable")]
     for e, own in zip(*_groups(at.element[index], index), strict=True):

@@ -57,9 +57,9 @@ def locate(elements: Elements, table: IntArray, points: FloatArray) -> IntArray:
     # The far faces of the grid belong to the last bricks.
     index = np.where(place == shape, shape - 1, np.floor(place)).astype(np.int64)
     inside = ((index >= 0) & (index < shape)).all(axis=0)
-    found = np.full(points.shape[1], -1)
-    found[inside] = table[tuple(index[:, inside])]
-    return found
+    element = np.full(points.shape[1], -1)
+    element[inside] = table[tuple(index[:, inside])]
+    return element
 
 
 def reference_of(elements: Elements, element: IntArray, points: FloatArray) -> FloatArray:
@@ -186,7 +186,7 @@ def _quartered(triangles: FloatArray) -> FloatArray:
 def _inside(field: Field, points: FloatArray) -> BoolArray:
     """Whether the field is negative at points ``(3, ...)``, in calls of bounded size."""
     flat = points.reshape(3, -1)
-    found = np.zeros(flat.shape[1], dtype=bool)
-    for k in range(0, found.size, POINTS):
-        found[k : k + POINTS] = field(flat[:, k : k + POINTS]) < 0.0
-    return found.reshape(points.shape[1:])
+    inside = np.zeros(flat.shape[1], dtype=bool)
+    for k in range(0, inside.size, POINTS):
+        inside[k : k + POINTS] = field(flat[:, k : k + POINTS]) < 0.0
+    return inside.reshape(points.shape[1:])

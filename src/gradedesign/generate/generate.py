@@ -40,6 +40,7 @@ from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.lattice_files import lattice_files, overhang_data, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.common import library_versions
 from gradedesign.results.failed import recording_failure
@@ -138,8 +139,9 @@ def _generate(
 ) -> RunResult:
     """The stages in order."""
     formats = lattice_files(case, registry)
+    mend = part_repairer(case, registry)
     with announce.stage("part"), locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry))
+        part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
@@ -257,6 +259,7 @@ def generated_result(
             **overhang_data(case, made.surface),
             "volume_mm3": volume,
         },
+        repairs=made.part.report.changes,
         warnings=tuple(dict.fromkeys(warnings)),
         plugins=tuple(str(p) for p in registry.plugins),
         versions=library_versions(),

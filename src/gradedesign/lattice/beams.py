@@ -226,7 +226,7 @@ def _solids(design: LatticeDesign, part: SurfaceMesh) -> SurfaceMesh | None:
             domain.distance(points),
             np.full(points.shape[1:], np.inf),
             skin=domain.skin,
-            kept=[region.distance(points) - region.margin for region in domain.passive],
+            passive=[region.distance(points) - region.margin for region in domain.passive],
         )
 
     raw = extract_surface(field, domain.lower - step, domain.upper + step, step)

@@ -18,12 +18,12 @@ def compose(
     cell: FloatArray,
     *,
     skin: float | None = None,
-    kept: Sequence[FloatArray] = (),
+    passive: Sequence[FloatArray] = (),
 ) -> FloatArray:
     """Values of the whole lattice from the values of its pieces, all in mm, negative inside.
 
-    ``max(part, min(cell, -(part + skin), kept...))``: cells, skin and passive regions are united,
-    then trimmed by the part once.
+    ``max(part, min(cell, -(part + skin), passive...))``: cells, skin and passive regions are
+    united, then trimmed by the part once.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def compose(
         The infinite lattice.
     skin : float, optional, mm
         Depth below the part's surface that is solid.
-    kept : sequence of (...) arrays, mm
+    passive : sequence of (...) arrays, mm
         Regions that stay solid.
 
     Examples
@@ -44,7 +44,7 @@ def compose(
     united = np.array(cell, dtype=np.float64)
     if skin is not None:
         np.minimum(united, -(part + skin), out=united)
-    for region in kept:
+    for region in passive:
         np.minimum(united, region, out=united)
     return np.maximum(part, united, out=united)
 

@@ -33,7 +33,7 @@ class Islands:
     dropped_share : float
         Their share of the solid volume before removal.
     pockets : int
-        Closed voids inside the kept solid; no powder or resin leaves them.
+        Closed voids inside the solid that stays; no powder or resin leaves them.
     pocket_volume : float, mm^3
         Their volume.
     """
@@ -110,7 +110,7 @@ def remove_islands(
     return _faces_only(surface, kept[shell]), report
 
 
-def largest_pieces(
+def largest_components(
     mesh: TetMesh, *, keep: int = 1, max_share: float = MAX_SHARE
 ) -> tuple[TetMesh, int, float]:
     """Keep the largest face-connected pieces of a tetrahedral mesh.

@@ -124,13 +124,13 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 def body_field(design: LatticeDesign) -> Field:
     """Cells, skin and passive regions before the part trims them, negative inside, about mm."""
     cell = cell_field(design)
-    kept = [_grown(region) for region in design.domain.passive]
+    passive = [_grown(region) for region in design.domain.passive]
 
     def body(points: FloatArray) -> FloatArray:
         united = cell(points)
         if design.domain.skin is not None:
             united = np.minimum(united, -(design.domain.distance(points) + design.domain.skin))
-        for region in kept:
+        for region in passive:
             united = np.minimum(united, region(points))
         return united
 
@@ -150,7 +150,7 @@ def lattice_field(
     design : LatticeDesign
     band : float, optional, mm
         Reach within which distances must be exact, two sampling spacings or more. Further away
-        they are replaced by bounds from a coarse grid (which needs ``part`` and the kept
+        they are replaced by bounds from a coarse grid (which needs ``part`` and the passive
         regions to be true distances), and outside the part the cell is left out. ``None``:
         exact everywhere.
     single : bool
@@ -162,7 +162,7 @@ def lattice_field(
         Points ``(3, ...)`` mm to values ``(...)``; its zero set does not depend on ``band``.
     """
     cell = cell_field(design, single=single)
-    part, kept = _distances(design, band)
+    part, passive = _distances(design, band)
     reach = np.inf if band is None else band
 
     def lattice(points: FloatArray) -> FloatArray:
@@ -173,12 +173,18 @@ def lattice_field(
             return np.array(distance)
         if near.all():
             return compose(
-                distance, cell(points), skin=design.domain.skin, kept=[k(points) for k in kept]
+                distance,
+                cell(points),
+                skin=design.domain.skin,
+                passive=[k(points) for k in passive],
             )
         values = np.array(distance)
         inside = points[:, near]
         values[near] = compose(
-            distance[near], cell(inside), skin=design.domain.skin, kept=[k(inside) for k in kept]
+            distance[near],
+            cell(inside),
+            skin=design.domain.skin,
+            passive=[k(inside) for k in passive],
         )
         return values
 
@@ -187,9 +193,9 @@ def lattice_field(
 
 def _distances(design: LatticeDesign, band: float | None) -> tuple[Field, list[Field]]:
     """Distance of the part and of every passive region less its margin, banded if asked."""
-    kept = [_grown(region) for region in design.domain.passive]
+    passive = [_grown(region) for region in design.domain.passive]
     if band is None:
-        return design.domain.distance, kept
+        return design.domain.distance, passive
     if not band > 0:
         raise LatticeError(f"band is {band:g} mm, expected a positive reach")
     box = (design.domain.lower - band, design.domain.upper + band)
@@ -198,7 +204,7 @@ def _distances(design: LatticeDesign, band: float | None) -> tuple[Field, list[F
         design.domain.distance, *box, spacing=_COARSE * band, inner=inner, outer=band
     )
     return part, [
-        banded_distance(k, *box, spacing=_COARSE * band, inner=band, outer=band) for k in kept
+        banded_distance(k, *box, spacing=_COARSE * band, inner=band, outer=band) for k in passive
     ]
 
 

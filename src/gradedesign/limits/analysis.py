@@ -42,12 +42,12 @@ class Analysis(Protocol):
         """Largest displacement of any node, mm."""
 
 
-class WindowStress(Protocol):
+class SubmodelStress(Protocol):
     """Stress in one submodel of the printed surface, and in the driving analysis."""
 
     @property
     def value(self) -> float:
-        """Stress percentile in the window, MPa."""
+        """Stress percentile in the submodel, MPa."""
 
     @property
     def driving_value(self) -> float:

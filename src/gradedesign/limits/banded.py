@@ -10,7 +10,7 @@ from typing import TypeAlias
 from gradedesign.errors import CaseError
 
 #: Spacing of the elements, mm, and the value found with them.
-Found: TypeAlias = tuple[float, float]
+ValueAtSize: TypeAlias = tuple[float, float]
 
 #: Spacings nearer than this say nothing about their difference.
 LEAST_RATIO = 1.05
@@ -73,12 +73,12 @@ class Banded:
         )
 
 
-def banded(found: Sequence[Found], orders: Sequence[float] | None) -> Banded:
+def banded(values: Sequence[ValueAtSize], orders: Sequence[float] | None) -> Banded:
     """Value for small elements from those at two or three resolutions (Richardson).
 
     Parameters
     ----------
-    found : sequence of (float, float)
+    values : sequence of (float, float)
         Spacing in mm and value, coarse first; the last two count, and the one before them where
         the three spacings are in one ratio and converge evenly.
     orders : sequence of float or None
@@ -96,22 +96,22 @@ def banded(found: Sequence[Found], orders: Sequence[float] | None) -> Banded:
 
     Examples
     --------
-    >>> found = banded([(2.0, 9.0), (1.0, 9.5)], (1.0, 1.0, 1.0))
-    >>> found.value, found.low, found.high
+    >>> band = banded([(2.0, 9.0), (1.0, 9.5)], (1.0, 1.0, 1.0))
+    >>> band.value, band.low, band.high
     (10.0, 9.5, 10.0)
     """
-    (coarse, before), (fine, value) = found[-2], found[-1]
+    (coarse, before), (fine, value) = values[-2], values[-1]
     ratio = coarse / fine if fine > 0.0 else 0.0
     if not ratio >= LEAST_RATIO:
         raise CaseError(
             f"no band follows from elements of {coarse:g} and {fine:g} mm; expected the first to "
             f"be larger by 5 % or more"
         )
-    change, sizes = value - before, tuple(size for size, _ in found)
+    change, sizes = value - before, tuple(size for size, _ in values)
     if orders is None:
         half = max(abs(change) / (ratio**UNKNOWN_ORDER - 1.0), LEAST_UNKNOWN * abs(value))
         return Banded(value=value, low=value - half, high=value + half, sizes_mm=sizes)
-    seen = observed_order(found)
+    seen = observed_order(values)
     if seen is not None and min(orders) <= seen <= max(orders):
         rest = change / (ratio**seen - 1.0)
         ends, best, order = (value, value + SAFETY * rest), value + rest, "observed"
@@ -121,11 +121,11 @@ def banded(found: Sequence[Found], orders: Sequence[float] | None) -> Banded:
     return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
 
 
-def observed_order(found: Sequence[Found]) -> float | None:
+def observed_order(values: Sequence[ValueAtSize]) -> float | None:
     """Order that three spacings in one ratio show; None where they do not converge evenly."""
-    if len(found) < 3:
+    if len(values) < 3:
         return None
-    (h1, v1), (h2, v2), (h3, v3) = found[-3:]
+    (h1, v1), (h2, v2), (h3, v3) = values[-3:]
     ratio, first, second = h2 / h3, v2 - v1, v3 - v2
     if abs(h1 / h2 - ratio) > 0.02 * ratio or not (second and first / second > 1.0):
         return None

@@ -52,7 +52,7 @@ class BucklingLimit(Limit):
         """
         utilisations = np.stack(
             [
-                self.required * self.law.at(state.buckling_profile(name), state.held)
+                self.required * self.law.at(state.buckling_profile(name), state.effective_density)
                 for name in state.load_cases
             ]
         )
@@ -68,14 +68,14 @@ class BucklingLimit(Limit):
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
         """Density at which the present macroscopic stress just reaches the limit, ``(M,)``."""
         permitted = allowance * self.allowed / self.required
-        held = np.max(
+        effective = np.max(
             [
                 self.law.least_density(state.buckling_profile(name), permitted, state.law.window)
                 for name in state.load_cases
             ],
             axis=0,
         )
-        return state.nominal_density(held)
+        return state.nominal_density(effective)
 
     def notes(self, volumes: FloatArray, rho: FloatArray) -> tuple[str, ...]:
         """Share of a lattice that is thinner than buckling is known for."""

@@ -166,15 +166,15 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
     warnings: list[str] = []
     for number, entry in enumerate(case.limits.displacement):
         nodes = placed.nodes[entry.region]
-        judged = {
+        cases = {
             name: supports
             for name, supports in placed.supports.items()
             if entry.load_case in (None, name)
         }
-        held = [name for name, s in judged.items() if _holds(s, nodes, entry.component)]
-        if len(held) == len(judged):
+        held = [name for name, s in cases.items() if _holds(s, nodes, entry.component)]
+        if len(held) == len(cases):
             raise CaseError(_refusal(case, number, held))
-        for name, supports in judged.items():
+        for name, supports in cases.items():
             if name in held and not _prescribed(supports, nodes, entry.component).any():
                 warnings.append(
                     f"{_name(entry)} is not judged in load case '{name}', whose supports hold the "
@@ -220,13 +220,13 @@ def _require(case: Case, regions: Mapping[str, Region]) -> None:
     for number, entry in enumerate(case.limits.displacement):
         limited = range(3) if entry.component is None else (entry.component,)
         wanted = set(regions[entry.region].triangles.tolist())
-        judged = [load for load in case.load_case if entry.load_case in (None, load.name)]
+        cases = [load for load in case.load_case if entry.load_case in (None, load.name)]
         held = [
             load.name
-            for load in judged
+            for load in cases
             if all(wanted <= _held_triangles(load, regions, component) for component in limited)
         ]
-        if judged and len(held) == len(judged):
+        if cases and len(held) == len(cases):
             raise CaseError(_refusal(case, number, held))
 
 

@@ -16,7 +16,7 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.case.limits_schema import LimitEntry
 from gradedesign.case.schema import Case
 from gradedesign.fe.supports import Supports
-from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.analysis import Analysis, SubmodelStress
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
@@ -111,7 +111,7 @@ class Limit(ABC):
         """
         return ()
 
-    def window_factor(self, windows: Sequence[WindowStress]) -> Banded | None:  # noqa: ARG002
+    def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:  # noqa: ARG002
         """Factor of submodels of the printed surface over their driving analysis, with its band.
 
         None: submodels do not judge this limit.

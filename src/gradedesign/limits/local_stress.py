@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.case.schema import Case
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.limits.analysis import Analysis, WindowStress
+from gradedesign.limits.analysis import Analysis, SubmodelStress
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
@@ -66,7 +66,7 @@ class StressLimit(Limit):
 
         The largest of the load cases, as explicit analyses are judged.
         """
-        weights = state.lattice_volumes * state.held * self.evaluated
+        weights = state.lattice_volumes * state.effective_density * self.evaluated
         if weights.sum() <= 0:
             return Predicted(value=0.0, load_case="")
         value, load_case = max(
@@ -103,16 +103,16 @@ class StressLimit(Limit):
             for phase, (value, load_case) in values.items()
         )
 
-    def window_factor(self, windows: Sequence[WindowStress]) -> Banded | None:
-        """The largest ratio of any window.
+    def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:
+        """The largest ratio of any submodel.
 
         One that misses its criterion is judged on the worse of the two analyses, with their
         difference as its band.
         """
         ends = [
-            (min(ratio, 1.0), max(ratio, 1.0)) if not window.matches else (ratio, ratio)
-            for window in windows
-            for ratio in [window.value / window.driving_value]
+            (min(ratio, 1.0), max(ratio, 1.0)) if not submodel.matches else (ratio, ratio)
+            for submodel in submodels
+            for ratio in [submodel.value / submodel.driving_value]
         ]
         low, high = max(end[0] for end in ends), max(end[1] for end in ends)
         return Banded(value=high, low=low, high=high)
@@ -131,7 +131,7 @@ def _volume_percentile(
     used = (weights > 0) & (local > 0)
     if law is None or not law.has_distribution or not used.any():
         return weighted_percentile(local, weights, percentile)
-    density = np.clip(state.held[used], *state.law.window)
+    density = np.clip(state.effective_density[used], *state.law.window)
     some, weight = local[used], weights[used] / weights.sum()
 
     def excess(log_stress: float) -> float:

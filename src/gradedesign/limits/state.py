@@ -25,7 +25,7 @@ class HomogenisedState(Protocol):
         """Nominal relative density of the lattice, ``(M,)``."""
 
     @property
-    def held(self) -> FloatArray:
+    def effective_density(self) -> FloatArray:
         """Effective relative density: that of the cells as the part's faces trim them, ``(M,)``."""
 
     @property
@@ -65,7 +65,7 @@ class HomogenisedState(Protocol):
     def buckling_profile(self, load_case: str) -> FloatArray:
         """Utilisation of the resistance against buckling at the densities of the law, (b, M)."""
 
-    def nominal_density(self, held: FloatArray) -> FloatArray:
+    def nominal_density(self, effective: FloatArray) -> FloatArray:
         """Nominal density of cells that hold an effective density, ``(M,)``."""
 
 

@@ -17,8 +17,8 @@ from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, all_hold, learned_factors, limit_rows
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
-from gradedesign.loop.rounds import Analysed, Round
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.stl import write_stl
 from gradedesign.part.repair import build_surface
@@ -27,8 +27,8 @@ from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
     Acceptance,
+    accept_submodels,
     accept_whole,
-    accept_windows,
     choose_scope,
 )
 from gradedesign.verify.submodel import SubmodelResult
@@ -46,7 +46,7 @@ class Accepted:
 
     Attributes
     ----------
-    round : Round
+    iteration : DesignIteration
     analysed : Analysed
         Explicit analysis that judged it.
     surface : SurfaceMesh
@@ -67,7 +67,7 @@ class Accepted:
     holds : bool
     """
 
-    round: Round
+    iteration: DesignIteration
     analysed: Analysed
     surface: SurfaceMesh
     sha256: str
@@ -83,7 +83,7 @@ class Accepted:
 def accept_design(
     setup: Setup,
     out: RunFolder,
-    done: Round,
+    iteration: DesignIteration,
     analysed: Analysed,
     announce: Announcer,
 ) -> Accepted:
@@ -91,7 +91,7 @@ def accept_design(
 
     Every limit is judged on the whole printed surface, from two resolutions. Body-fitted meshes of
     the same surface judge stress: of all of it with scope "whole", whose displacements the bands
-    then include, else of the most stressed windows. A limit that has no band does not hold.
+    then include, else of the most stressed submodels. A limit that has no band does not hold.
     """
     surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
@@ -106,20 +106,20 @@ def accept_design(
         )
         rows = with_remeshed(limits, whole.rows, acceptance)
     else:
-        acceptance = accept_windows(
+        acceptance = accept_submodels(
             surface,
             analysed.solid,
             whole.result,
             size=division.surface_size,
             time_limit_s=budget,
-            on_window=announce.window,
+            on_submodel=announce.submodel,
         )
-        rows = with_windows(limits, whole.rows, acceptance.windows)
-    judged = zip(whole.rows, rows, strict=True)
-    fitted = [new for old, new in judged if new.judged_by != old.judged_by and not new.converges]
-    rows = (*rows, *(row for row in done.rows if row.homogenised))
+        rows = with_submodels(limits, whole.rows, acceptance.submodels)
+    pairs = zip(whole.rows, rows, strict=True)
+    fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
+    rows = (*rows, *(row for row in iteration.rows if row.homogenised))
     return Accepted(
-        round=done,
+        iteration=iteration,
         analysed=analysed,
         surface=surface,
         sha256=digest,
@@ -127,7 +127,7 @@ def accept_design(
         whole=whole,
         acceptance=acceptance,
         rows=rows,
-        factors=learned_factors(done.rows, rows),
+        factors=learned_factors(iteration.rows, rows),
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
     )
@@ -202,15 +202,15 @@ def with_remeshed(
     return tuple(out)
 
 
-def with_windows(
-    limits: Sequence[Limit], rows: Sequence[LimitRow], windows: Sequence[SubmodelResult]
+def with_submodels(
+    limits: Sequence[Limit], rows: Sequence[LimitRow], submodels: Sequence[SubmodelResult]
 ) -> tuple[LimitRow, ...]:
-    """Rows with the factors that windows find for the limits that they can judge."""
-    factors = {limit.key: limit.window_factor(windows) for limit in limits}
+    """Rows with the factors that submodels find for the limits that they can judge."""
+    factors = {limit.key: limit.submodel_factor(submodels) for limit in limits}
     out = []
     for row in rows:
         factor = factors.get(row.key)
-        words = f"{row.judged_by} times the ratio of {len(windows)} submodels"
+        words = f"{row.judged_by} times the ratio of {len(submodels)} submodels"
         out.append(row if factor is None else row.scaled(factor, words))
     return tuple(out)
 

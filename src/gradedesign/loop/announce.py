@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.predicted_cost import CostPrediction
-from gradedesign.loop.rounds import Round
 from gradedesign.material.material import Material
 from gradedesign.resolve.problem import part_volume
 from gradedesign.resolve.setup import Setup
@@ -48,29 +48,29 @@ class Announcer:
         """Add seconds of a part of a stage, without an event."""
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
 
-    def cost(self, found: CostPrediction, budget: RunSpec) -> None:
+    def cost(self, cost: CostPrediction, budget: RunSpec) -> None:
         """Say what a run is predicted to take, beside what it is allowed."""
-        basis = "by its first iteration" if found.learned else "within a factor of two"
-        iterations = f"{found.iterations} iteration{'' if found.iterations == 1 else 's'}"
+        basis = "by its first iteration" if cost.learned else "within a factor of two"
+        iterations = f"{cost.iterations} iteration{'' if cost.iterations == 1 else 's'}"
         self.say(
             "cost",
-            f"predicted {basis}: {found.explicit_dofs / 1e6:.2g} M unknowns, "
-            f"{found.memory_bytes / 1e9:.2g} of {budget.memory / 1e9:.3g} GB; an iteration "
-            f"{found.iteration_s:.0f} s, acceptance {found.whole_s + found.acceptance_s:.0f} s, "
-            f"a run of {iterations} {found.run_s:.0f} of {budget.time:.0f} s",
-            seconds_per_iteration_s=found.iteration_s,
-            seconds_per_run_s=found.run_s,
+            f"predicted {basis}: {cost.explicit_dofs / 1e6:.2g} M unknowns, "
+            f"{cost.memory_bytes / 1e9:.2g} of {budget.memory / 1e9:.3g} GB; an iteration "
+            f"{cost.iteration_s:.0f} s, acceptance {cost.whole_s + cost.acceptance_s:.0f} s, "
+            f"a run of {iterations} {cost.run_s:.0f} of {budget.time:.0f} s",
+            seconds_per_iteration_s=cost.iteration_s,
+            seconds_per_run_s=cost.run_s,
         )
-        if found.run_s > budget.time:
+        if cost.run_s > budget.time:
             self.say(
                 "warning",
-                f"a run of {iterations} is predicted to take {found.run_s:.0f} s, more than [run] "
+                f"a run of {iterations} is predicted to take {cost.run_s:.0f} s, more than [run] "
                 f"time of {budget.time:.0f} s, which may then end it before its lightest design",
             )
-        if found.memory_bytes > budget.memory:
+        if cost.memory_bytes > budget.memory:
             self.say(
                 "warning",
-                f"the explicit analysis is predicted to take {found.memory_bytes / 1e9:.3g} GB, "
+                f"the explicit analysis is predicted to take {cost.memory_bytes / 1e9:.3g} GB, "
                 f"more than [run] memory of {budget.memory / 1e9:.3g} GB",
             )
 
@@ -114,15 +114,15 @@ class Announcer:
             utilisation=step.utilisation,
         )
 
-    def round(self, done: Round, *, resumed: bool = False) -> None:
+    def iteration(self, iteration: DesignIteration, *, resumed: bool = False) -> None:
         """Report one finished iteration."""
-        it = done.iteration
+        it = iteration.summary
         if not resumed:
             for name, seconds in it.timing_s.items():
                 self.took(name, seconds)
         discrepancies = "".join(
             f", {kind} discrepancy {value:+.1%}"
-            for kind, value in governing_discrepancies(done).items()
+            for kind, value in governing_discrepancies(iteration).items()
         )
         self.say(
             "iteration",
@@ -133,26 +133,26 @@ class Announcer:
             utilisation=it.utilisation,
         )
 
-    def printed(self, found: PrintedBody, material: Material) -> None:
+    def printed(self, body: PrintedBody, material: Material) -> None:
         """Report the printed file: its mass, its thinnest walls, and how far the analysed one is.
 
         What differs beyond its threshold is a warning of the result.
         """
-        thin, both = found.thickness.percentiles_mm, found.comparison
+        thin, both = body.thickness.percentiles_mm, body.comparison
         self.say(
             "printed",
-            f"mass {found.mass_g(material.density):.4g} g by the file; 5 % of the surface has "
+            f"mass {body.mass_g(material.density):.4g} g by the file; 5 % of the surface has "
             f"less than {thin['5']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
             f"volume {both.volume_difference:+.1%} and surface up to {both.distance_mm:.2g} mm off "
             f"the analysed solid",
         )
 
-    def window(self, result: SubmodelResult) -> None:
+    def submodel(self, result: SubmodelResult) -> None:
         """Report one analysed submodel."""
         self.say(
             "acceptance",
-            f"{'enlarged ' if result.window.enlarged else ''}submodel at "
-            f"{tuple(round(c, 1) for c in result.window.centre)} mm: "
+            f"{'enlarged ' if result.submodel.enlarged else ''}submodel at "
+            f"{tuple(round(c, 1) for c in result.submodel.centre)} mm: "
             f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the driving "
             f"analysis; force {result.force_discrepancy:.1%}, "
             f"energy {result.energy_discrepancy:.1%}, "
@@ -160,12 +160,12 @@ class Announcer:
         )
 
 
-def governing_discrepancies(done: Round) -> dict[str, float]:
+def governing_discrepancies(iteration: DesignIteration) -> dict[str, float]:
     """Discrepancy of the most used limit of every kind that an explicit analysis measures."""
-    utilisation = {row.key: row.utilisation for row in done.rows}
+    utilisation = {row.key: row.utilisation for row in iteration.rows}
     discrepancies: dict[str, tuple[float, float]] = {}
-    for one in done.iteration.limits:
-        if one.discrepancy is not None:
-            kind, found = one.key.kind, (utilisation[one.key], one.discrepancy)
-            discrepancies[kind] = max(found, discrepancies.get(kind, found))
+    for limit in iteration.summary.limits:
+        if limit.discrepancy is not None:
+            kind, pair = limit.key.kind, (utilisation[limit.key], limit.discrepancy)
+            discrepancies[kind] = max(pair, discrepancies.get(kind, pair))
     return {kind: discrepancy for kind, (_, discrepancy) in discrepancies.items()}

@@ -1,7 +1,7 @@
 """Reason why the loop ended, and advice on how to go further.
 
 Budgets end a run and say so; they do not steer it. So the clock is read here only, and the only
-answer that it gives is that no further round is begun.
+answer that it gives is that no further iteration is begun.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy as np
 
 from gradedesign.errors import GradeDesignError
 from gradedesign.limits.verdict import Factors
-from gradedesign.loop.rounds import Round
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.saturation import saturated
 from gradedesign.resolve.setup import Setup
 from gradedesign.workspace.limits import Deadline
 
-#: A round after the second is only begun if this many times the last one's duration is left.
-ROUND_RESERVE = 1.3
+#: An iteration after the second is only begun if this many times the last one's duration is left.
+TIME_RESERVE = 1.3
 #: Densities that differ by less are the same design.
 SAME_DENSITY = 1e-4
-#: Missing time is told in steps of this many seconds.
+#: Missing time is stated in steps of this many seconds.
 TIME_STEP = 10
 
 
@@ -50,64 +50,64 @@ TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can f
 
 
 def why_ended(
-    setup: Setup, rounds: Sequence[Round], factors: Factors, deadline: Deadline
+    setup: Setup, iterations: Sequence[DesignIteration], factors: Factors, deadline: Deadline
 ) -> Ended | None:
-    """Say what ends the loop before another round, or None.
+    """Say what ends the loop before another iteration, or None.
 
     Parameters
     ----------
     setup : Setup
-    rounds : sequence of Round
-        Played so far.
+    iterations : sequence of DesignIteration
+        Finished so far.
     factors : mapping of (name, load case) to float
         What acceptance taught.
     deadline : Deadline
     """
-    if not rounds:
+    if not iterations:
         return None
-    words = saturated(setup, rounds[-1], factors)
+    words = saturated(setup, iterations[-1], factors)
     if words is not None:
         return Ended(by="saturated", words=words)
-    if stuck(rounds):
+    if stuck(iterations):
         return Ended(
             by="stuck",
             words="the last iteration found the same design again, so that no further one can "
             "change it; a higher upper density, another cell, smaller cells or a skin would help",
         )
-    last = rounds[-1].iteration.seconds
+    last = iterations[-1].summary.seconds
     most = setup.problem.case.run.max_iterations
-    if len(rounds) >= most:
+    if len(iterations) >= most:
         return Ended(
             by="iterations",
             words=f"[run] max_iterations of {most} ended the run; another iteration "
             f"takes about {_rounded(last)} s",
         )
-    # The first round of all also compiles, so it is reserve enough for the second.
-    needed = last * (ROUND_RESERVE if len(rounds) > 1 else 1.0)
+    # The first iteration of all also compiles, so it is reserve enough for the second.
+    needed = last * (TIME_RESERVE if len(iterations) > 1 else 1.0)
     left = deadline.remaining()
     if left < needed:
         return Ended(
             by="time",
             words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
-            f"{counted(len(rounds), 'iteration')}; about {_rounded(needed - left)} s more allow "
-            f"another iteration",
+            f"{counted(len(iterations), 'iteration')}; about {_rounded(needed - left)} s more "
+            f"allow another iteration",
         )
     return None
 
 
-def refused_end(rounds: Sequence[Round], error: GradeDesignError) -> Ended:
-    """The design of the next round could not be meshed or analysed within the budgets."""
+def refused_end(iterations: Sequence[DesignIteration], error: GradeDesignError) -> Ended:
+    """The design of the next iteration could not be meshed or analysed within the budgets."""
     return Ended(
         by="refused",
-        words=f"the design of iteration {len(rounds) + 1} could not be analysed: {error}",
+        words=f"the design of iteration {len(iterations) + 1} could not be analysed: {error}",
     )
 
 
-def stuck(rounds: Sequence[Round]) -> bool:
-    """The design breaks a limit and is the last one again: no round can change it."""
-    if len(rounds) < 2 or rounds[-1].iteration.passed:
+def stuck(iterations: Sequence[DesignIteration]) -> bool:
+    """The design breaks a limit and is the last one again: no iteration can change it."""
+    if len(iterations) < 2 or iterations[-1].summary.passed:
         return False
-    return bool(np.abs(rounds[-1].rho - rounds[-2].rho).max() < SAME_DENSITY)
+    return bool(np.abs(iterations[-1].rho - iterations[-2].rho).max() < SAME_DENSITY)
 
 
 def counted(number: int, what: str) -> str:

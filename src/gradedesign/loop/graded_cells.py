@@ -8,7 +8,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.case.locate import locating
 from gradedesign.layout.cell_layout import cell_layout
 from gradedesign.layout.graded_map import graded_map, wanted_size
-from gradedesign.loop.round import density_grid
+from gradedesign.loop.iteration_steps import density_grid
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup

@@ -10,7 +10,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, predicted_row
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import limit_rows
-from gradedesign.loop.round import Prediction, predict
+from gradedesign.loop.iteration_steps import Prediction, predict
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.verify.correction import (
     Correction,
@@ -44,7 +44,7 @@ class Lesson:
         Of the limits that it measures.
     discrepancy : Discrepancy
     correction : Correction
-        For the next round.
+        For the next iteration.
     """
 
     rows: tuple[LimitRow, ...]
@@ -65,7 +65,7 @@ def learn(
     rows = judged_rows(limits, result, predicted)
     explicit = {row.key: row.value for row in rows if not row.homogenised}
     discrepancy = discrepancy_between(
-        {key: found.value for key, found in predicted.values.items()},
+        {key: prediction.value for key, prediction in predicted.values.items()},
         explicit,
         governing=_most_used(limits, explicit),
     )
@@ -94,12 +94,12 @@ def judged_rows(
 
 def _most_used(limits: Sequence[Limit], explicit: Mapping[LimitKey, float]) -> LimitKey | None:
     """The limit by gradient that is used most; None without any."""
-    uses = {
+    utilisations = {
         limit.key: explicit[limit.key] / limit.allowed
         for limit in limits
         if limit.by_gradient and limit.key in explicit
     }
-    return max(uses, key=lambda key: uses[key], default=None)
+    return max(utilisations, key=lambda key: utilisations[key], default=None)
 
 
 def _corrected(
@@ -114,13 +114,13 @@ def _corrected(
     correction, discrepancy = prior.correction, prior.discrepancies[-1]
     damping = damping_for(prior.discrepancies)
     factors = {limit.key: correction.factor(limit.key) for limit in limits if limit.explicit}
-    bounds = [one.key for one in limits if one.explicit and not one.by_gradient]
+    bounds = [limit.key for limit in limits if limit.explicit and not limit.by_gradient]
     for key in bounds:
         factors[key] = damped(factors[key], factors[key] * (1.0 + discrepancy.of(key)), damping)
     worst = discrepancy.governing
     if worst is None:
         return replace(correction, factors=tuple(factors.items()))
-    before = {key: found.value for key, found in predicted.values.items()}
+    before = {key: prediction.value for key, prediction in predicted.values.items()}
     ratio = stiffness_update(explicit[worst], before[worst], predicted.lattice_share)
     mean = predicted.mean_density
     factor = correction.stiffness * (mean / correction.reference) ** correction.exponent
@@ -132,7 +132,7 @@ def _corrected(
         samples=samples,
         factors=correction.factors,
     )
-    again = {key: found.value for key, found in predict(model, limits, trial, rho).values.items()}
+    again = {key: new.value for key, new in predict(model, limits, trial, rho).values.items()}
     for key, old in factors.items():
         if key in bounds and again[key] and before[key]:
             # The stiffness changes the homogenised stress too: keep the product right.

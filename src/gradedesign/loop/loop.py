@@ -1,6 +1,6 @@
 """The loop over designs: iterate until one is accepted, no iteration can help, or a budget ends.
 
-It knows no mesh, no solver and no file: what is done with a design is injected as `Stages`.
+It knows no mesh, no solver and no file: what is iteration with a design is injected as `Stages`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.limits.verdict import Factors, all_hold, is_tight, with_factors
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended, refused_end
-from gradedesign.loop.rounds import Analysed, Round
+from gradedesign.loop.iteration import Analysed, DesignIteration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,22 +22,22 @@ class Stages:
     Attributes
     ----------
     iterate : callable
-        Size with what earlier rounds and acceptance taught, analyse explicitly and correct:
-        finished rounds and factors to the next round and its analysis.
+        Size with what earlier iterations and acceptance taught, analyse explicitly and correct:
+        finished iterations and factors to the next iteration and its analysis.
     accept : callable
-        A round, and its analysis where that is at hand, to what acceptance says of its design.
+        An iteration, and its analysis where that is at hand, to what acceptance says of its design.
     why_ended : callable
-        Finished rounds and factors to what ends the loop before another round, or None.
-    store_round : callable
-        Keeps the last of the finished rounds for a run that is resumed.
+        Finished iterations and factors to what ends the loop before another iteration, or None.
+    store_iteration : callable
+        Keeps the last of the finished iterations for a run that is resumed.
     store_acceptance : callable
-        Keeps the rounds that were refused, and the factors.
+        Keeps the iterations that were refused, and the factors.
     """
 
-    iterate: Callable[[tuple[Round, ...], Factors], tuple[Round, Analysed]]
-    accept: Callable[[Round, Analysed | None], Accepted]
-    why_ended: Callable[[tuple[Round, ...], Factors], Ended | None]
-    store_round: Callable[[tuple[Round, ...]], None]
+    iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
+    accept: Callable[[DesignIteration, Analysed | None], Accepted]
+    why_ended: Callable[[tuple[DesignIteration, ...], Factors], Ended | None]
+    store_iteration: Callable[[tuple[DesignIteration, ...]], None]
     store_acceptance: Callable[[tuple[int, ...], Factors], None]
 
 
@@ -47,15 +47,15 @@ class Progress:
 
     Attributes
     ----------
-    rounds : tuple of Round
+    iterations : tuple of DesignIteration
         Finished, in order.
     refused : tuple of int
-        Numbers of the rounds whose design acceptance refused.
+        Numbers of the iterations whose design acceptance refused.
     factors : mapping of a limit's key to float
         Accepted over explicit value.
     """
 
-    rounds: tuple[Round, ...] = ()
+    iterations: tuple[DesignIteration, ...] = ()
     refused: tuple[int, ...] = ()
     factors: Factors = field(default_factory=dict)
 
@@ -66,20 +66,20 @@ class Outcome:
 
     Attributes
     ----------
-    rounds : tuple of Round
+    iterations : tuple of DesignIteration
     accepted : Accepted or None
         The lightest design that acceptance held, else the last that it refused; None if none came
         so far.
     ended : Ended
     """
 
-    rounds: tuple[Round, ...]
+    iterations: tuple[DesignIteration, ...]
     accepted: Accepted | None
     ended: Ended
 
 
 def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
-    """Iterate until a design is accepted, no iteration can help, or rounds or time run out.
+    """Iterate until a design is accepted, none can help, or iterations or time run out.
 
     Parameters
     ----------
@@ -93,55 +93,59 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         If the first design cannot be built or analysed. A later one that cannot ends the loop.
     """
     start = Progress() if start is None else start
-    rounds, refused, factors = start.rounds, start.refused, start.factors
+    iterations, refused, factors = start.iterations, start.refused, start.factors
     tried = set(refused)
     accepted: Accepted | None = None
     analysed: Analysed | None = None
     while True:
-        if rounds and rounds[-1].iteration.number not in tried and _is_ready(rounds[-1], factors):
-            tried.add(rounds[-1].iteration.number)
-            latest = stages.accept(rounds[-1], analysed)
+        if (
+            iterations
+            and iterations[-1].summary.number not in tried
+            and _is_ready(iterations[-1], factors)
+        ):
+            tried.add(iterations[-1].summary.number)
+            latest = stages.accept(iterations[-1], analysed)
             accepted = _better(accepted, latest)
-            if latest.holds and is_tight(latest.rows, at_lower_bound=rounds[-1].at_lower_bound):
+            if latest.holds and is_tight(latest.rows, at_lower_bound=iterations[-1].at_lower_bound):
                 ended = TIGHT_END
                 break
             factors = latest.factors
             if not latest.holds:
-                refused = (*refused, rounds[-1].iteration.number)
+                refused = (*refused, iterations[-1].summary.number)
             stages.store_acceptance(refused, factors)
-        stop = stages.why_ended(rounds, factors)
+        stop = stages.why_ended(iterations, factors)
         if stop is not None:
             ended = stop
             break
         try:
-            done, analysed = stages.iterate(rounds, factors)
+            iteration, analysed = stages.iterate(iterations, factors)
         except (LatticeError, MeshError, ResourceError) as error:
-            if not rounds:
+            if not iterations:
                 raise
-            # What earlier rounds found is not lost with a design that cannot be analysed.
-            ended = refused_end(rounds, error)
+            # What earlier iterations found is not lost with a design that cannot be analysed.
+            ended = refused_end(iterations, error)
             break
-        rounds = (*rounds, done)
-        stages.store_round(rounds)
+        iterations = (*iterations, iteration)
+        stages.store_iteration(iterations)
     if accepted is None or not accepted.holds:
-        accepted = _best_left(stages, rounds, factors, tried) or accepted
+        accepted = _best_left(stages, iterations, factors, tried) or accepted
     if accepted is None and refused:
         # Refused before this process: its rows are what decided.
-        accepted = stages.accept(rounds[refused[-1] - 1], None)
-    return Outcome(rounds=rounds, accepted=accepted, ended=ended)
+        accepted = stages.accept(iterations[refused[-1] - 1], None)
+    return Outcome(iterations=iterations, accepted=accepted, ended=ended)
 
 
 def _best_left(
-    stages: Stages, rounds: Sequence[Round], factors: Factors, tried: set[int]
+    stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
 ) -> Accepted | None:
     """Accept the lightest earlier design that held every limit, if there is one left."""
     left = [
-        r
-        for r in rounds
-        if r.iteration.number not in tried and all_hold(with_factors(r.rows, factors))
+        i
+        for i in iterations
+        if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
     ]
-    for done in sorted(left, key=lambda r: r.iteration.mass_g):
-        accepted = stages.accept(done, None)
+    for iteration in sorted(left, key=lambda i: i.summary.mass_g):
+        accepted = stages.accept(iteration, None)
         if accepted.holds:
             return accepted
     return None
@@ -153,10 +157,10 @@ def _better(earlier: Accepted | None, later: Accepted) -> Accepted:
         return later
     if not later.holds:
         return earlier
-    return min(earlier, later, key=lambda a: a.round.iteration.mass_g)
+    return min(earlier, later, key=lambda a: a.iteration.summary.mass_g)
 
 
-def _is_ready(done: Round, factors: Factors) -> bool:
+def _is_ready(iteration: DesignIteration, factors: Factors) -> bool:
     """Limits hold in the explicit analysis, with what acceptance taught, and one is used."""
-    rows = with_factors(done.rows, factors)
-    return all_hold(rows) and is_tight(rows, at_lower_bound=done.at_lower_bound)
+    rows = with_factors(iteration.rows, factors)
+    return all_hold(rows) and is_tight(rows, at_lower_bound=iteration.at_lower_bound)

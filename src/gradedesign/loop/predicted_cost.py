@@ -1,7 +1,7 @@
 """Cost of a run in unknowns, memory and seconds, before it and after its first iteration.
 
 Every stage takes a number of seconds for each unit of its work, measured on two cores of an
-otherwise idle machine. After its first round a run replaces them by what its own stages took.
+otherwise idle machine. After its first iteration a run replaces them by what its own stages took.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from gradedesign.loop.round import FIRST_ITERATIONS, TUNING_ITERATIONS
+from gradedesign.loop.iteration_steps import FIRST_SIZING_ITERATIONS, TUNING_SIZING_ITERATIONS
 from gradedesign.verify.acceptance import EDGE_PER_SPACING
 from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
-#: Rounds that a run is predicted to play where it may: most reach a used limit in two to four.
-USUAL_ROUNDS = 3
+#: Iterations that a run is predicted to take where it may: most reach a used limit in two to four.
+USUAL_ITERATIONS = 3
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
-LEARNING_ITERATIONS = 2
+LEARNING_SIZING_ITERATIONS = 2
 #: A prediction is meant to be right within this factor on an idle machine.
 WITHIN = 2.0
 
@@ -41,9 +41,9 @@ class RunWork:
     whole_s : float, s
         Of the whole printed surface at two resolutions, as its analysis estimates them.
     mesher_tets : int
-        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all windows.
+        Tetrahedra of the mesher of the acceptance: of the whole lattice, or of all submodels.
     iterations : int
-        That the run may play at most.
+        That the run may take at most.
     """
 
     part_dofs: int
@@ -81,7 +81,7 @@ class Speed:
     start: float
 
 
-#: Measured in first rounds on two idle cores: sizing 2.2 to 4.6e-5, the mesher 0.8 to 2.8e-3.
+#: Measured in first iterations on two idle cores: sizing 2.2 to 4.6e-5, the mesher 0.8 to 2.8e-3.
 MEASURED = Speed(
     sizing=2.6e-5,
     mesh=1.0,
@@ -143,21 +143,21 @@ def predict_cost(
     speed : Speed
         Of this machine and case; what was measured on small cases by default.
     learned : bool
-        Whether ``speed`` comes from a finished round of the run itself.
+        Whether ``speed`` comes from a finished iteration of the run itself.
 
     Returns
     -------
     CostPrediction
     """
-    sizing = sizing_seconds(work, speed, FIRST_ITERATIONS[0])
+    sizing = sizing_seconds(work, speed, FIRST_SIZING_ITERATIONS[0])
     mesh, solve = speed.mesh * work.explicit_mesh_s, speed.solve * work.explicit_solve_s
     remeshed = int(work.mesher_tets * DOFS_PER_TET)
     again = speed.solve * solve_seconds(remeshed, work.load_cases)
     accept = mesher_seconds(work.mesher_tets, speed) + again
     whole = speed.solve * work.whole_s
-    learning = sizing_seconds(work, speed, LEARNING_ITERATIONS)
-    rounds = min(USUAL_ROUNDS, work.iterations)
-    sized = sum(sizing_seconds(work, speed, iterations_of(n)) for n in range(rounds))
+    learning = sizing_seconds(work, speed, LEARNING_SIZING_ITERATIONS)
+    iterations = min(USUAL_ITERATIONS, work.iterations)
+    sized = sum(sizing_seconds(work, speed, sizing_iterations_of(n)) for n in range(iterations))
     return CostPrediction(
         part_dofs=work.part_dofs,
         explicit_dofs=work.explicit_dofs,
@@ -168,15 +168,19 @@ def predict_cost(
         whole_s=whole,
         acceptance_s=accept,
         iteration_s=sizing + mesh + solve + learning,
-        run_s=speed.start + sized + rounds * (mesh + solve + learning) + whole + accept,
-        iterations=rounds,
+        run_s=speed.start + sized + iterations * (mesh + solve + learning) + whole + accept,
+        iterations=iterations,
         learned=learned,
     )
 
 
-def iterations_of(played: int) -> int:
-    """Sizing iterations of the round after ``played`` finished ones."""
-    return FIRST_ITERATIONS[played] if played < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
+def sizing_iterations_of(finished: int) -> int:
+    """Sizing iterations of the iteration after ``finished`` ones."""
+    return (
+        FIRST_SIZING_ITERATIONS[finished]
+        if finished < len(FIRST_SIZING_ITERATIONS)
+        else TUNING_SIZING_ITERATIONS
+    )
 
 
 def sizing_seconds(work: RunWork, speed: Speed, iterations: int) -> float:
@@ -198,15 +202,15 @@ def mesher_tets(explicit_tets: float, share: float = 1.0) -> int:
 def learned_speed(
     work: RunWork, iterations: int, seconds: Mapping[str, float], speed: Speed = MEASURED
 ) -> Speed:
-    """Replace measured numbers by what the stages of a finished round took.
+    """Replace measured numbers by what the stages of a finished iteration took.
 
     Solves depend least on the case, so that theirs tells how fast the machine is at present: the
-    mesher, which no round runs, is taken to be as much slower or faster.
+    mesher, which no iteration runs, is taken to be as much slower or faster.
 
     Parameters
     ----------
     work : RunWork
-        With the unknowns that the round really had.
+        With the unknowns that the iteration really had.
     iterations : int
         Of its sizing.
     seconds : mapping of stage to seconds

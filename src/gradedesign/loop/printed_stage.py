@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.cell.cell import Cell
-from gradedesign.loop.rounds import Analysed
+from gradedesign.loop.iteration import Analysed
 from gradedesign.mesh.printed_field import printed_field
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.setup import Setup

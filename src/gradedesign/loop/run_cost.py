@@ -1,4 +1,4 @@
-"""The cost of one run: predicted after its solid stage, learned from its first round."""
+"""The cost of one run: predicted after its solid stage, learned from its first iteration."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.predicted_cost import (
     CostPrediction,
     RunWork,
     learned_speed,
     predict_cost,
 )
-from gradedesign.loop.rounds import Round
 from gradedesign.loop.run_work import run_work
 from gradedesign.resolve.setup import Setup
 from gradedesign.workspace.limits import Deadline
@@ -31,7 +31,7 @@ class RunCost:
     clock : Deadline
     work : RunWork or None
     before, after : CostPrediction or None
-        The first prediction, and the one that the first round taught.
+        The first prediction, and the one that the first iteration taught.
     """
 
     budget: RunSpec
@@ -43,9 +43,9 @@ class RunCost:
     def __post_init__(self) -> None:
         self.clock = Deadline(self.budget.time)
 
-    def deadline(self, rounds: Sequence[Round]) -> Deadline:
-        """When time is over; rounds of an earlier process count."""
-        spent = sum(done.iteration.seconds for done in rounds)
+    def deadline(self, iterations: Sequence[DesignIteration]) -> Deadline:
+        """When time is over; iterations of an earlier process count."""
+        spent = sum(i.summary.seconds for i in iterations)
         return replace(self.clock, start=self.clock.start - spent)
 
     def predict(self, setup: Setup, solid: Sequence[LimitRow], announce: Announcer) -> None:
@@ -54,22 +54,22 @@ class RunCost:
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)
 
-    def learn(self, rounds: Sequence[Round], announce: Announcer) -> None:
-        """Predict anew from the first round, once it is there."""
-        if len(rounds) != 1 or self.work is None:
+    def learn(self, iterations: Sequence[DesignIteration], announce: Announcer) -> None:
+        """Predict anew from the first iteration, once it is there."""
+        if len(iterations) != 1 or self.work is None:
             return
-        self.after = learned_cost(self.work, rounds[0])
+        self.after = learned_cost(self.work, iterations[0])
         announce.cost(self.after, self.budget)
 
     def data(self) -> dict[str, Any]:
         """Plain data for result.json."""
-        found = {"at_start": self.before, "after_first_round": self.after}
-        return {name: asdict(one) for name, one in found.items() if one is not None}
+        predictions = {"at_start": self.before, "after_first_iteration": self.after}
+        return {name: asdict(cost) for name, cost in predictions.items() if cost is not None}
 
 
-def learned_cost(work: RunWork, first: Round) -> CostPrediction:
-    """Predict a run from the seconds and the unknowns of its first round."""
-    it = first.iteration
+def learned_cost(work: RunWork, first: DesignIteration) -> CostPrediction:
+    """Predict a run from the seconds and the unknowns of its first iteration."""
+    it = first.summary
     grown = it.dofs / work.explicit_dofs
     real = replace(
         work,

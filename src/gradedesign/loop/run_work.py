@@ -6,15 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gradedesign.case.run_schema import RunSpec
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
 from gradedesign.loop.printed_stage import whole_seconds
-from gradedesign.loop.round import explicit_spacing_for
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
-from gradedesign.verify.windows import BUFFERS
+from gradedesign.verify.submodel_choice import BUFFERS
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
@@ -46,10 +47,6 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     planned = PlannedSolid(box=(x, y, z), volume=volume, load_cases=len(case.load_case))
     spacing = predicted_spacing(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
-    tets = explicit.surface_tets
-    scope = choose_scope(case.run.acceptance, tets, case.run.time)
-    edges = np.minimum((1 + 2 * BUFFERS[0]) * setup.cells.layout.typical, np.ptp(points, axis=0))
-    windows = min(1.0, case.run.window_count * density * float(edges.prod()) / volume)
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
@@ -59,9 +56,26 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
         whole_s=whole_seconds(planned, spacing, setup.cells.cell, setup.cells.bounds[0]),
-        mesher_tets=mesher_tets(tets, 1.0 if scope == "whole" else windows),
+        mesher_tets=remeshed_tets(
+            case.run, explicit.surface_tets, planned, density, setup.cells.layout.typical
+        ),
         iterations=case.run.max_iterations,
     )
+
+
+def remeshed_tets(
+    run: RunSpec, tets: float, planned: PlannedSolid, density: float, cell: float
+) -> int:
+    """Tetrahedra of the mesher of the acceptance, in the whole lattice or in all submodels.
+
+    ``tets`` are those of a body-fitted mesh of the whole at the size of the explicit analysis,
+    ``cell`` the edge of a cell, mm.
+    """
+    if choose_scope(run.acceptance, tets, run.time) == "whole":
+        return mesher_tets(tets)
+    edges = np.minimum((1 + 2 * BUFFERS[0]) * cell, planned.box)
+    share = run.submodel_count * density * float(edges.prod()) / planned.volume
+    return mesher_tets(tets, min(1.0, share))
 
 
 def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> float:

@@ -12,8 +12,8 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, with_factors
-from gradedesign.loop.round import corrected_limits, corrected_model, tightened_limits
-from gradedesign.loop.rounds import Round
+from gradedesign.loop.iteration import DesignIteration
+from gradedesign.loop.iteration_steps import corrected_limits, corrected_model, tightened_limits
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.responses import response_gradients
@@ -27,7 +27,7 @@ NO_GAIN = 0.02
 AT_BOUND = 1e-2
 
 
-def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
+def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str | None:
     """Say which limit no density of this lattice can hold, or None.
 
     Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
@@ -37,7 +37,7 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
     Parameters
     ----------
     setup : Setup
-    done : Round
+    iteration : DesignIteration
         The last one, with its explicit values.
     factors : mapping of LimitKey to float
         What acceptance taught.
@@ -48,15 +48,15 @@ def saturated(setup: Setup, done: Round, factors: Factors) -> str | None:
         One sentence: the limit, and what would help.
     """
     limits = {limit.key: limit for limit in setup.problem.limits}
-    judged = [
+    missed = [
         row
-        for row in with_factors(done.rows, factors)
+        for row in with_factors(iteration.rows, factors)
         if not row.passed and row.key in limits and row.utilisation > limits[row.key].scatter
     ]
-    if not judged:
+    if not missed:
         return None
-    solved = _solved(setup, done)
-    for row in sorted(judged, key=lambda r: -r.utilisation):
+    solved = _solved(setup, iteration)
+    for row in sorted(missed, key=lambda r: -r.utilisation):
         gain = _gain(setup, solved, row.key, factors)
         if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
             return sentence(setup, row, gain)
@@ -72,13 +72,13 @@ class _Solved:
     system: ElasticSystem
 
 
-def _solved(setup: Setup, done: Round) -> _Solved:
-    model = corrected_model(setup.model, done.correction)
-    limits = corrected_limits(setup.problem.limits, done.correction)
-    system = homogenised_system(model, done.rho)
+def _solved(setup: Setup, iteration: DesignIteration) -> _Solved:
+    model = corrected_model(setup.model, iteration.correction)
+    limits = corrected_limits(setup.problem.limits, iteration.correction)
+    system = homogenised_system(model, iteration.rho)
     return _Solved(
         limits={limit.key: limit for limit in limits},
-        state=solved_state(model, done.rho, limits, system),
+        state=solved_state(model, iteration.rho, limits, system),
         system=system,
     )
 

@@ -14,15 +14,15 @@ from gradedesign.errors import CaseError
 from gradedesign.limits.key import LimitKey, keyed_from_json
 from gradedesign.limits.row import row_from_json
 from gradedesign.limits.verdict import Factors
-from gradedesign.loop.rounds import Round
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.output.result import iteration_from_json
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
-#: Raised when what a round stores changes its meaning.
-ROUND_VERSION = 4
+#: Raised when what an iteration stores changes its meaning.
+ITERATION_VERSION = 5
 
 
 def default_folder(case: CaseIdentity) -> Path:
@@ -43,11 +43,11 @@ def open_stages(path: Path, case: CaseIdentity, *, resume: bool, overwrite: bool
     return open_run_folder(path, case.case_hash, resume=resume, overwrite=overwrite)
 
 
-def round_key(setup: Setup, number: int) -> str:
-    """Content key of everything a round depends on."""
+def iteration_key(setup: Setup, number: int) -> str:
+    """Content key of everything an iteration depends on."""
     return content_key(
-        "round",
-        ROUND_VERSION,
+        "iteration",
+        ITERATION_VERSION,
         number,
         setup.problem.case.case_hash,
         setup.cells.cell.name,
@@ -58,11 +58,11 @@ def round_key(setup: Setup, number: int) -> str:
     )
 
 
-def save_round(out: RunFolder, setup: Setup, done: Round) -> None:
-    """Store a finished round."""
-    number = done.iteration.number
-    arrays, meta = round_to_stage(done)
-    out.save_stage(f"iteration-{number}", round_key(setup, number), arrays, meta)
+def save_iteration(out: RunFolder, setup: Setup, iteration: DesignIteration) -> None:
+    """Store a finished iteration."""
+    number = iteration.summary.number
+    arrays, meta = iteration_to_stage(iteration)
+    out.save_stage(f"iteration-{number}", iteration_key(setup, number), arrays, meta)
 
 
 def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
@@ -71,53 +71,55 @@ def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factor
         "refused": list(refused),
         "factors": [[asdict(key), value] for key, value in factors.items()],
     }
-    out.save_stage("acceptance", round_key(setup, 0), {}, meta)
+    out.save_stage("acceptance", iteration_key(setup, 0), {}, meta)
 
 
-def load_acceptance(out: RunFolder, setup: Setup, played: int) -> tuple[tuple[int, ...], Factors]:
-    """Rounds that acceptance refused, and its factors; none before the first acceptance.
+def load_acceptance(out: RunFolder, setup: Setup, finished: int) -> tuple[tuple[int, ...], Factors]:
+    """Iterations that acceptance refused, and its factors; none before the first acceptance.
 
-    Rounds after the ``played`` ones that are stored will be played again, and are not refused yet.
+    Iterations after the ``finished`` ones that are stored are run again, and not refused yet.
     """
-    stored = out.load_stage("acceptance", round_key(setup, 0))
+    stored = out.load_stage("acceptance", iteration_key(setup, 0))
     if stored is None:
         return (), {}
     meta = stored[1]
     factors = dict(keyed_from_json(meta["factors"]))
-    return tuple(int(number) for number in meta["refused"] if number <= played), factors
+    return tuple(int(number) for number in meta["refused"] if number <= finished), factors
 
 
-def load_rounds(out: RunFolder, setup: Setup) -> tuple[Round, ...]:
-    """Rounds that an interrupted run finished, in order."""
-    rounds: list[Round] = []
+def load_iterations(out: RunFolder, setup: Setup) -> tuple[DesignIteration, ...]:
+    """Iterations that an interrupted run finished, in order."""
+    iterations: list[DesignIteration] = []
     while True:
-        number = len(rounds) + 1
-        stored = out.load_stage(f"iteration-{number}", round_key(setup, number))
+        number = len(iterations) + 1
+        stored = out.load_stage(f"iteration-{number}", iteration_key(setup, number))
         if stored is None:
-            return tuple(rounds)
-        rounds.append(round_from_stage(*stored))
+            return tuple(iterations)
+        iterations.append(iteration_from_stage(*stored))
 
 
-def round_to_stage(done: Round) -> tuple[dict[str, FloatArray], dict[str, Any]]:
-    """Arrays and plain data of a round for the run folder."""
+def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray], dict[str, Any]]:
+    """Arrays and plain data of an iteration for the run folder."""
     meta = {
-        "iteration": asdict(done.iteration),
-        "rows": [asdict(row) for row in done.rows],
-        "correction": asdict(done.correction),
-        "at_lower_bound": done.at_lower_bound,
-        "discrepancy": asdict(done.discrepancy),
+        "summary": asdict(iteration.summary),
+        "rows": [asdict(row) for row in iteration.rows],
+        "correction": asdict(iteration.correction),
+        "at_lower_bound": iteration.at_lower_bound,
+        "discrepancy": asdict(iteration.discrepancy),
     }
-    return {"variables": done.variables, "rho": done.rho}, meta
+    return {"variables": iteration.variables, "rho": iteration.rho}, meta
 
 
-def round_from_stage(arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]) -> Round:
-    """The round that `round_to_stage` stored."""
+def iteration_from_stage(
+    arrays: Mapping[str, FloatArray], meta: Mapping[str, Any]
+) -> DesignIteration:
+    """The iteration that `iteration_to_stage` stored."""
     correction, discrepancy = dict(meta["correction"]), dict(meta["discrepancy"])
     correction["samples"] = tuple((float(a), float(b)) for a, b in correction["samples"])
     correction["factors"] = keyed_from_json(correction["factors"])
     governing = discrepancy["governing"]
-    return Round(
-        iteration=iteration_from_json(meta["iteration"]),
+    return DesignIteration(
+        summary=iteration_from_json(meta["summary"]),
         rows=tuple(row_from_json(row) for row in meta["rows"]),
         correction=Correction(**correction),
         variables=arrays["variables"],

@@ -43,14 +43,14 @@ def stored_sizing(
     case : Case
     cell : Cell
     problem : SizingProblem
-        With the corrections and targets of its round.
+        With the corrections and targets of its iteration.
     start, max_iterations, keep, on_step
         As for `size`.
     """
     key = sizing_key(case, cell, problem, start, max_iterations, keep)
-    found = load_arrays(KIND, key)
-    if found is not None:
-        result = _unpacked(problem, found)
+    stored = load_arrays(KIND, key)
+    if stored is not None:
+        result = _unpacked(problem, stored)
         for step in result.history:
             if on_step is not None:
                 on_step(step)
@@ -70,7 +70,9 @@ def sizing_key(
 ) -> str:
     """Content key of everything that a sizing depends on."""
     model, law = problem.model, problem.model.law
-    limits = [(one.key, one.allowed, one.factor, source_of(one)) for one in problem.limits]
+    limits = [
+        (limit.key, limit.allowed, limit.factor, source_of(limit)) for limit in problem.limits
+    ]
     densities = np.linspace(*law.window, 33)
     words = case.model_dump_json(
         include={"material", "keep", "load_case", "limits", "lattice", "print", "region"}
@@ -91,7 +93,7 @@ def sizing_key(
         model.solid_fraction,
         np.asarray(model.rotation),
         np.zeros(0) if model.walls is None else model.walls.kind,
-        np.zeros(0) if model.fill is None else model.fill.effective,
+        np.zeros(0) if model.effective is None else model.effective.effective,
         repr(correction),
         repr(limits),
         repr((*problem.bounds, problem.target, max_iterations, keep)),
@@ -118,19 +120,19 @@ def _packed(result: SizingResult) -> dict[str, FloatArray]:
     }
 
 
-def _unpacked(problem: SizingProblem, found: dict[str, FloatArray]) -> SizingResult:
+def _unpacked(problem: SizingProblem, stored: dict[str, FloatArray]) -> SizingResult:
     history = []
     for number, (row, utilisations) in enumerate(
-        zip(found["steps"], found["utilisations"], strict=True)
+        zip(stored["steps"], stored["utilisations"], strict=True)
     ):
         fields = dict(zip(_NUMBERS, map(float, row), strict=True))
         history.append(
             SizingStep(iteration=number, utilisations=tuple(map(float, utilisations)), **fields)
         )
     return SizingResult(
-        rho=np.asarray(problem.filter @ found["variables"]).ravel(),
-        variables=found["variables"],
+        rho=np.asarray(problem.filter @ stored["variables"]).ravel(),
+        variables=stored["variables"],
         history=tuple(history),
-        converged=bool(found["flags"][0]),
-        feasible=bool(found["flags"][1]),
+        converged=bool(stored["flags"][0]),
+        feasible=bool(stored["flags"][1]),
     )

@@ -9,10 +9,10 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 
-Role = Literal["support", "load", "kept"]
-COLOURS: dict[Role, str] = {"support": "#1f5fbf", "load": "#e0906a", "kept": "#6b7a2e"}
+Role = Literal["support", "load", "passive"]
+COLOURS: dict[Role, str] = {"support": "#1f5fbf", "load": "#e0906a", "passive": "#6b7a2e"}
 #: What the legend calls a role.
-ROLES: dict[Role, str] = {"support": "supports", "load": "loaded", "kept": "kept solid"}
+ROLES: dict[Role, str] = {"support": "supports", "load": "loaded", "passive": "passive solid"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,7 +23,7 @@ class RegionMark:
     ----------
     name : str
         The region's name in the case, and what else its label says.
-    role : {"support", "load", "kept"}
+    role : {"support", "load", "passive"}
     corners : (k, 3, 3) array, mm
         Its triangles.
     """

@@ -63,7 +63,7 @@ class Iteration:
     mesh_size_mm : float
     grid_share : float
         Mesh size over the one that the thinnest wall asks for: less than 1 where that grid lost
-        volume or pieces and was refined.
+        volume or components and was refined.
     seconds : float
     stiffness_factor : float
         Correction of the lattice's stiffness that this iteration's sizing used.
@@ -130,13 +130,15 @@ class RunResult:
         Measures of the printed file: volumes, thickness, and how the analysed solid differs.
     files : mapping of what to path below the run folder
     timing_s : mapping of stage to seconds
-        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``round``, ``second
-        mesh`` one of ``acceptance``.
+        ``sizing``, ``explicit mesh`` and ``explicit solve`` are parts of ``iteration``,
+        ``whole printed surface`` one of ``acceptance``.
     predicted : mapping
         What ``timing_s`` compares with: a `CostPrediction` before the first iteration and another
         after it.
     budget : mapping
         Time and iterations that the run was allowed.
+    repairs : mapping of str to int
+        What was changed in the surface of the part's file, counted; empty where nothing was.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -165,6 +167,7 @@ class RunResult:
     timing_s: Mapping[str, float] = field(default_factory=dict)
     predicted: Mapping[str, Any] = field(default_factory=dict)
     budget: Mapping[str, float] = field(default_factory=dict)
+    repairs: Mapping[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)

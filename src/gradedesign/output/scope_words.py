@@ -11,18 +11,18 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
     if not acceptance:
         return ""
     share = f"{acceptance['share_of_volume']:.1%} of the printed volume"
-    judged = (
+    basis = (
         "every limit is judged on the whole printed surface: read back from the file and analysed "
         "by finite cells at two resolutions or more"
     )
     if acceptance["scope"] == "whole":
         return (
-            f"{judged}; an independent mesher meshed it again whole ({share}) for stress, and "
+            f"{basis}; an independent mesher meshed it again whole ({share}) for stress, and "
             f"bands of displacements include what that mesh shows"
         )
-    count = len(acceptance["windows"])
+    count = len(acceptance["submodels"])
     submodels = f"{count} most stressed submodels" if count != 1 else "most stressed submodel"
     return (
-        f"{judged}; an independent mesher meshed it again in its {submodels} ({share}), whose "
+        f"{basis}; an independent mesher meshed it again in its {submodels} ({share}), whose "
         f"stress over that of the finite cells scales the stress in the lattice"
     )

@@ -102,8 +102,8 @@ def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str) -> None:
         return
     ordered = sorted(numbered, key=lambda p: (p.mass_g, p.utilisation[limit], p.number))
     wide = max(p.mass_g for p in points) - min(p.mass_g for p in points) or 1.0
-    uses = [p.utilisation[limit] for p in points]
-    high = max(uses) - min(uses) or 1.0
+    utilisations = [p.utilisation[limit] for p in points]
+    high = max(utilisations) - min(utilisations) or 1.0
     clusters: list[list[TradeoffPoint]] = []
     for point in ordered:
         near = (
@@ -113,11 +113,11 @@ def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str) -> None:
             and abs(c[0].mass_g - point.mass_g) < 0.05 * wide
             and abs(c[0].utilisation[limit] - point.utilisation[limit]) < 0.05 * high
         )
-        found = next(near, None)
-        if found is None:
+        group = next(near, None)
+        if group is None:
             clusters.append([point])
         else:
-            found.append(point)
+            group.append(point)
     for cluster in clusters:
         marked = cluster[0].marked
         axes.annotate(

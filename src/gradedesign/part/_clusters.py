@@ -107,7 +107,11 @@ def find_clusters(surface: SurfaceMesh, angle_deg: float) -> Clusters:
 
 def patch_of(clusters: Clusters, members: Iterable[int]) -> Patch:
     """Gather the facets of some clusters."""
-    facets = np.concatenate([clusters.facets[k] for k in members])
+    return facet_patch(clusters, np.concatenate([clusters.facets[k] for k in members]))
+
+
+def facet_patch(clusters: Clusters, facets: IntArray) -> Patch:
+    """Gather some facets."""
     faces = clusters.surface.faces[facets]
     return Patch(
         points=clusters.surface.vertices[np.unique(faces)],

@@ -20,6 +20,8 @@ BOX_SHARE = 1e-5
 PLANE_ANGLE, AXIS_ANGLE = 1.0, 3.0
 #: Relative tolerance of a diameter; facets lie inside the true circle.
 DIAMETER_SHARE = 0.02
+#: The same at the ends of a range, which says itself how much may differ.
+RANGE_SHARE = 0.001
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -142,7 +144,11 @@ def _plane(part: FacedPart, spec: PlaneSpec) -> tuple[FloatArray, FloatArray, st
 def _on_cylinder(part: FacedPart, spec: CylinderSpec) -> Match:
     """Cylindrical faces of a diameter, an axis, a place."""
     words = ["cylinder"]
-    words += [] if spec.diameter is None else [f"of diameter {spec.diameter:g} mm"]
+    low, high = spec.diameter or (0.0, 0.0)
+    if spec.diameter is not None:
+        span = f"{low:g} mm" if low == high else f"{low:g} to {high:g} mm"
+        words.append(f"of diameter {span}")
+    share = DIAMETER_SHARE if low == high else RANGE_SHARE
     words += [] if spec.axis is None else [f"along {spec.axis}"]
     words += [] if spec.point is None else [f"about an axis through {place(np.array(spec.point))}"]
     fits, miss = [], []
@@ -153,13 +159,13 @@ def _on_cylinder(part: FacedPart, spec: CylinderSpec) -> Match:
             continue
         wrong = angle = off = 0.0
         if spec.diameter is not None:
-            wrong = abs(face.diameter / spec.diameter - 1.0)
+            wrong = max(1.0 - face.diameter / low, face.diameter / high - 1.0, 0.0)
         if spec.axis is not None:
             angle = _line_angle(face.axis, np.eye(3)[AXES.index(spec.axis)])
         if spec.point is not None:
             off = float(np.linalg.norm(np.cross(np.array(spec.point) - face.point, face.axis)))
         slack = DIAMETER_SHARE * face.diameter + PLANE_SHARE * part.diagonal
-        fits.append(wrong <= DIAMETER_SHARE and angle <= AXIS_ANGLE and off <= slack)
+        fits.append(wrong <= share and angle <= AXIS_ANGLE and off <= slack)
         miss.append(min(wrong, 1.0) + angle / 90.0 + off / part.diagonal)
     return Match(key=" ".join(words), fits=np.array(fits), miss=np.array(miss))
 

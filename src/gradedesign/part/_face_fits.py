@@ -14,6 +14,8 @@ _SQUARE = np.sin(np.radians(2.0))
 _RADIAL = np.cos(np.radians(16.0))
 #: Facet normals must spread at least this far for an axis to be told, sine of an angle.
 _SPREAD = np.sin(np.radians(0.2))
+#: Facets whose normals spread less than this are flat, as far as a cylinder goes.
+_CURVED = np.sin(np.radians(3.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -104,6 +106,62 @@ def off_cylinder(
     """Distance of points ``(n, 3)`` from a cylinder's wall, ``(n,)``, mm."""
     offset = points - centre
     return np.abs(np.linalg.norm(offset - np.outer(offset @ axis, axis), axis=1) - radius)
+
+
+def cylinder_through(
+    points: FloatArray, normals: FloatArray, areas: FloatArray
+) -> tuple[FloatArray, FloatArray, float] | None:
+    """Axis, a point on it and the radius of the cylinder that most corners of facets lie on.
+
+    Facets that tilt along the axis lose their weight, then the corners that lie off: slivers
+    between corners on a cylinder face anywhere, though their corners are right. Last comes the
+    least-squares cylinder of what is left, by Gauss-Newton steps.
+
+    Parameters
+    ----------
+    points : (n, 3) array, mm
+    normals : (m, 3) array
+        Unit normals of the facets.
+    areas : (m,) array, mm^2
+
+    Returns
+    -------
+    tuple or None
+        None where the facets are flat.
+    """
+    weight = areas / areas.sum()
+    for _ in range(4):
+        spread, directions = np.linalg.eigh((normals * weight[:, None]).T @ normals)
+        if spread[1] < _CURVED**2 * spread[2]:
+            return None
+        axis = directions[:, 0]
+        tilt = (normals @ axis) ** 2
+        weight = areas / (1.0 + tilt / _SQUARE**2)
+        weight /= weight.sum()
+    centre, radius = _circle(points, axis)
+    kept = points
+    for step in range(12):
+        across, up = _square_directions(axis)
+        offset = kept - centre
+        x, y, along = offset @ across, offset @ up, offset @ axis
+        distance = np.maximum(np.hypot(x, y), 1e-300)
+        off = distance - radius
+        if step % 4 == 3:
+            near = np.abs(off) <= 4.0 * np.median(np.abs(off))
+            if np.count_nonzero(near) >= max(6, len(points) // 2):
+                kept = kept[near]
+                continue
+        u, w = x / distance, y / distance
+        system = np.stack([-u, -w, -along * u, -along * w, -np.ones_like(u)], axis=1)
+        scale = np.array([1.0, 1.0, 1.0 / radius, 1.0 / radius, 1.0])
+        dx, dy, da, db, dr = scale * np.linalg.lstsq(system * scale, -off, rcond=1e-9)[0]
+        centre = centre + dx * across + dy * up
+        axis = axis + da * across + db * up
+        length = float(np.linalg.norm(axis))
+        axis, radius = axis / length, float(radius + dr)
+        if not (np.isfinite(radius) and radius > 0.0):
+            return None
+    return axis * np.sign(axis[np.argmax(np.abs(axis))]), centre, radius
 
 
 def angular_span(points: FloatArray, cylinder: Cylinder) -> float:

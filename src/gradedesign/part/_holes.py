@@ -113,7 +113,7 @@ def fill_rims(
         If a hole is too large, or the holes together are too many to be accidents.
     """
     large = [rim for rim in rims if not _is_small(rim, diagonal, volume)]
-    if not large and sum(map(_doubt, rims)) > _VOLUME_SHARE * abs(volume):
+    if not large and sum(map(doubt, rims)) > _VOLUME_SHARE * abs(volume):
         large = list(rims)
     if large:
         raise PartError(
@@ -138,10 +138,10 @@ def _is_small(rim: Rim, diagonal: float, volume: float) -> bool:
     """Whether what is missing over a rim, up to half a ball, hardly changes the volume."""
     if not rim.loop or (rim.size > _FEW_EDGES and rim.perimeter >= _SMALL_RIM * diagonal):
         return False
-    return _doubt(rim) < _VOLUME_SHARE * abs(volume)
+    return doubt(rim) < _VOLUME_SHARE * abs(volume)
 
 
-def _doubt(rim: Rim) -> float:
+def doubt(rim: Rim) -> float:
     """Half a ball over a round rim of this perimeter, mm^3."""
     return float(rim.perimeter**3 / (12.0 * np.pi**2))
 

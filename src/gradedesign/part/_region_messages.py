@@ -29,9 +29,9 @@ def check_assertions(
         )
 
 
-def nothing_found(part: FacedPart, name: str, found: list[Match], miss: FloatArray) -> str:
+def nothing_found(part: FacedPart, name: str, matches: list[Match], miss: FloatArray) -> str:
     """Say which key excludes the faces, where the part lies, and which faces come closest."""
-    keys = "; ".join(f"{match.key}: {match.fits.sum()} faces" for match in found)
+    keys = "; ".join(f"{match.key}: {match.fits.sum()} faces" for match in matches)
     bounds = ", ".join(
         f"{axis} {number(low)} to {number(high)}"
         for axis, low, high in zip("xyz", part.lower, part.upper, strict=True)

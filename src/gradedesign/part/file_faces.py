@@ -1,10 +1,10 @@
-"""Faces as a part file tells them apart: a number, and a name and a colour where it has them."""
+"""Faces as a part file tells them apart: a number, and name, colour, surface where it has them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -13,6 +13,7 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import PartError
 from gradedesign.mesh.closest import build_triangle_tree, closest_features
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.part.exact_surface import ExactSurface
 
 #: Label of a triangle that belongs to no face of the file.
 NO_FACE = -1
@@ -31,11 +32,14 @@ class FileFaces:
         Names of faces, or of the bodies or groups that they belong to.
     colors : mapping of int to str
         ``#rrggbb``, lower case.
+    surfaces : mapping of int to ExactSurface
+        Of every face, where the format has exact ones; lengths in file units.
     """
 
     label: IntArray
     names: Mapping[int, str] = field(default_factory=dict)
     colors: Mapping[int, str] = field(default_factory=dict)
+    surfaces: Mapping[int, ExactSurface] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "label", locked(self.label, (None,), dtype=np.int64, name="label"))
@@ -48,17 +52,32 @@ class FileFaces:
             if not isinstance(color, str) or not _COLOR.fullmatch(color):
                 raise ValueError(f"face {number} has the colour {color!r}; expected #rrggbb")
         object.__setattr__(self, "names", MappingProxyType(dict(self.names)))
+        for number, surface in self.surfaces.items():
+            if not isinstance(surface, ExactSurface):
+                raise TypeError(f"face {number} has surface {surface!r}; expected ExactSurface")
         object.__setattr__(self, "colors", MappingProxyType(dict(self.colors)))
+        object.__setattr__(self, "surfaces", MappingProxyType(dict(self.surfaces)))
+
+    def scaled(self, factor: float) -> FileFaces:
+        """The same faces in another unit."""
+        surfaces = {n: surface.scaled(factor) for n, surface in self.surfaces.items()}
+        return replace(self, surfaces=surfaces)
 
     @property
     def numbers(self) -> tuple[int, ...]:
         """Numbers of the faces, rising."""
         return tuple(n for n in np.unique(self.label).tolist() if n != NO_FACE)
 
-    def areas(self, surface: SurfaceMesh) -> dict[int, float]:
-        """Area of every face on the surface that the labels belong to, mm^2."""
+    def places(self, surface: SurfaceMesh) -> dict[int, tuple[float, FloatArray]]:
+        """Area, mm^2, and centroid, mm, of every face on the surface that the labels belong to."""
         area = np.linalg.norm(area_vectors(surface), axis=1)
-        return {n: float(area[self.label == n].sum()) for n in self.numbers}
+        moment = area[:, None] * corner_points(surface).mean(axis=1)
+        result = {}
+        for number in self.numbers:
+            own = self.label == number
+            total = float(area[own].sum())
+            result[number] = total, moment[own].sum(axis=0) / max(total, 1e-300)
+        return result
 
 
 def require_labels(faces: FileFaces | None, count: int, source: str) -> None:
@@ -101,4 +120,5 @@ def carried(
         label=label,
         names={n: name for n, name in faces.names.items() if n in kept},
         colors={n: color for n, color in faces.colors.items() if n in kept},
+        surfaces={n: surface for n, surface in faces.surfaces.items() if n in kept},
     )

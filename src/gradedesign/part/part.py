@@ -16,7 +16,9 @@ from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
+from gradedesign.part.exact_faces import exact_faces
 from gradedesign.part.file_faces import FileFaces, carried
+from gradedesign.part.mended import Mend, mended
 from gradedesign.part.raw_triangles import RawTriangles, in_mm
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
@@ -41,6 +43,8 @@ class Part:
         Faces, names and colours of the file on the triangles of ``surface``.
     units : str or None
         Unit in which the file was read; None for a box.
+    chord_tolerance : float or None, mm
+        Within which the triangles follow the curved faces of the file, where it has them.
     regions : mapping of str to Region
         In the order of the case.
     volume : float, mm^3
@@ -56,6 +60,7 @@ class Part:
     faces: SmoothFaces
     file_faces: FileFaces | None
     units: str | None
+    chord_tolerance: float | None
     regions: Mapping[str, Region]
     volume: float
     diagonal: float
@@ -63,7 +68,7 @@ class Part:
     report: RepairReport
 
 
-def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
+def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
     """Read or build the part of a case and find its regions.
 
     Parameters
@@ -71,6 +76,8 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     case : CaseIdentity
     readers : mapping of str to callable
         By lower-case suffix, such as ``".stl"``.
+    mend : callable, optional
+        The repairer that ``[part] repair`` names, where it is a plugin's.
 
     Returns
     -------
@@ -87,16 +94,14 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
     spec = case.part
     file_faces: FileFaces | None = None
     units: str | None = None
+    chord_tolerance: float | None = None
     if spec.file is not None:
         raw, units = _read_file(spec, spec.file, readers)
-        source = spec.file.name
-        surface, report = build_surface(
-            raw.corners, repair=spec.repair, bodies=spec.bodies, source=source
-        )
+        source, chord_tolerance = spec.file.name, raw.chord_tolerance
+        surface, report, moved = _built(spec, raw, mend, source)
         if raw.faces is not None:
-            file_faces = carried(
-                raw.faces, raw.corners, surface, tolerance=10.0 * report.weld_tolerance
-            )
+            tolerance = max(10.0 * report.weld_tolerance, moved)
+            file_faces = carried(raw.faces, raw.corners, surface, tolerance=tolerance)
         report = replace(report, warnings=(*raw.warnings, *report.warnings))
     elif spec.box is not None:
         box = corner_points(box_surface(spec.box))
@@ -104,12 +109,16 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
         source = "box"
     else:
         raise CaseError('part: neither file nor box is given; add e.g. file = "part.stl"')
-    faces = segment_faces(surface)
+    if file_faces is not None and file_faces.surfaces:
+        faces = exact_faces(surface, file_faces)
+    else:
+        faces = segment_faces(surface)
     part = Part(
         surface=surface,
         faces=faces,
         file_faces=file_faces,
         units=units,
+        chord_tolerance=chord_tolerance,
         regions=select_regions(surface, faces, case.region, file_faces),
         volume=enclosed_volume(surface),
         diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
@@ -125,6 +134,25 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader]) -> Part:
         time.perf_counter() - start,
     )
     return part
+
+
+def _built(
+    spec: ShapeSpec, raw: RawTriangles, mend: Mend | None, source: str
+) -> tuple[SurfaceMesh, RepairReport, float]:
+    """The surface as gradedesign or a repairer mends it, and how far it was moved, mm."""
+    if mend is None:
+        surface, report = build_surface(
+            raw.corners, repair=spec.repair, bodies=spec.bodies, source=source
+        )
+        return surface, report, 0.0
+    made = mended(raw.corners, mend, name=spec.repair, source=source)
+    surface, report = build_surface(made.corners, bodies=spec.bodies, source=source)
+    counts = {key: count + getattr(report, key) for key, count in made.counts.items()}
+    notes = (*made.notes, *report.warnings)
+    report = replace(
+        report, facets_read=len(raw.corners), repairer=made.changes, warnings=notes, **counts
+    )
+    return surface, report, made.moved
 
 
 def _read_file(

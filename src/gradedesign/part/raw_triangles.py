@@ -33,12 +33,15 @@ class RawTriangles:
     faces : FileFaces or None
         Face of every triangle, where the format tells faces, bodies or colours apart.
     warnings : tuple of str
+    chord_tolerance : float or None, mm
+        Within which the triangles follow the curved faces of a format that has them.
     """
 
     corners: FloatArray
     unit: str | None = None
     faces: FileFaces | None = None
     warnings: tuple[str, ...] = ()
+    chord_tolerance: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
@@ -51,6 +54,7 @@ def raw_triangles(
     unit: str | None = None,
     faces: FileFaces | None = None,
     warnings: Sequence[str] = (),
+    chord_tolerance: float | None = None,
 ) -> RawTriangles:
     """Triangles that a reader returns, refused where none of them can be a part.
 
@@ -65,6 +69,8 @@ def raw_triangles(
         Of the file, where the format has them.
     warnings : sequence of str
         Passed on.
+    chord_tolerance : float, mm, optional
+        Passed on.
 
     Raises
     ------
@@ -75,7 +81,13 @@ def raw_triangles(
     if len(values) == 0:
         raise PartError(f"{source}: no triangles in the file; export the part again as a solid")
     require_finite(values, source=source)
-    return RawTriangles(corners=values, unit=unit, faces=faces, warnings=tuple(warnings))
+    return RawTriangles(
+        corners=values,
+        unit=unit,
+        faces=faces,
+        warnings=tuple(warnings),
+        chord_tolerance=chord_tolerance,
+    )
 
 
 def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
@@ -104,7 +116,8 @@ def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
     require_labels(raw.faces, len(raw.corners), source)
     scaled = raw.corners * UNIT_MM[unit]
     _require_sane_range(scaled, unit, source)
-    return replace(raw, corners=scaled, unit="mm")
+    faces = None if raw.faces is None else raw.faces.scaled(UNIT_MM[unit])
+    return replace(raw, corners=scaled, unit="mm", faces=faces)
 
 
 def require_finite(corners: FloatArray, *, source: str) -> None:

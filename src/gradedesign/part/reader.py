@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 from gradedesign.part.raw_triangles import RawTriangles
 
@@ -23,8 +22,13 @@ class PartReader:
         ``read(path)`` returns `RawTriangles`: corners in the file's unit, the unit where the
         format carries one, and faces, names and colours where it has them. It raises
         `gradedesign.PartError` for a file it does not understand.
+    exact : bool
+        Whether the format has curved faces, which are triangulated on reading. Then it is
+        ``read(path, chord_tolerance)``: the largest distance of a triangle from its face in mm, or
+        None where the case leaves it to the reader.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[[Path], RawTriangles]
+    read: Callable[..., RawTriangles]
+    exact: bool = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
@@ -63,6 +63,8 @@ class RepairReport:
     touching_edges : int
         Edges at which more than two facets meet.
     bodies, voids : int
+    repairer : mapping of str to int
+        Changes that the repairer of a plugin counts.
     warnings : tuple of str
     """
 
@@ -81,7 +83,19 @@ class RepairReport:
     touching_edges: int = 0
     bodies: int = 1
     voids: int = 0
+    repairer: Mapping[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+
+    @property
+    def changes(self) -> dict[str, int]:
+        """How much of what was changed in the file's surface; what was not is left out."""
+        counts = asdict(self)
+        kept = ("facets_read", "facets_kept", "bodies", "voids")
+        return {
+            key: value
+            for key, value in counts.items()
+            if isinstance(value, int) and value and key not in kept
+        } | {key: count for key, count in self.repairer.items() if count}
 
 
 def build_surface(
@@ -118,9 +132,9 @@ def build_surface(
         raise PartError(f"{source}: no triangles; export the part again as a solid")
     require_finite(corners, source=source)
     core = core_points(corners.reshape(-1, 3))
-    diagonal = float(np.linalg.norm(np.ptp(core, axis=0)))
+    diagonal = _diagonal(core)
     warnings = _size_warnings(core, diagonal, source)
-    vertices, faces, counts = _cleaned(corners, diagonal, source)
+    vertices, faces, counts = cleaned(corners, diagonal, source)
     vertices, faces, holes = _close_holes(vertices, faces, repair, diagonal, source, warnings)
     vertices, faces = compact(vertices, faces)
     touching = int(np.count_nonzero(face_edges(faces).count > 2))
@@ -132,6 +146,7 @@ def build_surface(
         facets_read=len(corners),
         facets_kept=len(solid.faces),
         weld_tolerance=WELD_SHARE * diagonal,
+        repairer={},
         warnings=(*warnings, *_change_notes(counts, source), *solid.warnings),
         **counts,
     )
@@ -139,7 +154,16 @@ def build_surface(
     return SurfaceMesh(vertices=solid.vertices, faces=solid.faces), report
 
 
-def _cleaned(
+def core_diagonal(corners: FloatArray) -> float:
+    """Diagonal of triangles ``(m, 3, 3)`` without those far astray, mm."""
+    return _diagonal(core_points(corners.reshape(-1, 3)))
+
+
+def _diagonal(points: FloatArray) -> float:
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+def cleaned(
     corners: FloatArray, diagonal: float, source: str
 ) -> tuple[FloatArray, IntArray, dict[str, int]]:
     """Weld, drop what carries no area or no news, and orient; counts as in the report."""

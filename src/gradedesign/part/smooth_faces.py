@@ -13,8 +13,10 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.part._clusters import Clusters, find_clusters, patch_of
+from gradedesign.part._clusters import Clusters, facet_patch, find_clusters
 from gradedesign.part._curved_faces import Piece, split_region
+from gradedesign.part._face_fits import Cylinder
+from gradedesign.part._walls import find_walls
 
 log = logging.getLogger(__name__)
 
@@ -98,35 +100,61 @@ def segment_faces(surface: SurfaceMesh) -> SmoothFaces:
     order = np.argsort(clusters.region, kind="stable")
     groups = np.split(order, np.cumsum(np.bincount(clusters.region))[:-1])
     pieces = [piece for group in groups for piece in split_region(clusters, group.tolist())]
-    pieces.sort(key=lambda piece: min(int(clusters.facets[k][0]) for k in piece[1]))
     owner = np.zeros(len(clusters.facets), dtype=np.int64)
     for number, (_, members, _) in enumerate(pieces):
         owner[members] = number
-    kinds = [piece[0] for piece in pieces]
+    label, kinds, fits = _with_walls(clusters, owner[clusters.label], pieces)
     log.info(
         "%d smooth faces: %d planes, %d cylinders, %d others",
-        len(pieces),
+        len(kinds),
         kinds.count("plane"),
         kinds.count("cylinder"),
         kinds.count("other"),
     )
+    facets = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1])
     return SmoothFaces(
-        label=owner[clusters.label], faces=tuple(_face(clusters, piece) for piece in pieces)
+        label=label,
+        faces=tuple(
+            _face(clusters, own, kind, fit)
+            for own, kind, fit in zip(facets, kinds, fits, strict=True)
+        ),
     )
 
 
-def _face(clusters: Clusters, piece: Piece) -> SmoothFace:
+def _with_walls(
+    clusters: Clusters, label: IntArray, pieces: list[Piece]
+) -> tuple[IntArray, list[str], list[Cylinder | None]]:
+    """Faces in the order of their first facets, cylinders put together that slivers cut."""
+    kinds, fits = [piece[0] for piece in pieces], [piece[2] for piece in pieces]
+    for wall in find_walls(clusters, label, kinds):
+        label[wall.facets] = len(kinds)
+        kinds.append("cylinder")
+        fits.append(wall.cylinder)
+    used, first, label = np.unique(label, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.argsort(order)
+    return (
+        rank[label.ravel()].astype(np.int64),
+        [kinds[k] for k in used[order]],
+        [fits[k] for k in used[order]],
+    )
+
+
+def mean_normal(vector: FloatArray, area: float) -> FloatArray | None:
+    """Direction of the sum of area vectors ``(3,)`` of an area; None where they cancel."""
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > _NOWHERE * area else None
+
+
+def _face(clusters: Clusters, facets: IntArray, kind: str, cylinder: Cylinder | None) -> SmoothFace:
     """Measure one face."""
-    kind, members, cylinder = piece
-    patch = patch_of(clusters, members)
+    patch = facet_patch(clusters, facets)
     area = float(patch.areas.sum())
-    normal = patch.areas @ patch.normals / area
-    length = float(np.linalg.norm(normal))
     return SmoothFace(
         kind=kind,
         area=area,
         centroid=patch.areas @ patch.centres / area,
-        normal=normal / length if length > _NOWHERE else None,
+        normal=mean_normal(patch.areas @ patch.normals, area),
         axis=None if cylinder is None else cylinder.axis,
         point=None if cylinder is None else cylinder.point,
         diameter=None if cylinder is None else 2.0 * cylinder.radius,

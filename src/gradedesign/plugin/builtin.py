@@ -26,6 +26,7 @@ from gradedesign.output.threemf import export_3mf, export_3mf_beams
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
+from gradedesign.part.threemf import read_3mf
 from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
 from gradedesign.plugin.hookspecs import hookimpl
 from gradedesign.verify.analysis import ExplicitAnalysis
@@ -52,6 +53,7 @@ def gradedesign_readers() -> Iterable[PartReader]:
     yield PartReader(name="obj", suffixes=(".obj",), read=read_obj)
     yield PartReader(name="ply", suffixes=(".ply",), read=read_ply)
     yield PartReader(name="off", suffixes=(".off",), read=read_off)
+    yield PartReader(name="3mf", suffixes=(".3mf",), read=read_3mf)
     yield PartReader(name="glb", suffixes=(".glb",), read=read_glb)
 
 

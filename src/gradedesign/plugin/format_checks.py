@@ -1,4 +1,4 @@
-"""Checks of the suffixes of readers and exporters across plugins."""
+"""Checks of the suffixes and names of readers, exporters and repairers across plugins."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from gradedesign.case.part_schema import OWN_REPAIRS
 from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.errors import PluginError
 from gradedesign.plugin.records import PluginSource
@@ -58,4 +59,20 @@ def check_formats(readers: Shelf, exporters: Shelf) -> None:
             raise PluginError(
                 f"exporter '{name}' of {source} has the suffix {exporter.suffix!r}; expected a dot "
                 f"and lower-case letters, such as '.ply'"
+            )
+
+
+def check_repairers(repairers: Shelf) -> None:
+    """Refuse repairers with the name of a way of gradedesign's own.
+
+    Raises
+    ------
+    PluginError
+        Names them.
+    """
+    for name in OWN_REPAIRS:
+        if name in repairers:
+            raise PluginError(
+                f"repairer '{name}' of {repairers[name][1]} has the name of a way that gradedesign "
+                f"repairs itself ({', '.join(OWN_REPAIRS)}); rename it"
             )

@@ -20,6 +20,7 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
+from gradedesign.part.repairer import Repairer
 from gradedesign.verify.analysis import ExplicitAnalysis
 
 #: Name of the pluggy project and of the entry-point group.
@@ -128,6 +129,24 @@ def gradedesign_readers() -> Iterable[PartReader]:
     ...     yield PartReader(name="corners", suffixes=(".corners",), read=read_corners)
     >>> [reader.suffixes for reader in gradedesign_readers()]
     [('.corners',)]
+    """
+    return ()
+
+
+@hookspec
+def gradedesign_repairers() -> Iterable[Repairer]:
+    """Register what mends the surface of a part, which ``[part] repair`` names.
+
+    Examples
+    --------
+    >>> from gradedesign import Repairer, hookimpl
+    >>> @hookimpl
+    ... def gradedesign_repairers():
+    ...     yield Repairer(
+    ...         name="my-repair", worker="my_repair.worker", options={"edge": "longest edge, mm"}
+    ...     )
+    >>> [repairer.worker for repairer in gradedesign_repairers()]
+    ['my_repair.worker']
     """
     return ()
 

@@ -15,6 +15,7 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
+from gradedesign.part.repairer import Repairer
 from gradedesign.verify.analysis import ExplicitAnalysis
 
 
@@ -52,7 +53,7 @@ class Registry:
     ----------
     cell_families, cell_makers, scaling_laws, materials, readers : mapping
         Name to record.
-    exporters, solvers, eigen_solvers, meshers, limits, analyses : mapping
+    repairers, exporters, solvers, eigen_solvers, meshers, limits, analyses : mapping
         Name to record.
     sources : mapping of kind to mapping of name to str
         ``"distribution version"`` that supplied the record.
@@ -69,6 +70,7 @@ class Registry:
     scaling_laws: Mapping[str, ScalingLaw]
     materials: Mapping[str, Material]
     readers: Mapping[str, PartReader]
+    repairers: Mapping[str, Repairer]
     exporters: Mapping[str, Exporter]
     solvers: Mapping[str, LinearSolver]
     eigen_solvers: Mapping[str, EigenSolver]

@@ -22,8 +22,9 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.mesher import Mesher
 from gradedesign.output.exporter import Exporter
 from gradedesign.part.reader import PartReader
+from gradedesign.part.repairer import Repairer
 from gradedesign.plugin import builtin, hookspecs
-from gradedesign.plugin.format_checks import check_formats
+from gradedesign.plugin.format_checks import check_formats, check_repairers
 from gradedesign.plugin.installed import (
     distribution_source,
     failure_of,
@@ -51,6 +52,7 @@ Kind = Literal[
     "scaling_laws",
     "materials",
     "readers",
+    "repairers",
     "exporters",
     "solvers",
     "eigen_solvers",
@@ -74,6 +76,7 @@ _SHELVES: Mapping[Kind, _Shelf] = {
     "scaling_laws": _Shelf(ScalingLaw, _DASHED, "scaling law"),
     "materials": _Shelf(Material, _SPACED, "material"),
     "readers": _Shelf(PartReader, _DASHED, "part reader"),
+    "repairers": _Shelf(Repairer, _DASHED, "repairer"),
     "exporters": _Shelf(Exporter, _DASHED, "exporter"),
     "solvers": _Shelf(LinearSolver, _DASHED, "linear solver"),
     "eigen_solvers": _Shelf(EigenSolver, _DASHED, "eigenvalue solver"),
@@ -129,6 +132,7 @@ def build_registry(
         ) from error
     shelves, more = _collect(manager, sources)
     check_formats(shelves["readers"], shelves["exporters"])
+    check_repairers(shelves["repairers"])
     check_limit_keys(shelves["limits"])
     failures = tuple(sorted([*failures, *more], key=str))
     unmarked = tuple(unmarked_hooks(manager, sources))
@@ -162,7 +166,8 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     registry : Registry
     kind : str
         ``cell_families``, ``cell_makers``, ``scaling_laws``, ``materials``, ``readers``,
-        ``exporters``, ``solvers``, ``eigen_solvers``, ``meshers``, ``limits`` or ``analyses``.
+        ``repairers``, ``exporters``, ``solvers``, ``eigen_solvers``, ``meshers``, ``limits`` or
+        ``analyses``.
     name : str
 
     Raises

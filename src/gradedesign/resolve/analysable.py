@@ -147,14 +147,14 @@ def analysable_bounds(
     )
 
 
-def chosen_analysis(found: Sequence[Analysable]) -> Analysable:
+def chosen_analysis(candidates: Sequence[Analysable]) -> Analysable:
     """Of analyses in the order of preference, the first whose memory holds any density.
 
     Their predicted memory alone decides, so that a busy machine takes the same one.
 
     Parameters
     ----------
-    found : sequence of Analysable
+    candidates : sequence of Analysable
         One for every analysis that may be taken.
 
     Returns
@@ -163,14 +163,15 @@ def chosen_analysis(found: Sequence[Analysable]) -> Analysable:
         With a warning that says why it is not the first one, or which other one lets density fall
         lower.
     """
-    first, best = found[0], next((able for able in found if not able.refusal), found[0])
+    first = candidates[0]
+    best = next((able for able in candidates if not able.refusal), first)
     if best is not first:
         words = (
             f"explicit analyses by {best.analysis.name}, since {first.analysis.name} would take "
             f"{first.memory_bytes / 1e9:.3g} GB or more"
         )
         return replace(best, warnings=(words, *best.warnings))
-    lower = min(found, key=lambda able: (bool(able.refusal), able.bounds[0]))
+    lower = min(candidates, key=lambda able: (bool(able.refusal), able.bounds[0]))
     if lower.bounds[0] < best.bounds[0]:
         words = (
             f'[run] analysis = "{lower.analysis.name}" holds densities down to '

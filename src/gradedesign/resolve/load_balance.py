@@ -91,11 +91,11 @@ def load_balances(case: Case, part: Part, density: float) -> tuple[LoadBalance, 
 def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
     """Say which load cases act on the part but leave nothing to its supports."""
     return tuple(
-        f"load case {shown(one.load_case)}: its loads cancel: {sum(r.gross for r in one.rows):.4g} "
-        f"N act, but they add up to no force and no moment, so the supports carry nothing; is a "
-        f"direction wrong?"
-        for one in balances
-        if one.cancels
+        f"load case {shown(balance.load_case)}: its loads cancel: "
+        f"{sum(r.gross for r in balance.rows):.4g} N act, but they add up to no force and no "
+        f"moment, so the supports carry nothing; is a direction wrong?"
+        for balance in balances
+        if balance.cancels
     )
 
 

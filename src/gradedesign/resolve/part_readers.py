@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead, shown
-from gradedesign.errors import PluginError, blaming
+from gradedesign.errors import CaseError, PluginError, blaming
 from gradedesign.part.part import Reader
 from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.part.reader import PartReader
@@ -25,12 +25,13 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     Raises
     ------
     CaseError
-        If no reader takes the part file: lists the suffixes that are read.
+        If no reader takes the part file: lists the suffixes that are read. On reading, if the
+        case states a chord tolerance for a format of triangles.
     PluginError
         The same, when a plugin that might have read it is disabled.
     """
     by_suffix = {
-        suffix: _blamed(reader, registry.sources["readers"][reader.name])
+        suffix: _blamed(reader, registry.sources["readers"][reader.name], case.part.chord_tolerance)
         for reader in registry.readers.values()
         for suffix in reader.suffixes
     }
@@ -42,13 +43,18 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     return by_suffix
 
 
-def _blamed(reader: PartReader, source: str) -> Reader:
+def _blamed(reader: PartReader, source: str, chord_tolerance: float | None) -> Reader:
     """Read a file; errors of the reader about the file are passed on."""
 
     def read(path: Path) -> RawTriangles:
+        if chord_tolerance is not None and not reader.exact:
+            raise CaseError(
+                f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
+                "triangles; leave it out"
+            )
         who = f"part reader '{reader.name}' of {source} on {path.name}"
         with blaming(who, always=False):
-            raw = reader.read(path)
+            raw = reader.read(path, chord_tolerance) if reader.exact else reader.read(path)
         if not isinstance(raw, RawTriangles):
             raise PluginError(f"{who} returned a {type(raw).__name__}, expected RawTriangles")
         return raw

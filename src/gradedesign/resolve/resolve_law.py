@@ -77,16 +77,16 @@ def resolve_law(
         return law, (remark,)
     unequal, changed = min(edges) < max(edges), changed_parameters(cell.family, cell.parameters)
     law = choose_law(registry, cell.name, case.lattice.law, case.lattice.density)
-    said = _ratio_warnings(law, poissons_ratio)
+    warnings = _ratio_warnings(law, poissons_ratio)
     if unequal:
-        said += (
+        warnings += (
             f"law '{law.name}' describes cells of equal edges, not in proportion "
             f'{proportion(edges)}; law = "auto" computes one for these',
         )
     if not changed:
-        return law, said
+        return law, warnings
     return law, (
-        *said,
+        *warnings,
         f"law '{law.name}' describes cell '{cell.name}' with its default parameters, not with "
         f'{values_in_words(changed, cell.parameters)}; law = "auto" computes one for these',
     )

@@ -34,6 +34,7 @@ from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
 from gradedesign.resolve.load_balance import LoadBalance, balance_warnings, load_balances
 from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
@@ -119,8 +120,9 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     analyses = explicit_analyses(case, registry)
     report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
+    mend = part_repairer(case, registry)
     with locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry))
+        part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)

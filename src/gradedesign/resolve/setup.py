@@ -150,7 +150,7 @@ def placed_problem(
             evaluated=evaluated,
             lattice_volumes=signed_volumes(mesh) * (1 - shares),
             exclusion_radius=radius,
-            nodes={name: region_nodes(space, found) for name, found in facets.items()},
+            nodes={name: region_nodes(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in loads},
         ),
     )

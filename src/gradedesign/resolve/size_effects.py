@@ -14,7 +14,7 @@ from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.part.part import Part
 from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.setup import Setup
-from gradedesign.size_effects.passive_fill import passive_fill
+from gradedesign.size_effects.density_beside_passive import density_beside_passive
 from gradedesign.size_effects.wall_cells import (
     RESOLUTIONS,
     wall_factors,
@@ -47,7 +47,7 @@ def why_periodic(
     layout : CellLayout
     """
     lattice = case.lattice
-    heated = [one.name for one in case.load_case if one.temperature_change]
+    heated = [load.name for load in case.load_case if load.temperature_change]
     if not lattice.size_effects:
         return "the case switches size effects off"
     if lattice.skin is not None:
@@ -133,8 +133,10 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
             model = replace(model, walls=walls)
             try:
                 if domain.passive:
-                    fill = passive_fill(cell_map, mesh, cells.cell, cells.bounds, domain)
-                    model = replace(model, fill=fill)
+                    effective = density_beside_passive(
+                        cell_map, mesh, cells.cell, cells.bounds, domain
+                    )
+                    model = replace(model, effective=effective)
             except ResourceError as error:
                 warnings = (*warnings, str(error))
     for warning in warnings:

@@ -96,7 +96,7 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
     forces = [mechanical_force(problem.space, case, density) for case in problem.loads]
     return SolidAnalysis(
         displacement={s.name: s.displacement for s in solutions},
-        nodes={name: region_nodes(problem.space, found) for name, found in problem.facets.items()},
+        nodes={name: region_nodes(problem.space, on) for name, on in problem.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
     )

@@ -34,6 +34,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
     return {
         "solid_mass_g": solid_mass(problem),
         "solid": setup.solid,
+        "repairs": problem.part.report.changes,
         "warnings": (*setup.warnings, *registry.notes),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),

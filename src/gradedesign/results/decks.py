@@ -19,8 +19,8 @@ from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import PAIRS, AnisotropicStiffness, IsotropicStiffness
 from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.round import corrected_model
-from gradedesign.loop.rounds import Analysed
+from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.iteration_steps import corrected_model
 from gradedesign.output.calculix import Deck, DeckStep, write_calculix
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup

@@ -15,8 +15,8 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.round import build_design, density_grid
-from gradedesign.loop.rounds import Analysed, Round
+from gradedesign.loop.iteration import Analysed, DesignIteration
+from gradedesign.loop.iteration_steps import build_design, density_grid
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
     picture_deformed,
@@ -108,7 +108,7 @@ def write_outputs(
     solid: Sequence[Solution] = (),
     rho: FloatArray | None = None,
     shown: Shown | None = None,
-    rounds: Sequence[Round] = (),
+    iterations: Sequence[DesignIteration] = (),
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
     problem = setup.problem
@@ -121,14 +121,14 @@ def write_outputs(
             write_solid_vtu(out, problem, solid, files)
         if "inp" in problem.case.output.formats:
             analysed = None if shown is None else shown.analysed
-            learned = _learned(rounds, density)
+            learned = _learned(iterations, density)
             warnings += write_decks(
                 out, setup, files, solid=solid, rho=density, correction=learned, analysed=analysed
             )
         if density is not None:
             warnings += _density_files(out, problem, density, files)
-        if rounds and "vtu" in problem.case.output.formats:
-            write_series(out, problem, rounds, files)
+        if iterations and "vtu" in problem.case.output.formats:
+            write_series(out, problem, iterations, files)
         if shown is not None:
             warnings += _exported_files(out, problem, shown.surface, shown.analysed.design, files)
             warnings += _lattice_files(out, problem, shown, files)
@@ -161,11 +161,11 @@ def write_outputs(
     return result
 
 
-def _learned(rounds: Sequence[Round], rho: FloatArray | None) -> Correction:
+def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:
     """Correction that the explicit analysis of a design taught; none before."""
     if rho is None:
         return Correction()
-    found = (one.correction for one in rounds if np.array_equal(one.rho, rho))
+    found = (one.correction for one in iterations if np.array_equal(one.rho, rho))
     return next(found, Correction())
 
 
@@ -240,7 +240,7 @@ def _lattice_files(
             f"von_mises {name} [MPa]": values.mean(axis=1)
             for name, values in result.von_mises.items()
         }
-        sampled["phase [0 lattice 1 skin 2 kept]"] = result.phase.astype(np.float64)
+        sampled["phase [0 lattice 1 skin 2 passive]"] = result.phase.astype(np.float64)
         solved = result.solved.volume_fields(sampled)
         write_vtu(
             out.path_of("lattice.vtu"),

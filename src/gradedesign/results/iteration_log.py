@@ -33,20 +33,20 @@ def iteration_log(iterations: Sequence[Iteration]) -> str:
     """
     each = [
         (
-            f"predicted {one.label} [{one.unit}]",
-            f"explicit {one.label} [{one.unit}]",
-            f"discrepancy of {one.label} [-]",
-            f"factor on {one.label} [-]",
+            f"predicted {limit.label} [{limit.unit}]",
+            f"explicit {limit.label} [{limit.unit}]",
+            f"discrepancy of {limit.label} [-]",
+            f"factor on {limit.label} [-]",
         )
-        for one in (iterations[0].limits if iterations else ())
+        for limit in (iterations[0].limits if iterations else ())
     ]
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*(header for header, _ in _COLUMNS), *chain.from_iterable(each)])
     for it in iterations:
-        found = ((one.predicted, one.explicit, one.discrepancy, one.factor) for one in it.limits)
+        columns = ((row.predicted, row.explicit, row.discrepancy, row.factor) for row in it.limits)
         values = [getattr(it, attribute) for _, attribute in _COLUMNS]
-        writer.writerow([_cell(v) for v in (*values, *chain.from_iterable(found))])
+        writer.writerow([_cell(v) for v in (*values, *chain.from_iterable(columns))])
     return text.getvalue()
 
 

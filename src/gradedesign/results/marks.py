@@ -17,16 +17,18 @@ from gradedesign.part.regions import Region
 
 def region_marks(case: Case, regions: Mapping[str, Region]) -> list[RegionMark]:
     """Supports, loaded and passive regions; one that is several is drawn as the first of these."""
-    roles: dict[str, Role] = {fix.region: "support" for one in case.load_case for fix in one.fix}
-    for one in case.load_case:
-        for load in one.load:
+    roles: dict[str, Role] = {
+        fix.region: "support" for load_case in case.load_case for fix in load_case.fix
+    }
+    for load_case in case.load_case:
+        for load in load_case.load:
             roles.setdefault(load.region, "load")
-    kept = {keep.region for keep in case.keep}
-    for name in kept:
-        roles.setdefault(name, "kept")
+    passive = {keep.region for keep in case.keep}
+    for name in passive:
+        roles.setdefault(name, "passive")
     return [
         RegionMark(
-            name=f"{name}, kept solid" if name in kept and role != "kept" else name,
+            name=f"{name}, passive solid" if name in passive and role != "passive" else name,
             role=role,
             corners=regions[name].corners,
         )

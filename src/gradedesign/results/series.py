@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
-from gradedesign.loop.rounds import Round
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.output.vtu import write_vtu
 from gradedesign.resolve.problem import Problem
 from gradedesign.workspace.progress import report_step
@@ -15,13 +15,13 @@ SERIES_NAME = "iterations.pvd"
 
 
 def write_series(
-    out: RunFolder, problem: Problem, rounds: Sequence[Round], files: dict[str, str]
+    out: RunFolder, problem: Problem, iterations: Sequence[DesignIteration], files: dict[str, str]
 ) -> None:
     """Write ``iterations.pvd`` and the file of every iteration; its time is the iteration."""
     report_step(f"writing {SERIES_NAME}")
     lines = []
-    for done in rounds:
-        number = done.iteration.number
+    for done in iterations:
+        number = done.summary.number
         name = f"iterations/iteration_{number:02d}.vtu"
         write_vtu(
             out.path_of(name),

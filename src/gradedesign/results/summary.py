@@ -12,8 +12,8 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import TIGHT, all_hold, is_tight, worst_utilisation
 from gradedesign.loop.accepted import Accepted, without_band
 from gradedesign.loop.ended import TIGHT_END, Ended
-from gradedesign.loop.round import predict
-from gradedesign.loop.rounds import Round
+from gradedesign.loop.iteration import DesignIteration
+from gradedesign.loop.iteration_steps import predict
 from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
@@ -84,8 +84,8 @@ def partial_result(
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
             }
         }
-        found = predict(model, setup.problem.limits, Correction(), sized.rho).values
-        rows = tuple(predicted_row(limit, found[limit.key]) for limit in setup.problem.limits)
+        predicted = predict(model, setup.problem.limits, Correction(), sized.rho).values
+        rows = tuple(predicted_row(limit, predicted[limit.key]) for limit in setup.problem.limits)
     return RunResult(
         status="partial",
         lightest=False,
@@ -101,7 +101,7 @@ def partial_result(
 def verdict_result(
     setup: Setup,
     registry: Registry,
-    rounds: Sequence[Round],
+    iterations: Sequence[DesignIteration],
     accepted: Accepted | None,
     ended: Ended,
     printed: PrintedBody,
@@ -109,13 +109,12 @@ def verdict_result(
     """Met or not, with the best design that was found and its printed file."""
     common = common_entries(setup, registry)
     warnings = list(common.pop("warnings"))
-    iterations = tuple(r.iteration for r in rounds)
     if accepted is None:
-        best = best_round(rounds)
+        best = best_iteration(iterations)
         rows, design, tight = best.rows, best, False
         status, reason = "not_met", _why_not(rows, ended)
     else:
-        rows, design = accepted.rows, accepted.round
+        rows, design = accepted.rows, accepted.iteration
         tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
         if accepted.holds:
             status = "met"
@@ -146,7 +145,7 @@ def verdict_result(
         lattice_mass_g=lattice,
         relative_density=mass / solid_mass(setup.problem),
         lattice_density=lattice / latticed_mass(setup.model),
-        iterations=iterations,
+        iterations=tuple(i.summary for i in iterations),
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
@@ -176,12 +175,12 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
 def design_notes(setup: Setup, rho: FloatArray) -> list[str]:
     """Remarks of the limits on the densities of a design."""
     volumes = setup.model.lattice_volumes
-    return [said for limit in setup.problem.limits for said in limit.notes(volumes, rho)]
+    return [note for limit in setup.problem.limits for note in limit.notes(volumes, rho)]
 
 
-def best_round(rounds: Sequence[Round]) -> Round:
+def best_iteration(iterations: Sequence[DesignIteration]) -> DesignIteration:
     """The iteration whose worst limit is used least."""
-    return min(rounds, key=lambda r: r.iteration.utilisation)
+    return min(iterations, key=lambda i: i.summary.utilisation)
 
 
 def acceptance_data(accepted: Accepted) -> dict[str, Any]:
@@ -216,25 +215,25 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
         "share_of_volume": a.share,
         "exclusion": exclusion_data((a.whole or whole).exclusion),
         "limits": entries,
-        "windows": [
+        "submodels": [
             {
-                "centre_mm": list(w.window.centre),
-                "load_case": w.window.load_case,
+                "centre_mm": list(w.submodel.centre),
+                "load_case": w.submodel.load_case,
                 "value_MPa": w.value,
                 "driving_MPa": w.driving_value,
                 "force_discrepancy": w.force_discrepancy,
                 "energy_discrepancy": w.energy_discrepancy,
                 "matches": w.matches,
-                "enlarged": w.window.enlarged,
-                "buffer_cells": list(w.window.buffer),
+                "enlarged": w.submodel.enlarged,
+                "buffer_cells": list(w.submodel.buffer),
                 "tets": w.tets,
                 "mesher_seconds": w.seconds,
             }
-            for w in a.windows
+            for w in a.submodels
         ],
         "mesher_attempts": list(a.attempts),
         "islands_dropped": asdict(accepted.islands),
-        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_pieces,
+        "tet_components_dropped": accepted.analysed.result.solved.division.dropped_components,
     }
 
 
@@ -262,13 +261,13 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
             f"be analysed, so nothing is known of the error and the limit does not hold"
         )
         warnings += accepted.whole.refused
-    for w in accepted.acceptance.windows:
+    for w in accepted.acceptance.submodels:
         if not w.matches:
             warnings.append(
-                f"the submodel at {tuple(round(c, 1) for c in w.window.centre)} mm differs from "
+                f"the submodel at {tuple(round(c, 1) for c in w.submodel.centre)} mm differs from "
                 f"the analysis that drives it by {w.force_discrepancy:.1%} in boundary force and "
                 f"{w.energy_discrepancy:.1%} in strain energy, more than 3 %"
-                f"{', enlarged too' if w.window.enlarged else ''}: stress is judged on the worse "
+                f"{', enlarged too' if w.submodel.enlarged else ''}: stress is judged on the worse "
                 f"of the two"
             )
     warnings += accepted.acceptance.refused

@@ -9,7 +9,11 @@ from gradedesign.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.fe.load_case import load_vector
 from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.solve import solve_cases
-from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density, held_slope
+from gradedesign.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    effective_slope,
+)
 from gradedesign.sizing.lattice_stiffness import as_stiffness, effective_stiffness
 
 #: Residual of the homogenised solves: sizing needs no more, and balance is checked to it.
@@ -18,16 +22,16 @@ RTOL = 1e-6
 
 def solid_held(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Density of the lattice phase with what faces add to it or take away, ``(M,)``."""
-    held = held_density(model, rho)
-    return held if model.walls is None else held * model.walls.solid(rho)
+    effective = effective_density(model, rho)
+    return effective if model.walls is None else effective * model.walls.solid(rho)
 
 
 def solid_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """d(solid held)/d(density asked for), ``(M,)``."""
-    slope = held_slope(model, rho)
+    """Derivative of effective solid by nominal density, ``(M,)``."""
+    slope = effective_slope(model, rho)
     if model.walls is None:
         return slope
-    added = held_density(model, rho) * model.walls.solid_slope(rho)
+    added = effective_density(model, rho) * model.walls.solid_slope(rho)
     return slope * model.walls.solid(rho) + added
 
 

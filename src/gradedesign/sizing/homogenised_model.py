@@ -22,7 +22,7 @@ from gradedesign.fe.space import TetSpace
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import signed_volumes
-from gradedesign.sizing.local_fill import LocalFill
+from gradedesign.sizing.effective_density import EffectiveDensity
 from gradedesign.sizing.wall_factors import WallFactors
 
 
@@ -51,8 +51,8 @@ class HomogenisedModel:
     stiffness_exponent : float
         The factor holds at ``reference_density`` and grows with this power of density.
     reference_density : float
-    fill : LocalFill or None
-        Density that the trimmed cells really hold; None: the one asked for.
+    effective : EffectiveDensity or None
+        That of cells beside passive regions, by the nominal one; None: they are the same.
     walls : WallFactors or None
         How the stiffness varies over walls of few cells; None: not at all.
     """
@@ -69,7 +69,7 @@ class HomogenisedModel:
     stiffness_factor: float = 1.0
     stiffness_exponent: float = 0.0
     reference_density: float = 1.0
-    fill: LocalFill | None = None
+    effective: EffectiveDensity | None = None
     walls: WallFactors | None = None
 
     def __post_init__(self) -> None:
@@ -136,11 +136,16 @@ def bond_matrix(rotation: FloatArray) -> FloatArray:
     return m
 
 
-def held_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Density that the lattice really holds where ``rho`` is asked for, ``(M,)``."""
-    return rho if model.fill is None else model.fill.at(rho)
+def effective_density(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Effective density of the lattice where ``rho`` is nominal, ``(M,)``."""
+    return rho if model.effective is None else model.effective.at(rho)
 
 
-def held_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """d(density held)/d(density asked for), ``(M,)``."""
-    return np.ones_like(rho) if model.fill is None else model.fill.slope(rho)
+def nominal_density(model: HomogenisedModel, effective: FloatArray) -> FloatArray:
+    """Nominal density of cells that hold an effective density, ``(M,)``."""
+    return effective if model.effective is None else model.effective.nominal_for(effective)
+
+
+def effective_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
+    """Derivative of effective by nominal density, ``(M,)``."""
+    return np.ones_like(rho) if model.effective is None else model.effective.slope(rho)

@@ -18,7 +18,11 @@ from gradedesign.fe.stiffness import (
     Stiffness,
 )
 from gradedesign.material.scaling_law import isotropic_stiffness
-from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density, held_slope
+from gradedesign.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    effective_slope,
+)
 
 #: Moments of 1: means of the products of two barycentric coordinates over a tetrahedron.
 _ONE = np.array([0.1 if s == t else 0.05 for s, t in PAIRS])
@@ -36,14 +40,16 @@ def cell_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
     What local stress follows from: a member in a face of a wall is strained as the wall is there.
     """
-    return _rotated(model, _scale(model, rho) * _law_stiffness(model, held_density(model, rho)))
+    return _rotated(
+        model, _scale(model, rho) * _law_stiffness(model, effective_density(model, rho))
+    )
 
 
 def lattice_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Corrected stiffness of the lattice phase in global axes, ``(6, 6, [4 or 10,] M)``, MPa."""
     if model.walls is None:
         return cell_stiffness(model, rho)
-    whole = _scale(model, rho) * _law_stiffness(model, held_density(model, rho))
+    whole = _scale(model, rho) * _law_stiffness(model, effective_density(model, rho))
     return _rotated(model, whole[:, :, None] * model.walls.moments(rho))
 
 
@@ -54,7 +60,7 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
     if model.walls is None:
         return _rotated(model, slope)
     moments, grown = model.walls.moments_with_slope(rho)
-    whole = scale * _law_stiffness(model, held_density(model, rho))
+    whole = scale * _law_stiffness(model, effective_density(model, rho))
     return _rotated(model, slope[:, :, None] * moments + whole[:, :, None] * grown)
 
 
@@ -70,7 +76,7 @@ def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
     With the correction, without walls.
     """
-    whole = _law_stiffness(model, held_density(model, rho))[0, 0]
+    whole = _law_stiffness(model, effective_density(model, rho))[0, 0]
     return rho * _relative_slope(model, rho)[0, 0] / whole
 
 
@@ -97,31 +103,31 @@ def _scale(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 def _relative_slope(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
     """Derivative of scale times law's stiffness by density, over the scale, ``(6, 6, M)``."""
-    held = held_density(model, rho)
-    slope = _law_slope(model, held) * held_slope(model, rho)
+    effective = effective_density(model, rho)
+    slope = _law_slope(model, effective) * effective_slope(model, rho)
     if model.stiffness_exponent:
-        slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, held)
+        slope = slope + model.stiffness_exponent / rho * _law_stiffness(model, effective)
     return slope
 
 
-def _law_stiffness(model: HomogenisedModel, held: FloatArray) -> FloatArray:
+def _law_stiffness(model: HomogenisedModel, effective: FloatArray) -> FloatArray:
     """Stiffness of the law, in proportion to the solid beyond the ends of its window.
 
-    Only densities held beside passive regions leave the window; what is asked for never does.
+    Only effective densities beside passive regions leave the window; nominal ones never do.
     """
-    if model.fill is None:
-        return model.law.stiffness(held)
-    inside = np.clip(held, *model.law.window)
-    return model.law.stiffness(inside) * (held / inside)
+    if model.effective is None:
+        return model.law.stiffness(effective)
+    inside = np.clip(effective, *model.law.window)
+    return model.law.stiffness(inside) * (effective / inside)
 
 
-def _law_slope(model: HomogenisedModel, held: FloatArray) -> FloatArray:
-    """Derivative of `_law_stiffness` by the density held."""
-    if model.fill is None:
-        return model.law.stiffness_derivative(held)
-    inside = np.clip(held, *model.law.window)
+def _law_slope(model: HomogenisedModel, effective: FloatArray) -> FloatArray:
+    """Derivative of `_law_stiffness` by the effective density."""
+    if model.effective is None:
+        return model.law.stiffness_derivative(effective)
+    inside = np.clip(effective, *model.law.window)
     return np.where(
-        inside == held,
+        inside == effective,
         model.law.stiffness_derivative(inside),
         model.law.stiffness(inside) / inside,
     )

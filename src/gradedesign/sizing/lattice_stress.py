@@ -11,7 +11,11 @@ from gradedesign.arrays import FloatArray, locked
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stress import element_stress, element_von_mises
 from gradedesign.material.density_from_stress import density_from_stress
-from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density
+from gradedesign.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    nominal_density,
+)
 from gradedesign.sizing.lattice_stiffness import as_stiffness, cell_stiffness
 
 #: How often a Voigt component stands in its tensor.
@@ -99,14 +103,14 @@ def in_cell_axes(model: HomogenisedModel, stress: FloatArray) -> FloatArray:
 
 def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatArray) -> FloatArray:
     """Local von Mises stress in the solid at given densities, macroscopic stress held, ``(M,)``."""
-    held = held_density(model, rho)
-    inside = np.clip(held, *model.law.window) if model.fill is not None else held
+    effective = effective_density(model, rho)
+    inside = np.clip(effective, *model.law.window) if model.effective is not None else effective
     if model.law.local_stress is None:
         local = stress.demand[0] / model.law.strength(inside)
     else:
         local = model.law.local_stress.at(stress.demand, inside)
     # Beyond the law's window, which only trimmed cells leave: in proportion to the solid.
-    return local * (inside / held)
+    return local * (inside / effective)
 
 
 def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: float) -> FloatArray:
@@ -115,8 +119,8 @@ def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: flo
     ``(M,)``; the top of the law's window where that is not enough.
     """
     if model.law.local_stress is None:
-        held = density_from_stress(model.law, stress.demand[0], permitted, above="limit")
+        effective = density_from_stress(model.law, stress.demand[0], permitted, above="limit")
     else:
         window = model.law.window
-        held = model.law.local_stress.least_density(stress.demand, permitted, window)
-    return held if model.fill is None else model.fill.nominal_for(held)
+        effective = model.law.local_stress.least_density(stress.demand, permitted, window)
+    return nominal_density(model, effective)

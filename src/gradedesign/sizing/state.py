@@ -16,7 +16,11 @@ from gradedesign.limits.limit import Limit
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.sizing.homogenised import mass_density, solid_slope, solve_homogenised
-from gradedesign.sizing.homogenised_model import HomogenisedModel, held_density
+from gradedesign.sizing.homogenised_model import (
+    HomogenisedModel,
+    effective_density,
+    nominal_density,
+)
 from gradedesign.sizing.lattice_stress import (
     LatticeStress,
     lattice_stress,
@@ -49,9 +53,9 @@ class SolvedState:
         return tuple(case.name for case in self.model.cases)
 
     @property
-    def held(self) -> FloatArray:
+    def effective_density(self) -> FloatArray:
         """Effective relative density, ``(M,)``."""
-        return held_density(self.model, self.rho)
+        return effective_density(self.model, self.rho)
 
     @property
     def lattice_volumes(self) -> FloatArray:
@@ -98,9 +102,9 @@ class SolvedState:
         """Utilisation of the resistance against buckling at the densities of the law, (b, M)."""
         return self.stress[load_case].buckling
 
-    def nominal_density(self, held: FloatArray) -> FloatArray:
+    def nominal_density(self, effective: FloatArray) -> FloatArray:
         """Nominal density of cells that hold an effective density, ``(M,)``."""
-        return held if self.model.fill is None else self.model.fill.nominal_for(held)
+        return nominal_density(self.model, effective)
 
 
 def solved_state(

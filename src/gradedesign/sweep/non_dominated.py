@@ -29,18 +29,18 @@ def non_dominated(rows: Sequence[DesignRow]) -> frozenset[int]:
     )
 
 
-def _dominates(one: DesignRow, other: DesignRow) -> bool:
+def _dominates(row: DesignRow, other: DesignRow) -> bool:
     """Whether a design is no worse in anything and better in something."""
-    if set(one.limits) != set(other.limits):
+    if set(row.limits) != set(other.limits):
         return False
-    mass, others_mass = (float("inf") if r.mass_g is None else r.mass_g for r in (one, other))
-    pairs = list(zip(_uses(one), _uses(other), strict=True))
+    mass, others_mass = (float("inf") if r.mass_g is None else r.mass_g for r in (row, other))
+    pairs = list(zip(_values(row), _values(other), strict=True))
     if mass > others_mass or any(a > (1 + SAME) * b for a, b in pairs):
         return False
     return mass < others_mass or any((1 + SAME) * a < b for a, b in pairs)
 
 
-def _uses(row: DesignRow) -> list[float]:
+def _values(row: DesignRow) -> list[float]:
     """Severities and utilisations of the limits, the less the better."""
-    found = [row.limits[name] for name in sorted(row.limits)]
-    return [*(limit.severity for limit in found), *(limit.utilisation for limit in found)]
+    limits = [row.limits[name] for name in sorted(row.limits)]
+    return [*(limit.severity for limit in limits), *(limit.utilisation for limit in limits)]

@@ -225,8 +225,8 @@ def _case(
     try:
         return load_case(base, allow_outside=allow_outside, registry=registry, values=values)
     except CaseError as error:
-        said = ", ".join(f"{key} = {value_text(value)}" for key, value in values.items())
-        raise CaseError(f"{file}: design {number} ({said}): {error}") from error
+        stated = ", ".join(f"{key} = {value_text(value)}" for key, value in values.items())
+        raise CaseError(f"{file}: design {number} ({stated}): {error}") from error
 
 
 def _require_difference(file: Path, designs: Sequence[Design]) -> None:

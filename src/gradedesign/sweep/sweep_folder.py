@@ -112,12 +112,12 @@ def write_design(folder: Path, study: Study, design: Design) -> Path:
 def _files(case: Case) -> dict[str, str]:
     """Absolute paths of the files that a case names, by key."""
     own, orientation = case.lattice.own_cell, case.lattice.orientation
-    found = {
+    files = {
         "part.file": case.part.file,
         "lattice.own_cell.file": None if own is None else own.file,
         "lattice.orientation.vtu": None if orientation is None else orientation.vtu,
     }
-    return {key: str(file) for key, file in found.items() if file is not None}
+    return {key: str(file) for key, file in files.items() if file is not None}
 
 
 def is_finished(design: Design, design_folder: Path) -> bool:

@@ -135,8 +135,8 @@ def design_row(
         seconds=seconds,
     )
     if error or (result is not None and result.status == FAILED):
-        said = error or ("" if result is None else result.reason)
-        return replace(waiting, status=FAILED, error=" ".join(said.split()))
+        reason = error or ("" if result is None else result.reason)
+        return replace(waiting, status=FAILED, error=" ".join(reason.split()))
     if result is None:
         return waiting
     return replace(
@@ -177,9 +177,9 @@ def table_csv(study: Study, rows: Sequence[DesignRow], best: frozenset[int]) -> 
     for row in rows:
         numbers = [row.mass_g, row.solid_mass_g, row.relative_density]
         for name in units:
-            found = row.limits.get(name)
+            limit = row.limits.get(name)
             numbers += (
-                [None] * 3 if found is None else [found.value, found.limit, found.utilisation]
+                [None] * 3 if limit is None else [limit.value, limit.limit, limit.utilisation]
             )
         writer.writerow(
             [

@@ -13,7 +13,7 @@ from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.lattice.domain import LATTICE
-from gradedesign.lattice.islands import largest_pieces
+from gradedesign.lattice.islands import largest_components
 from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -22,15 +22,15 @@ from gradedesign.verify.explicit import ExplicitResult, measured
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_window
-from gradedesign.verify.tets import solve_tets
-from gradedesign.verify.windows import (
+from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_submodel
+from gradedesign.verify.submodel_choice import (
     BUFFERS,
     Room,
-    Window,
-    enlarged_window,
-    most_stressed_windows,
+    Submodel,
+    enlarged_submodel,
+    most_stressed_submodels,
 )
+from gradedesign.verify.tets import solve_tets
 from gradedesign.workspace.progress import counted, stepping
 
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
@@ -38,7 +38,7 @@ EDGE_PER_SPACING = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
 #: Share of the stated time that the mesher may be predicted to take for the whole lattice: a design
-#: may be refused and another one accepted, and rounds take time too.
+#: may be refused and another one accepted, and iterations take time too.
 MESHER_SHARE = 1.0 / 6.0
 
 
@@ -48,10 +48,10 @@ class Acceptance:
 
     Attributes
     ----------
-    scope : {"whole", "windows"}
+    scope : {"whole", "submodels"}
     whole : ExplicitResult or None
         The analysis of the whole re-meshed lattice.
-    windows : tuple of SubmodelResult
+    submodels : tuple of SubmodelResult
     volume : float, mm^3
         Solid volume that was re-meshed and judged.
     share : float
@@ -59,12 +59,12 @@ class Acceptance:
     attempts : tuple of str
         What the mesher needed.
     refused : tuple of str
-        Windows that could not be enlarged, and why.
+        Submodels that could not be enlarged, and why.
     """
 
     scope: str
     whole: ExplicitResult | None
-    windows: tuple[SubmodelResult, ...]
+    submodels: tuple[SubmodelResult, ...]
     volume: float
     share: float
     attempts: tuple[str, ...]
@@ -78,7 +78,7 @@ def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
 
     Parameters
     ----------
-    requested : {"auto", "whole", "windows"}
+    requested : {"auto", "whole", "submodels"}
     surface_tets : float
         `Discretisation.surface_tets` of the explicit analysis.
     time_s : float, s
@@ -87,7 +87,7 @@ def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
     if requested != "auto":
         return requested
     seconds = surface_tets / EDGE_PER_SPACING**3 / TETWILD_RATE
-    return "whole" if seconds < MESHER_SHARE * time_s else "windows"
+    return "whole" if seconds < MESHER_SHARE * time_s else "submodels"
 
 
 def accept_whole(
@@ -108,7 +108,9 @@ def accept_whole(
             memory_limit_bytes=solid.case.run.memory,
             mesher=solid.mesher,
         )
-    mesh, dropped, _ = largest_pieces(meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01)
+    mesh, dropped, _ = largest_components(
+        meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01
+    )
     division = Discretisation(
         made_by=solid.mesher.name,
         mesh_size=EDGE_PER_SPACING * size,
@@ -116,32 +118,32 @@ def accept_whole(
         surface_tets=mesh.tets.shape[1],
         unknowns=0,
         requested=EDGE_PER_SPACING * size,
-        dropped_pieces=dropped,
+        dropped_components=dropped,
         seconds=time.perf_counter() - began,
     )
     result = measured(solve_tets(mesh, solid, division, 0.5 * size), solid, began)
     return Acceptance(
         scope="whole",
         whole=result,
-        windows=(),
+        submodels=(),
         volume=tet_report(mesh).volume,
         share=tet_report(mesh).volume / enclosed_volume(surface),
         attempts=meshed.attempts,
     )
 
 
-def accept_windows(
+def accept_submodels(
     surface: SurfaceMesh,
     solid: PrintedSolid,
     explicit: ExplicitResult,
     *,
     size: float,
     time_limit_s: float,
-    on_window: Callable[[SubmodelResult], None] | None = None,
+    on_submodel: Callable[[SubmodelResult], None] | None = None,
 ) -> Acceptance:
     """Re-mesh and analyse the most stressed cells as submodels.
 
-    A window whose boundary force or energy misses 3 % is enlarged once, where it has room and the
+    A submodel whose boundary force or energy misses 3 % is enlarged once, where it has room and the
     memory holds it.
 
     Parameters
@@ -150,13 +152,13 @@ def accept_windows(
         The exported surface, read back.
     solid : PrintedSolid
     explicit : ExplicitResult
-        Chooses the windows and drives them.
+        Chooses the submodels and drives them.
     size : float, mm
         Surface size of their meshes.
     time_limit_s : float, s
-        Of the mesher, for all windows.
-    on_window : callable, optional
-        Hears every analysed window.
+        Of the mesher, for all submodels.
+    on_submodel : callable, optional
+        Hears every analysed submodel.
 
     Raises
     ------
@@ -164,32 +166,32 @@ def accept_windows(
         If no submodel can be chosen.
     """
     avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
-    windows = _chosen_windows(solid, explicit, avoid)
+    submodels = _chosen_submodels(solid, explicit, avoid)
     results, refused = [], []
-    for window in counted(windows, "submodel", len(windows)):
+    for submodel in counted(submodels, "submodel", len(submodels)):
 
-        def analysed(window: Window) -> SubmodelResult:
-            result = analyse_window(
-                surface, window, explicit, solid, size=size,
-                time_limit_s=time_limit_s / len(windows),
+        def analysed(submodel: Submodel) -> SubmodelResult:
+            result = analyse_submodel(
+                surface, submodel, explicit, solid, size=size,
+                time_limit_s=time_limit_s / len(submodels),
             )  # fmt: skip
-            if on_window is not None:
-                on_window(result)
+            if on_submodel is not None:
+                on_submodel(result)
             return result
 
-        result = analysed(window)
-        larger = None if result.matches else enlarged_window(window, avoid)
+        result = analysed(submodel)
+        larger = None if result.matches else enlarged_submodel(submodel, avoid)
         if larger is not None:
             try:
                 result = analysed(larger)
             except (MeshError, ResourceError) as error:
-                refused.append(f"the submodel at {_place(window)} mm was not enlarged: {error}")
+                refused.append(f"the submodel at {_place(submodel)} mm was not enlarged: {error}")
         results.append(result)
     volume = sum(r.volume for r in results)
     return Acceptance(
-        scope="windows",
+        scope="submodels",
         whole=None,
-        windows=tuple(results),
+        submodels=tuple(results),
         volume=volume,
         share=volume / explicit.volume,
         attempts=tuple(a for r in results for a in r.attempts),
@@ -197,23 +199,23 @@ def accept_windows(
     )
 
 
-def _chosen_windows(
+def _chosen_submodels(
     solid: PrintedSolid, explicit: ExplicitResult, avoid: Sequence[FloatArray]
-) -> tuple[Window, ...]:
+) -> tuple[Submodel, ...]:
     """The most stressed cells with room for a buffer around them."""
     for buffer in BUFFERS:
-        windows = most_stressed_windows(
+        submodels = most_stressed_submodels(
             explicit.solved.points,
             explicit.solved.volumes,
             explicit.von_mises,
             eligible_lattice(solid, explicit),
             percentile=solid.percentile,
             cells=neighbourhood_cells(solid.design),
-            count=solid.case.run.window_count,
+            count=solid.case.run.submodel_count,
             room=Room(avoid=avoid, buffer=buffer),
         )
-        if windows:
-            return windows
+        if submodels:
+            return submodels
     raise MeshError(
         "no submodel can be chosen: every cell of lattice lies within the exclusion radius of a "
         "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
@@ -221,8 +223,8 @@ def _chosen_windows(
     )
 
 
-def _place(window: Window) -> tuple[float, ...]:
-    return tuple(round(c, 1) for c in window.centre)
+def _place(submodel: Submodel) -> tuple[float, ...]:
+    return tuple(round(c, 1) for c in submodel.centre)
 
 
 def held_and_loaded(case: Case) -> set[str]:

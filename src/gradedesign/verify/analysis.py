@@ -93,7 +93,7 @@ class Discretisation:
         Spacing that led here, before it was fitted to the part.
     refused : tuple of str
         What was wrong with the spacings that were tried first.
-    dropped_pieces : int
+    dropped_components : int
         Disconnected components that were left out.
     seconds : float
         That it took.
@@ -106,7 +106,7 @@ class Discretisation:
     unknowns: int
     requested: float
     refused: tuple[str, ...] = ()
-    dropped_pieces: int = 0
+    dropped_components: int = 0
     seconds: float = 0.0
 
 

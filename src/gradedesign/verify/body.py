@@ -86,10 +86,10 @@ def _shared_edges(faces: IntArray, vertices: int) -> tuple[IntArray, bool]:
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
     size = np.diff(np.append(first, len(key)))
     first = first[size == 2]
-    one, other = order[first], order[first + 1]
-    opposed = tail[one] == head[other]
-    one, other = one[opposed], other[opposed]
+    edge, twin = order[first], order[first + 1]
+    opposed = tail[edge] == head[twin]
+    edge, twin = edge[opposed], twin[opposed]
     links = np.concatenate(
-        [[corner[one], next_corner[other]], [next_corner[one], corner[other]]], axis=1
+        [[corner[edge], next_corner[twin]], [next_corner[edge], corner[twin]]], axis=1
     )
     return links, bool((size == 2).all() and opposed.all())

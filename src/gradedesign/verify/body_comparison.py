@@ -85,16 +85,16 @@ def compare_bodies(analysed: SurfaceMesh, printed: SurfaceMesh, element: float) 
     )
 
 
-def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
+def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
     """Say which differences are too large for the analysis to speak for the file, and why."""
-    analysed, printed = found.analysed, found.printed
+    analysed, printed = comparison.analysed, comparison.printed
     warnings = []
-    if abs(found.volume_difference) > VOLUME_WARNING:
+    if abs(comparison.volume_difference) > VOLUME_WARNING:
         warnings.append(
-            f"the volume of the printed solid is {found.volume_difference:+.1%} off the analysed "
-            f"one ({printed.volume_mm3:.6g} against {analysed.volume_mm3:.6g} mm^3, more than "
-            f"{VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which sizing "
-            f"learns, are off by at least about as much"
+            f"the volume of the printed solid is {comparison.volume_difference:+.1%} off the "
+            f"analysed one ({printed.volume_mm3:.6g} against {analysed.volume_mm3:.6g} mm^3, more "
+            f"than {VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which "
+            f"sizing learns, are off by at least about as much"
         )
     counts = {
         "components": (analysed.components, printed.components),
@@ -113,12 +113,12 @@ def comparison_warnings(found: BodyComparison) -> tuple[str, ...]:
             f"struts or windows that only one of them has make values of the explicit analysis, "
             f"from which sizing learns, those of another body"
         )
-    if found.distance_mm > DISTANCE_WARNING * found.element_mm:
-        x, y, z = found.at_mm
+    if comparison.distance_mm > DISTANCE_WARNING * comparison.element_mm:
+        x, y, z = comparison.at_mm
         warnings.append(
-            f"the {found.farther} surface lies up to {found.distance_mm:.3g} mm from the other, "
-            f"at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {DISTANCE_WARNING:g} elements of "
-            f"{found.element_mm:.3g} mm, so that a strut, a wall "
+            f"the {comparison.farther} surface lies up to {comparison.distance_mm:.3g} mm from the "
+            f"other, at ({x:.1f}, {y:.1f}, {z:.1f}) mm: more than {DISTANCE_WARNING:g} elements of "
+            f"{comparison.element_mm:.3g} mm, so that a strut, a wall "
             f"or an acute rim is missing in one of them"
         )
     if warnings:

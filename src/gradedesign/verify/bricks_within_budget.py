@@ -11,7 +11,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.finite_cell.analysis import brick_grid, divide
-from gradedesign.finite_cell.elements import Elements, LoosePiecesError, solid_volume
+from gradedesign.finite_cell.elements import DisconnectedError, Elements, solid_volume
 from gradedesign.finite_cell.grid import Plane
 from gradedesign.finite_cell.problem import Problem, require_regions
 from gradedesign.finite_cell.space import BrickSpace
@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 #: Memory, bytes: of the program, of each unknown, and of each brick of the box while the field is
 #: sampled. Measured 0.25 GB and 385 on 0.1 to 1.2 M unknowns, without the sample points.
 BASE_BYTES, BYTES_PER_UNKNOWN, BYTES_PER_BRICK = 300_000_000, 480, 100
-#: The next spacing where bricks lost volume or pieces, and the volume they may lose.
+#: The next spacing where bricks lost volume or components, and the volume they may lose.
 FINER, VOLUME_TOLERANCE = 0.8, 0.04
 #: What keeps this share on finer bricks is no fault of the grid.
 SAME_LOSS = 0.8
@@ -154,7 +154,7 @@ def _tried(
     try:
         with stepping(f"finite cells of {spacing:.3g} mm"):
             elements, space = divide(problem, spacing)
-    except LoosePiecesError as error:
+    except DisconnectedError as error:
         return error.share, str(error), None
     report_step("volume of the solid")
     held, volume = solid_volume(elements), sampled_volume(problem)

@@ -1,6 +1,6 @@
 """Body-fitted tetrahedra of a lattice design, on a grid that follows its thinnest wall.
 
-A grid that loses volume or pieces, or makes flat tetrahedra, is refined as far as the memory
+A grid that loses volume or components, or makes flat tetrahedra, is refined as far as the memory
 budget goes. Above 300 lines: the size of the grid and the gates of its mesh depend on each other.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
-from gradedesign.lattice.islands import largest_pieces
+from gradedesign.lattice.islands import largest_components
 from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
 from gradedesign.mesh.feature_edges import snap_feature_edges
 from gradedesign.mesh.quality import TetReport, tet_report
@@ -60,13 +60,11 @@ class ExplicitMesh:
     report : TetReport
     spacing : float, mm
         Grid spacing.
-    asked : float, mm
+    requested : float, mm
         The edge before it was fitted to the box of the part.
-    dropped_pieces : int
+    dropped_components : int
     dropped_share : float
         Volume share of the disconnected components that were removed.
-    field_volume : float, mm^3
-        Volume of the field by sampling.
     refused : tuple of str
         What was wrong with the coarser grids that were tried first.
     """
@@ -74,31 +72,30 @@ class ExplicitMesh:
     mesh: TetMesh
     report: TetReport
     spacing: float
-    asked: float
-    dropped_pieces: int
+    requested: float
+    dropped_components: int
     dropped_share: float
-    field_volume: float
     refused: tuple[str, ...] = ()
 
 
 class CoarseGridError(MeshError):
-    """A grid on which the lattice lost volume or pieces, or became flat tetrahedra.
+    """A grid on which the lattice lost volume or components, or became flat tetrahedra.
 
     Attributes
     ----------
     step : float
         Spacing that should do, over the one that did not.
-    pieces, volume : float
+    disconnected, volume : float
         Share of the volume in disconnected components, and by which the volume is off; 0 where
         another gate failed.
     """
 
     def __init__(
-        self, message: str, *, step: float, pieces: float = 0.0, volume: float = 0.0
+        self, message: str, *, step: float, disconnected: float = 0.0, volume: float = 0.0
     ) -> None:
         super().__init__(message)
         self.step = step
-        self.pieces = pieces
+        self.disconnected = disconnected
         self.volume = volume
 
 
@@ -142,7 +139,7 @@ def fitting_spacing(solid_volume: float, memory_limit_bytes: float) -> float:
 def mesh_lattice(
     design: LatticeDesign, spacing: float, *, memory_limit_bytes: float, bodies: int = 1
 ) -> ExplicitMesh:
-    """Mesh a design by isosurface stuffing and refuse what lost pieces or volume.
+    """Mesh a design by isosurface stuffing and refuse what lost components or volume.
 
     Parameters
     ----------
@@ -152,20 +149,20 @@ def mesh_lattice(
     memory_limit_bytes : float
         Budget that the following solve must fit.
     bodies : int
-        Of the part: as many pieces are kept.
+        Of the part: as many components are kept.
 
     Raises
     ------
     ResourceError
         If the solve would not fit the memory budget.
     CoarseGridError
-        If pieces, volume or angles are out of their gates.
+        If components, volume or angles are out of their gates.
     """
     box = design.domain.upper - design.domain.lower
     with stepping("volume of the lattice"):
         volume = field_volume(design, dividing_spacing(box, spacing))
     _require_memory(volume, spacing, memory_limit_bytes)
-    asked, spacing = (
+    requested, spacing = (
         spacing,
         dividing_spacing(box, spacing, fitting_spacing(volume, memory_limit_bytes)),
     )
@@ -176,7 +173,7 @@ def mesh_lattice(
         report_step("sharp edges")
         raw = snap_feature_edges(stuffed, design.domain.distance, body_field(design), spacing)
         report_step("disconnected components")
-        mesh, dropped, share = _main_pieces(raw, bodies)
+        mesh, dropped, share = _main_components(raw, bodies)
         report_step("quality")
         report = tet_report(mesh)
     _require_gates(report, volume * (1 - share), spacing)
@@ -188,24 +185,23 @@ def mesh_lattice(
         mesh=mesh,
         report=report,
         spacing=spacing,
-        asked=asked,
-        dropped_pieces=dropped,
+        requested=requested,
+        dropped_components=dropped,
         dropped_share=share,
-        field_volume=volume,
     )
 
 
-def _main_pieces(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
-    """The largest piece of every body; more than fragments beside them may be the grid's fault."""
+def _main_components(raw: TetMesh, bodies: int) -> tuple[TetMesh, int, float]:
+    """Largest component of every body; more than fragments beside it may be the grid's fault."""
     if raw.tets.shape[1] == 0:
         raise CoarseGridError("no tetrahedron is left on this grid", step=PLAIN_STEP)
-    mesh, dropped, share = largest_pieces(raw, keep=bodies, max_share=1.0)
+    mesh, dropped, share = largest_components(raw, keep=bodies, max_share=1.0)
     if share > DISCONNECTED_SHARE:
         raise CoarseGridError(
             f"the lattice falls apart: {dropped} disconnected components hold {share:.2%} "
             f"of its volume, at most {DISCONNECTED_SHARE:.0%} may be dropped",
             step=PLAIN_STEP,
-            pieces=share,
+            disconnected=share,
         )
     return mesh, dropped, share
 

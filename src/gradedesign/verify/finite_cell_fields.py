@@ -58,7 +58,7 @@ class FiniteCellFields:
     at : SolidPoints
         Where stress is sampled.
     bodies : int
-        Connected pieces of the solid.
+        Connected components of the solid.
     """
 
     result: FiniteCellResult
@@ -117,10 +117,10 @@ class FiniteCellFields:
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of the solid, mm: of its sample points and of the regions."""
         u = solution_of(self.result, load_case).u
-        found = displacement_at(
+        sampled = displacement_at(
             self.result.elements, self.result.space, u, self.at.element, self.at.points
         )
-        largest = [float(np.linalg.norm(found, axis=0).max())]
+        largest = [float(np.linalg.norm(sampled, axis=0).max())]
         for region in self.result.places:
             moved = self.region_displacement(region, load_case)
             largest.append(float(np.linalg.norm(moved, axis=0).max()))
@@ -208,9 +208,9 @@ class FiniteCellFields:
         nearest, distance = points.copy(), np.zeros(points.shape[1])
         reach = REACH * float(grid.edges.max())
         while outside.any():
-            asked = points[:, outside]
-            lower = np.maximum(asked.min(axis=1) - reach, low[:, 0])
-            upper = np.minimum(asked.max(axis=1) + reach, high[:, 0])
+            query = points[:, outside]
+            lower = np.maximum(query.min(axis=1) - reach, low[:, 0])
+            upper = np.minimum(query.max(axis=1) + reach, high[:, 0])
             whole = (lower <= low[:, 0]).all() and (upper >= high[:, 0]).all()
             try:
                 surface = extract_surface(self.field, lower, upper, self.division.surface_size)
@@ -220,10 +220,10 @@ class FiniteCellFields:
                 reach *= 2.0
                 continue
             tree = build_triangle_tree(surface.vertices[surface.faces])
-            found, _, closest = closest_triangles(tree, asked)
+            gap, _, closest = closest_triangles(tree, query)
             index = np.flatnonzero(outside)
-            nearest[:, index], distance[index] = closest, found
+            nearest[:, index], distance[index] = closest, gap
             # What lies beyond the box may be nearer only to points farther off than its reach.
-            outside[index] = (found > reach) & (not whole)
+            outside[index] = (gap > reach) & (not whole)
             reach *= 2.0
         return nearest, distance

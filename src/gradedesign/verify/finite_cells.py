@@ -87,7 +87,7 @@ def solve_finite_cells(
             unknowns=result.unknowns,
             requested=divided.requested,
             refused=divided.refused,
-            dropped_pieces=elements.dropped,
+            dropped_components=elements.dropped,
             seconds=seconds,
         ),
         at=solid_points(elements),

@@ -12,7 +12,7 @@ from gradedesign.fe.stress import weighted_percentile
 from gradedesign.verify.neighbourhoods import neighbourhoods
 
 #: Phases of the printed solid, in the order of their numbers.
-PHASES = ("lattice", "skin", "kept")
+PHASES = ("lattice", "skin", "passive solid")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +22,7 @@ class StressMeasure:
     Attributes
     ----------
     phase : str
-        "lattice", "skin" or "kept".
+        "lattice", "skin" or "passive solid".
     value : float, MPa
         Volume percentile that is judged.
     maximum : float, MPa

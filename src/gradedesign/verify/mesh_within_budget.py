@@ -52,7 +52,7 @@ def mesh_within_budget(
     memory_limit_bytes : float
         Budget that the following solve must fit.
     bodies : int
-        Of the part: as many pieces are kept.
+        Of the part: as many components are kept.
     on_refusal : callable, optional
         Hears why a grid was refused and what comes next.
 
@@ -116,8 +116,8 @@ def mesh_within_budget(
 
 def _lost_again(coarser: CoarseGridError, finer: CoarseGridError) -> bool:
     """A finer grid loses nearly as much of the same as a coarser one did."""
-    pieces = coarser.pieces > 0 and finer.pieces > SAME_LOSS * coarser.pieces
-    return pieces or (coarser.volume > 0 and finer.volume > SAME_LOSS * coarser.volume)
+    apart = coarser.disconnected > 0 and finer.disconnected > SAME_LOSS * coarser.disconnected
+    return apart or (coarser.volume > 0 and finer.volume > SAME_LOSS * coarser.volume)
 
 
 def _need_words(volume: float, spacing: float) -> str:

@@ -28,14 +28,14 @@ from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 from gradedesign.verify.analysis import SolvedSolid, StressSample
 from gradedesign.verify.explicit import ExplicitResult
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.tet_fields import gauss_stress, solid_stiffness
-from gradedesign.verify.windows import (
-    Window,
+from gradedesign.verify.submodel_choice import (
+    Submodel,
     clip_surface,
     cut_facets,
     inside_evaluation_box,
-    window_box,
+    submodel_box,
 )
+from gradedesign.verify.tet_fields import gauss_stress, solid_stiffness
 from gradedesign.workspace.progress import report_step
 
 #: Lower and upper corner, mm.
@@ -44,11 +44,11 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 #: Boundary force and strain energy must match the driving analysis to this share.
 MATCH = 0.03
 #: Thickness of the slab behind a cut plane in which its force is taken, over the surface size; the
-#: middle weighs most. Sample points lie inside or outside of a slab as a whole: with equal weights in
-#: a slab of 2 a gyroid sheet's forces differed by 10 %, as much as the volumes of the samples there,
-#: where mean stress differs by 0.4 % and these slabs by 0.6 % (9 bricks a cell).
+#: middle weighs most. Sample points lie inside or outside of a slab as a whole: with equal weights
+#: in a slab of 2 a gyroid sheet's forces differed by 10 %, as much as the volumes of the samples
+#: there, where mean stress differs by 0.4 % and these slabs by 0.6 % (9 bricks a cell).
 SLAB = 6.0
-#: Share of a window's cut nodes that may find no driving displacement.
+#: Share of a submodel's cut nodes that may find no driving displacement.
 MOST_UNDRIVEN = 0.05
 #: The mesher's envelope as a share of the surface size.
 ENVELOPE = 0.06
@@ -60,7 +60,7 @@ class SubmodelResult:
 
     Attributes
     ----------
-    window : Window
+    submodel : Submodel
     value : float, MPa
         Stress percentile in the evaluation box.
     driving_value : float, MPa
@@ -78,7 +78,7 @@ class SubmodelResult:
         Of the mesher.
     """
 
-    window: Window
+    submodel: Submodel
     value: float
     driving_value: float
     force_discrepancy: float
@@ -91,9 +91,9 @@ class SubmodelResult:
     seconds: float
 
 
-def analyse_window(
+def analyse_submodel(
     surface: SurfaceMesh,
-    window: Window,
+    submodel: Submodel,
     explicit: ExplicitResult,
     solid: PrintedSolid,
     *,
@@ -106,9 +106,9 @@ def analyse_window(
     ----------
     surface : SurfaceMesh
         The exported surface, read back.
-    window : Window
+    submodel : Submodel
     explicit : ExplicitResult
-        Drives the window.
+        Drives the submodel.
     solid : PrintedSolid
     size : float, mm
         Surface size of the mesh: sets edge length and envelope.
@@ -120,8 +120,8 @@ def analyse_window(
     SubmodelResult
     """
     driving, spacing = explicit.solved, size
-    material, name = solid.material, window.load_case
-    box = window_box(window)
+    material, name = solid.material, submodel.load_case
+    box = submodel_box(submodel)
     report_step("clipping")
     clipped = clip_surface(surface, *box)
     envelope = ENVELOPE * spacing
@@ -134,7 +134,7 @@ def analyse_window(
         mesher=solid.mesher,
     )
     report_step("driving nodes")
-    mesh = _held_pieces(meshed.mesh, driving, name, box, spacing)
+    mesh = _held_components(meshed.mesh, driving, name, box, spacing)
     space = tet_space(mesh, 2)
     supports = _driven_supports(space, driving, name, box, spacing)
     stiffness = solid_stiffness(space, material)
@@ -155,13 +155,13 @@ def analyse_window(
     energy = [float((f.volumes * energy_density(f, material)).sum()) for f in (fine, coarse)]
     energy_discrepancy = abs(energy[0] / energy[1] - 1.0)
     return SubmodelResult(
-        window=window,
-        value=_percentile(fine, window, solid.percentile),
-        driving_value=_percentile(coarse, window, solid.percentile),
+        submodel=submodel,
+        value=_percentile(fine, submodel, solid.percentile),
+        driving_value=_percentile(coarse, submodel, solid.percentile),
         force_discrepancy=force_discrepancy,
         energy_discrepancy=energy_discrepancy,
         matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
-        volume=float(fine.volumes[inside_evaluation_box(fine.points, window)].sum()),
+        volume=float(fine.volumes[inside_evaluation_box(fine.points, submodel)].sum()),
         tets=mesh.tets.shape[1],
         mesh_size=1.2 * spacing,
         attempts=meshed.attempts,
@@ -171,7 +171,7 @@ def analyse_window(
 
 def temperature_change(case: Case, load_case: str) -> float:
     """Warming of a load case, K."""
-    return next(one.temperature_change for one in case.load_case if one.name == load_case)
+    return next(load.temperature_change for load in case.load_case if load.name == load_case)
 
 
 def energy_density(sample: StressSample, material: Material) -> FloatArray:
@@ -182,7 +182,7 @@ def energy_density(sample: StressSample, material: Material) -> FloatArray:
     return ((1 + nu) * square - nu * trace**2) / (2 * material.youngs_modulus)
 
 
-def _held_pieces(
+def _held_components(
     mesh: TetMesh, driving: SolvedSolid, load_case: str, box: Box, spacing: float
 ) -> TetMesh:
     """Drop components that no driven boundary holds: they carry nothing."""
@@ -200,7 +200,9 @@ def _held_pieces(
     if keep.all():
         return mesh
     if not keep.any():
-        raise MeshError("no piece of the submodel's mesh meets the driving analysis on a cut plane")
+        raise MeshError(
+            "no component of the submodel's mesh meets the driving analysis on a cut plane"
+        )
     used, local = np.unique(mesh.tets[:, keep], return_inverse=True)
     return TetMesh(points=mesh.points[:, used], tets=np.asarray(local).reshape(4, -1))
 
@@ -208,7 +210,7 @@ def _held_pieces(
 def _driven_supports(
     space: TetSpace, driving: SolvedSolid, load_case: str, box: Box, spacing: float
 ) -> Supports:
-    """Displacements of the explicit analysis on the window's cut faces.
+    """Displacements of the explicit analysis on the submodel's cut faces.
 
     Nodes farther than a grid spacing from the driving solid stay free: it chamfers thin rims there.
     They may be a twentieth of the cut faces' nodes.
@@ -253,10 +255,10 @@ def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, spaci
     return max(discrepancies) / max(sizes) if max(sizes) > 0 else float("inf")
 
 
-def _percentile(field: StressSample, window: Window, percentile: float) -> float:
-    inside = inside_evaluation_box(field.points, window)
+def _percentile(field: StressSample, submodel: Submodel, percentile: float) -> float:
+    inside = inside_evaluation_box(field.points, submodel)
     if not inside.any():
-        raise MeshError(f"the submodel at {window.centre} mm holds no material to judge")
+        raise MeshError(f"the submodel at {submodel.centre} mm holds no material to judge")
     return weighted_percentile(
         von_mises(field.stress[:, :, inside]), field.volumes[inside], percentile
     )

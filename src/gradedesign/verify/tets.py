@@ -45,8 +45,8 @@ from gradedesign.workspace.progress import report_step
 TETS_PER_GRID_CELL, DOFS_PER_TET = 14.0, 5.1
 #: Seconds for each element of the grid (sampling its field, stuffing, snapping), for each unknown
 #: (assembly, multigrid and the first load case), and what each further load case adds as a share of
-#: the latter; they are iterated in pairs, on one hierarchy. Measured in first rounds on two idle
-#: cores: 0.5 to 2.7e-4 and 1.9 to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M.
+#: the latter; they are solved in pairs, on one hierarchy. Measured in first iterations on
+#: two idle cores: 0.5 to 2.7e-4 and 1.9 to 3.2e-5, from 0.28 M unknowns (cases/mini) to 3 M.
 GRID_CELL_S, UNKNOWN_S, MORE_CASES = 1.1e-4, 2.4e-5, 0.45
 
 
@@ -142,9 +142,9 @@ def solve_stuffed(
         surface_size=made.spacing,
         surface_tets=made.mesh.tets.shape[1],
         unknowns=0,
-        requested=made.asked,
+        requested=made.requested,
         refused=made.refused,
-        dropped_pieces=made.dropped_pieces,
+        dropped_components=made.dropped_components,
         seconds=perf_counter() - began,
     )
     return solve_tets(made.mesh, solid, division, 0.5 * made.spacing)

@@ -67,17 +67,17 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
     exit_lengths(
         tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, inward, length
     )
-    found = length[np.isfinite(length)]
-    lost = len(length) - len(found)
+    thickness = length[np.isfinite(length)]
+    lost = len(length) - len(thickness)
     if lost > MOST_LOST * len(length):
         raise MeshError(
             f"thickness: {lost} of {len(length)} rays into the solid find no way out; the "
             "surface is open, repair it"
         )
-    values = np.percentile(found, PERCENTILES)
+    values = np.percentile(thickness, PERCENTILES)
     return WallThickness(
         percentiles_mm={f"{p:g}": float(v) for p, v in zip(PERCENTILES, values, strict=True)},
-        rays=len(found),
+        rays=len(thickness),
     )
 
 

@@ -85,22 +85,22 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
     ResourceError
         If the memory does not hold the first one.
     """
-    found = _Analyses(stage=stage, limits=limits)
-    found.attempt(stage.spacing, first=True)
-    goes_on = found.attempt(stage.spacing / stage.ratio)
-    if not goes_on and found.result is not None:
-        found.attempt(stage.spacing * stage.ratio)
-    elif len(found.values) == 1:  # the first one did not hold the solid
-        goes_on = found.attempt(stage.spacing / stage.ratio**2)
-    if found.result is None:
-        raise LatticeError(f"the whole solid was not analysed: {'; '.join(found.refused)}")
-    while goes_on and _undecided(found.rows()) and len(found.values) < MOST:
-        goes_on = found.attempt(found.values[-1][0] / stage.ratio)
-    rows, finer = found.rows(), found.values[-1][0] / stage.ratio
+    analyses = _Analyses(stage=stage, limits=limits)
+    analyses.attempt(stage.spacing, first=True)
+    goes_on = analyses.attempt(stage.spacing / stage.ratio)
+    if not goes_on and analyses.result is not None:
+        analyses.attempt(stage.spacing * stage.ratio)
+    elif len(analyses.values) == 1:  # the first one did not hold the solid
+        goes_on = analyses.attempt(stage.spacing / stage.ratio**2)
+    if analyses.result is None:
+        raise LatticeError(f"the whole solid was not analysed: {'; '.join(analyses.refused)}")
+    while goes_on and _undecided(analyses.rows()) and len(analyses.values) < MOST:
+        goes_on = analyses.attempt(analyses.values[-1][0] / stage.ratio)
+    rows, finer = analyses.rows(), analyses.values[-1][0] / stage.ratio
     return WholeJudgement(
-        result=found.result,
+        result=analyses.result,
         rows=rows,
-        refused=tuple(found.refused),
+        refused=tuple(analyses.refused),
         undecided=tuple(
             f"{row.name} ({row.load_case}): the band of {band.low:.4g} to {band.high:.4g} "
             f"{row.unit} does not decide the limit of {row.limit:.4g} {row.unit}; elements of "
@@ -145,7 +145,7 @@ class _Analyses:
             self.result = result
         rows = limit_rows(self.limits, result, self.stage.judged_by)
         self.values.append((size, {row.key: row for row in rows}))
-        self.values.sort(key=lambda one: -one[0])
+        self.values.sort(key=lambda pair: -pair[0])
         return True
 
     def rows(self) -> tuple[LimitRow, ...]:
@@ -153,10 +153,10 @@ class _Analyses:
         return tuple(self._banded(row) for row in self.values[-1][1].values())
 
     def _banded(self, row: LimitRow) -> LimitRow:
-        found = [(size, rows[row.key].value) for size, rows in self.values if row.key in rows]
-        if len(found) < 2:
+        values = [(size, rows[row.key].value) for size, rows in self.values if row.key in rows]
+        if len(values) < 2:
             return row
-        return row.banded(banded(found, self.stage.orders if row.converges else None))
+        return row.banded(banded(values, self.stage.orders if row.converges else None))
 
 
 def _undecided(rows: Sequence[LimitRow]) -> list[tuple[LimitRow, Banded]]:

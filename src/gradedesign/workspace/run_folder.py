@@ -298,11 +298,11 @@ def _prepare(folder: Path, case_hash: str, *, resume: bool, overwrite: bool) -> 
     write_manifest(folder, Manifest(case_hash=case_hash, artefacts={}))
 
 
-def _require_same(path: Path, found: str, written: str) -> None:
+def _require_same(path: Path, digest: str, written: str) -> None:
     """Refuse a file whose checksum is not that of what was written."""
-    if found != written:
+    if digest != written:
         raise ResourceError(
-            f"{path} changed after it was written: its SHA-256 is {found[:12]}..., expected "
+            f"{path} changed after it was written: its SHA-256 is {digest[:12]}..., expected "
             f"{written[:12]}...; another program wrote there, or the disk is damaged. Nothing is "
             "judged on it: leave the folder of a run alone while it runs, and go on with --resume"
         )

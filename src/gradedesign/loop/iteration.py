@@ -1,4 +1,4 @@
-"""Rounds: size with what earlier ones taught, analyse the design explicitly, learn."""
+"""Iteration of the design loop: size with what earlier ones taught, analyse explicitly, learn."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.lesson import Lesson, Prior, learn
-from gradedesign.loop.round import (
-    FIRST_ITERATIONS,
+from gradedesign.loop.iteration_steps import (
+    FIRST_SIZING_ITERATIONS,
     TARGET,
-    TUNING_ITERATIONS,
+    TUNING_SIZING_ITERATIONS,
     Prediction,
     SizingPlan,
     build_design,
@@ -27,8 +26,9 @@ from gradedesign.loop.round import (
     explicit_spacing,
     predict,
     printed_solid,
-    size_round,
+    size_design,
 )
+from gradedesign.loop.lesson import Lesson, Prior, learn
 from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingResult, SizingStep
@@ -42,23 +42,24 @@ from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
-#: Rounds after which a miss is taken for scatter, and the most room that is left for it.
-SCATTERED_ROUNDS, MOST_ROOM = 3, 0.08
+#: Iterations after which a miss is taken for scatter, and the most room that is left for it.
+SCATTERED_ITERATIONS, MOST_ROOM = 3, 0.08
 #: A density counts as at its lower bound within this relative distance.
 AT_BOUND = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Round:
-    """Finished iteration: its design, the correction learned from it and its discrepancies.
+class DesignIteration:
+    """Finished iteration of the design loop: its design, what it taught and its discrepancies.
 
     Attributes
     ----------
-    iteration : Iteration
+    summary : Iteration
+        Its row of the result.
     rows : tuple of LimitRow
         Explicit values.
     correction : Correction
-        For the next round.
+        For the next iteration.
     variables : (n,) array
         Design variables, to start the next sizing from.
     rho : (M,) array
@@ -67,7 +68,7 @@ class Round:
     discrepancy : Discrepancy
     """
 
-    iteration: Iteration
+    summary: Iteration
     rows: tuple[LimitRow, ...]
     correction: Correction
     variables: FloatArray
@@ -112,8 +113,8 @@ def analyse_cells(
 ) -> Analysed:
     """Build the lattice of element densities in the cells of the setup and analyse it.
 
-    ``finer`` is the share of the spacing of the thinnest wall that an earlier round had to go down
-    to.
+    ``finer`` is the share of the spacing of the thinnest wall that an earlier iteration had to
+    go down to.
     """
     problem, cells = setup.problem, setup.cells
     grid = density_grid(problem, rho)
@@ -135,15 +136,15 @@ def analyse_cells(
     return Analysed(grid=grid, design=design, solid=solid, result=result, layout=cells.layout)
 
 
-def play_round(
+def run_iteration(
     setup: Setup,
-    previous: tuple[Round, ...],
+    previous: tuple[DesignIteration, ...],
     factors: Factors,
     matrix: csr_matrix,
     *,
     on_step: Callable[[SizingStep], None] | None = None,
     on_event: Listener = ignore,
-) -> tuple[Round, Analysed]:
+) -> tuple[DesignIteration, Analysed]:
     """Size with the correction so far, analyse explicitly and update the correction.
 
     ``factors`` are accepted over explicit values: sizing leaves that much room. ``matrix`` is the
@@ -151,7 +152,7 @@ def play_round(
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
-    sized = size_round(
+    sized = size_design(
         with_cells(setup, previous[-1].rho) if previous else setup,
         correction,
         factors,
@@ -162,7 +163,7 @@ def play_round(
     timing = {"sizing": time.perf_counter() - began}
     setup = with_cells(setup, sized.rho)
     predicted = predict(setup.model, setup.problem.limits, correction, sized.rho)
-    finer = previous[-1].iteration.grid_share if previous else 1.0
+    finer = previous[-1].summary.grid_share if previous else 1.0
     meshing = time.perf_counter()
     analysed = analyse_cells(setup, sized.rho, finer=finer, on_event=on_event)
     timing["explicit solve"] = analysed.result.seconds
@@ -171,19 +172,19 @@ def play_round(
     lesson = learn(
         setup.model,
         setup.problem.limits,
-        Prior(correction=correction, discrepancies=tuple(done.discrepancy for done in previous)),
+        Prior(correction=correction, discrepancies=tuple(i.discrepancy for i in previous)),
         predicted,
         analysed.result,
         sized.rho,
     )
-    iteration = replace(
+    summary = replace(
         compared(setup, correction, sized, predicted, analysed, lesson),
         number=len(previous) + 1,
         seconds=time.perf_counter() - began,
         timing_s={name: round(value, 3) for name, value in timing.items()},
     )
-    done = Round(
-        iteration=iteration,
+    iteration = DesignIteration(
+        summary=summary,
         rows=lesson.rows,
         correction=lesson.correction,
         variables=sized.variables,
@@ -191,19 +192,21 @@ def play_round(
         at_lower_bound=touches_lower_bound(setup, sized.rho),
         discrepancy=lesson.discrepancy,
     )
-    return done, analysed
+    return iteration, analysed
 
 
-def sizing_plan(previous: Sequence[Round]) -> SizingPlan:
-    """How the next sizing is run, from the rounds before it."""
+def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
+    """How the next sizing is run, from the iterations before it."""
     number = len(previous)
     return SizingPlan(
         start=previous[-1].variables if previous else None,
         most_iterations=(
-            FIRST_ITERATIONS[number] if number < len(FIRST_ITERATIONS) else TUNING_ITERATIONS
+            FIRST_SIZING_ITERATIONS[number]
+            if number < len(FIRST_SIZING_ITERATIONS)
+            else TUNING_SIZING_ITERATIONS
         ),
         target=aim_of(previous),
-        keep=kept_share([done.discrepancy for done in previous]),
+        keep=kept_share([i.discrepancy for i in previous]),
     )
 
 
@@ -257,13 +260,14 @@ def touches_lower_bound(setup: Setup, rho: FloatArray) -> bool:
     return bool(rho[active].max(initial=low) <= low * (1 + AT_BOUND))
 
 
-def aim_of(previous: Sequence[Round]) -> float:
+def aim_of(previous: Sequence[DesignIteration]) -> float:
     """Utilisation of the limits that the next sizing aims at.
 
-    `TARGET`; after three rounds whose last one breaks a limit less, by what its prediction was off:
-    designs of one mass then differ by as much, and rounds that aim at the limit miss it again.
+    `TARGET`; after three iterations whose last one breaks a limit less, by what its prediction was
+    off: designs of one mass then differ by as much, and iterations that aim at the limit miss it
+    again.
     """
-    if len(previous) < SCATTERED_ROUNDS or previous[-1].iteration.passed:
+    if len(previous) < SCATTERED_ITERATIONS or previous[-1].summary.passed:
         return TARGET
     discrepancy = previous[-1].discrepancy
     others = max((abs(value) for _, value in discrepancy.values), default=0.0)

@@ -11,13 +11,13 @@ from gradedesign.errors import ResourceError
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.size_effects import passive_fill as module
-from gradedesign.size_effects.passive_fill import passive_fill
-from gradedesign.sizing.local_fill import LocalFill
+from gradedesign.size_effects import density_beside_passive as module
+from gradedesign.size_effects.density_beside_passive import density_beside_passive
+from gradedesign.sizing.effective_density import EffectiveDensity
 
 
 def test_held_density_its_slope_and_its_inverse():
-    fill = LocalFill(
+    fill = EffectiveDensity(
         nominal=np.array([0.1, 0.2, 0.4]), effective=np.array([[0.2, 0.1], [0.3, 0.2], [0.4, 0.4]])
     )
     rho = np.array([0.15, 0.15])
@@ -38,7 +38,7 @@ def test_held_density_its_slope_and_its_inverse():
 )
 def test_impossible_fills_are_refused(asked, held):
     with pytest.raises(ValueError, match="increasing"):
-        LocalFill(nominal=np.array(asked), effective=np.array(held, dtype=float))
+        EffectiveDensity(nominal=np.array(asked), effective=np.array(held, dtype=float))
 
 
 def plates(u):
@@ -64,7 +64,7 @@ def counted(passive, bounds=(0.33, 0.336)):
         distance=lambda points: -np.ones(points.shape[1:]), lower=(0.0, 0.0, 0.0),
         upper=(20.0, 10.0, 10.0), passive=passive,
     )  # fmt: skip
-    return passive_fill(uniform_map(10.0), mesh, CELL, bounds, domain), centroids(mesh)
+    return density_beside_passive(uniform_map(10.0), mesh, CELL, bounds, domain), centroids(mesh)
 
 
 def test_a_region_in_the_void_leaves_the_plates_in_less_room():

@@ -19,13 +19,13 @@ from gradedesign.verify.neighbourhoods import neighbourhoods
 
 log = logging.getLogger(__name__)
 
-#: A window is analysed this share of a cell beyond the cube that it judges, and is enlarged by as
+#: A submodel is analysed this share of a cell beyond the cube that it judges, and is enlarged by as
 #: much; the second share is for parts with no room for the first one anywhere.
 BUFFERS = (0.5, 0.2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
+class Submodel:
     """Cube of one cell whose stress is evaluated, and the larger box that is analysed around it.
 
     Attributes
@@ -49,26 +49,26 @@ class Window:
 
     @property
     def enlarged(self) -> bool:
-        """Whether a side lies farther out than those of any first window."""
+        """Whether a side lies farther out than those of a submodel that was not enlarged."""
         return max(self.buffer) > BUFFERS[0]
 
 
-def window_box(window: Window) -> tuple[FloatArray, FloatArray]:
+def submodel_box(submodel: Submodel) -> tuple[FloatArray, FloatArray]:
     """Lower and upper corner of the analysed box, mm."""
-    reach = window.half * (1 + 2 * np.asarray(window.buffer).reshape(3, 2))
-    centre = np.asarray(window.centre)
+    reach = submodel.half * (1 + 2 * np.asarray(submodel.buffer).reshape(3, 2))
+    centre = np.asarray(submodel.centre)
     return centre - reach[:, 0], centre + reach[:, 1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Room:
-    """Where windows may lie.
+    """Where submodels may lie.
 
     Attributes
     ----------
     avoid : sequence of (k, 3, 3) array, mm
         Triangles that no analysed box may touch: held and loaded regions, whose supports and
-        loads a window does not carry.
+        loads a submodel does not carry.
     buffer : float
         What is analysed around the evaluation box, cells.
     """
@@ -77,28 +77,28 @@ class Room:
     buffer: float = BUFFERS[0]
 
 
-def enlarged_window(window: Window, avoid: Sequence[FloatArray]) -> Window | None:
-    """The window with half a cell more on every side that then touches no avoided triangle.
+def enlarged_submodel(submodel: Submodel, avoid: Sequence[FloatArray]) -> Submodel | None:
+    """The submodel with half a cell more on every side that then touches no avoided triangle.
 
     None where no side has room.
     """
-    grown = window
+    grown = submodel
     for side in range(6):
         buffer = list(grown.buffer)
         buffer[side] += BUFFERS[0]
         tried = replace(grown, buffer=tuple(buffer))
         if not any(_touches(tried, corners) for corners in avoid):
             grown = tried
-    return None if grown == window else grown
+    return None if grown == submodel else grown
 
 
-def inside_evaluation_box(points: FloatArray, window: Window) -> BoolArray:
+def inside_evaluation_box(points: FloatArray, submodel: Submodel) -> BoolArray:
     """Points of the evaluation box, ``(n,)``."""
-    gap = np.abs(points - np.asarray(window.centre)[:, None]).max(axis=0)
-    return np.asarray(gap <= window.half)
+    gap = np.abs(points - np.asarray(submodel.centre)[:, None]).max(axis=0)
+    return np.asarray(gap <= submodel.half)
 
 
-def most_stressed_windows(
+def most_stressed_submodels(
     points: FloatArray,
     volumes: FloatArray,
     von_mises: dict[str, FloatArray],
@@ -108,7 +108,7 @@ def most_stressed_windows(
     cells: CellMap | float,
     count: int,
     room: Room = Room(),
-) -> tuple[Window, ...]:
+) -> tuple[Submodel, ...]:
     """Choose the cells with the highest stress percentile, none overlapping another.
 
     Parameters
@@ -127,12 +127,12 @@ def most_stressed_windows(
 
     Returns
     -------
-    tuple of Window
+    tuple of Submodel
         At most ``count``, the most stressed first.
     """
     if not eligible.any():
         return ()
-    candidates: list[Window] = []
+    candidates: list[Submodel] = []
     position, volume = points[:, eligible], volumes[eligible]
     for name, field in von_mises.items():
         stress = field[eligible]
@@ -142,7 +142,7 @@ def most_stressed_windows(
                 stress[members].ravel(), shared_volumes(volume[members], stress), percentile
             )
             candidates.append(
-                Window(
+                Submodel(
                     centre=near.centre,
                     half=near.edge / 2,
                     value=value,
@@ -150,25 +150,25 @@ def most_stressed_windows(
                     buffer=(room.buffer,) * 6,
                 )
             )
-    chosen: list[Window] = []
-    for window in sorted(candidates, key=lambda w: -w.value):
-        if any(_touches(window, corners) for corners in room.avoid):
+    chosen: list[Submodel] = []
+    for submodel in sorted(candidates, key=lambda submodel: -submodel.value):
+        if any(_touches(submodel, corners) for corners in room.avoid):
             continue
         apart = all(
-            np.abs(np.subtract(window.centre, other.centre)).max()
-            >= 0.99 * (window.half + other.half)
+            np.abs(np.subtract(submodel.centre, other.centre)).max()
+            >= 0.99 * (submodel.half + other.half)
             for other in chosen
         )
         if apart:
-            chosen.append(window)
+            chosen.append(submodel)
         if len(chosen) == count:
             break
     return tuple(chosen)
 
 
-def _touches(window: Window, corners: FloatArray) -> bool:
+def _touches(submodel: Submodel, corners: FloatArray) -> bool:
     """Whether the box of any triangle meets the analysed box."""
-    lower, upper = window_box(window)
+    lower, upper = submodel_box(submodel)
     meets = (corners.min(axis=1) <= upper) & (corners.max(axis=1) >= lower)
     return bool(meets.all(axis=1).any())
 
@@ -194,7 +194,7 @@ def cut_facets(
     upper: FloatArray,
     tolerance: float,
 ) -> tuple[IntArray, IntArray]:
-    """Boundary facets on the six planes of a window.
+    """Boundary facets on the six planes of a submodel.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Density that the lattice holds beside passive solid regions, counted in samples of its cells."""
+"""Effective density of the lattice beside passive regions, counted in samples of its cells."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from gradedesign.cell.shape import evaluate_shape
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.lattice.domain import DesignDomain, passive_at
 from gradedesign.mesh.tet_mesh import TetMesh, centroids
-from gradedesign.sizing.local_fill import LocalFill
+from gradedesign.sizing.effective_density import EffectiveDensity
 
 #: Samples along a cell, and how many samples in all are worth the wait.
 PER_CELL = 12
 MOST_SAMPLES = 40_000_000
 #: Densities at which cells are counted.
 DENSITIES = 7
-#: A neighbourhood without any solid counts as holding this share of what is asked: stiffness must
-#: stay positive definite.
+#: A neighbourhood without any solid counts as holding this share of the nominal density: stiffness
+#: must stay positive definite.
 LEAST_SHARE = 0.1
 #: Share of a neighbourhood below which it holds no lattice at all.
 _NO_LATTICE = 1e-3
@@ -29,18 +29,18 @@ _AROUND = np.array([0.98, 1.02])
 _BATCH = 1_000_000
 
 
-def passive_fill(
+def density_beside_passive(
     to_cells: CellMap,
     mesh: TetMesh,
     cell: Cell,
     bounds: tuple[float, float],
     domain: DesignDomain,
-) -> LocalFill:
+) -> EffectiveDensity:
     """Density of a block of one period about every tetrahedron, outside passive regions.
 
     The lattice goes on beyond the part: what its faces cut is the walls' to say. The block is
-    exactly one period of the cell, so that away from passive regions the density held is the one
-    asked for, wherever the block lies in the cells.
+    exactly one period of the cell, so that away from passive regions the effective density is the
+    nominal one, wherever the block lies in the cells.
 
     Raises
     ------
@@ -73,15 +73,15 @@ def passive_fill(
 
     share = near(inside)
     nominal = np.geomspace(*bounds, DENSITIES) if bounds[1] > bounds[0] else bounds[0] * _AROUND
-    held = np.zeros((nominal.size, share.size))
-    for row, rho in zip(held, nominal, strict=True):
+    effective = np.zeros((nominal.size, share.size))
+    for row, rho in zip(effective, nominal, strict=True):
         solid = shape <= cell.level_of(np.asarray(rho))
         there = near(np.tile(solid, cells // period) & inside)
         # Against the same samples of the whole cell, which hold not quite the density.
         lattice_share = np.maximum(share, _NO_LATTICE)
         held_share = np.where(share > _NO_LATTICE, there / lattice_share, solid.mean())
         row[:] = rho * np.maximum(held_share / solid.mean(), LEAST_SHARE)
-    return LocalFill(nominal=nominal, effective=_increasing(held))
+    return EffectiveDensity(nominal=nominal, effective=_increasing(effective))
 
 
 def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDomain) -> BoolArray:
@@ -95,12 +95,12 @@ def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDom
     return inside.reshape(count)
 
 
-def _increasing(held: FloatArray) -> FloatArray:
+def _increasing(effective: FloatArray) -> FloatArray:
     """Held densities that grow at least a little where more is asked for.
 
-    Where a neighbourhood's few samples of solid stay the same, the next density asked for brings
+    Where a neighbourhood's few samples of solid stay the same, the next nominal density brings
     no more of them.
     """
-    growing = np.maximum.accumulate(held, axis=0)
-    steps = 1e-6 * np.arange(len(held))[:, None]
+    growing = np.maximum.accumulate(effective, axis=0)
+    steps = 1e-6 * np.arange(len(effective))[:, None]
     return np.asarray(growing * (1 + steps))

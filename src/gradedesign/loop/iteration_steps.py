@@ -1,4 +1,4 @@
-"""One round of the loop: size, build, predict, analyse, compare."""
+"""Steps of one iteration of the design loop: size, build, predict."""
 
 from __future__ import annotations
 
@@ -45,11 +45,12 @@ from gradedesign.workspace.progress import report_step
 
 #: Sizing aims a little below each limit, so that a small discrepancy does not break it.
 TARGET = 0.985
-#: Sizing iterations of the first rounds. Each goes on from the last one's variables. The first
-#: design only teaches the correction, which changes more than further iterations would win.
-FIRST_ITERATIONS = (10, 20)
-#: Later rounds only tune: a design that keeps changing outruns what was learned about the last one.
-TUNING_ITERATIONS = 8
+#: Sizing iterations in the first iterations of the loop. Each sizing goes on from the variables of
+#: the one before. The first design only teaches the correction, which changes more than further
+#: sizing would win.
+FIRST_SIZING_ITERATIONS = (10, 20)
+#: Later ones only tune: a design that keeps changing outruns what was learned about the last one.
+TUNING_SIZING_ITERATIONS = 8
 #: The density grid resolves a cell by this many nodes.
 NODES_PER_CELL = 4
 
@@ -97,7 +98,7 @@ def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, 
 
 
 def design_filter(setup: Setup) -> csr_matrix:
-    """Filter from design variables to element densities; every round of a run shares it."""
+    """Filter from design variables to element densities; every iteration of a run shares it."""
     report_step("filter of densities")
     mesh = setup.problem.space.mesh
     if setup.problem.case.lattice.grading == "uniform":
@@ -117,7 +118,7 @@ class SizingPlan:
     start : (n,) array, optional
         Design variables to begin with.
     target : float
-        Use of the limits that it aims at.
+        Utilisation of the limits that it aims at.
     keep : float
         Share of its start that every variable keeps at least.
     """
@@ -128,7 +129,7 @@ class SizingPlan:
     keep: float = 0.0
 
 
-def size_round(
+def size_design(
     setup: Setup,
     correction: Correction,
     factors: Factors,
@@ -254,10 +255,10 @@ def lattice_share(
     model, rho = state.model, state.rho
     weights = state.lattice_volumes
     mean = float(weights @ rho / weights.sum())
-    found = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
-    if not found:
+    pairs = [(limit.responses(state)[0][0], limit.allowed) for limit in limits if limit.by_gradient]
+    if not pairs:
         return 0.0, mean
-    worst, _ = max(found, key=lambda pair: pair[0].value / pair[1])
+    worst, _ = max(pairs, key=lambda pair: pair[0].value / pair[1])
     adjoint = solve_adjoints(model, system, [worst])[0]
     u = state.displacement(worst.load_case)
     lattice = as_stiffness(model, (1 - model.solid_fraction) * lattice_stiffness(model, rho))

@@ -10,7 +10,7 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LocalFill:
+class EffectiveDensity:
     """Effective relative density near every tetrahedron as a function of the nominal one.
 
     A passive region that fills the void of cells leaves their struts whole, in less room. Between

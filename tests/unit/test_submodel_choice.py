@@ -1,4 +1,4 @@
-"""Windows: where the lattice is stressed most, cut out of the exported surface."""
+"""Submodels: where the lattice is stressed most, cut out of the exported surface."""
 
 import numpy as np
 import pytest
@@ -6,14 +6,14 @@ import pytest
 from gradedesign import MeshError
 from gradedesign.mesh.surface_mesh import enclosed_volume, open_edge_count
 from gradedesign.part.box import box_surface
-from gradedesign.verify.windows import (
-    Window,
+from gradedesign.verify.submodel_choice import (
+    Submodel,
     clip_surface,
     cut_facets,
-    enlarged_window,
+    enlarged_submodel,
     inside_evaluation_box,
-    most_stressed_windows,
-    window_box,
+    most_stressed_submodels,
+    submodel_box,
 )
 
 
@@ -25,7 +25,7 @@ def test_the_hottest_cells_come_first_and_do_not_overlap():
     second = np.all(np.abs(points - 35.0) < 3, axis=0)
     stress = np.ones((20000, 4)) + 50.0 * first[:, None]
     other = np.ones((20000, 4)) + 80.0 * second[:, None]
-    windows = most_stressed_windows(
+    submodels = most_stressed_submodels(
         points,
         volumes,
         {"a": stress, "b": other},
@@ -34,16 +34,16 @@ def test_the_hottest_cells_come_first_and_do_not_overlap():
         cells=10.0,
         count=2,
     )
-    assert [w.value for w in windows] == [81.0, 51.0]
-    assert [w.load_case for w in windows] == ["b", "a"]
-    assert np.abs(np.subtract(windows[0].centre, 35.0)).max() <= 5.0
-    gap = np.abs(np.subtract(windows[0].centre, windows[1].centre)).max()
+    assert [w.value for w in submodels] == [81.0, 51.0]
+    assert [w.load_case for w in submodels] == ["b", "a"]
+    assert np.abs(np.subtract(submodels[0].centre, 35.0)).max() <= 5.0
+    gap = np.abs(np.subtract(submodels[0].centre, submodels[1].centre)).max()
     assert gap >= 9.9
 
 
 def test_no_eligible_element_gives_no_window():
     assert (
-        most_stressed_windows(
+        most_stressed_submodels(
             np.zeros((3, 4)),
             np.ones(4),
             {"a": np.ones((4, 4))},
@@ -70,25 +70,25 @@ def test_a_window_without_material_is_an_error():
 
 
 def test_the_analysed_box_reaches_beyond_the_evaluation_box():
-    window = Window(centre=(1.0, 2.0, 3.0), half=5.0, value=1.0, load_case="a")
-    low, high = window_box(window)
-    assert np.allclose((low + high) / 2, window.centre)
+    submodel = Submodel(centre=(1.0, 2.0, 3.0), half=5.0, value=1.0, load_case="a")
+    low, high = submodel_box(submodel)
+    assert np.allclose((low + high) / 2, submodel.centre)
     assert np.allclose(high - low, 20.0)  # 10 mm and half a cell on either side
     points = np.array([[6.0, 6.1], [2.0, 2.0], [3.0, 3.0]])
-    assert inside_evaluation_box(points, window).tolist() == [True, False]
+    assert inside_evaluation_box(points, submodel).tolist() == [True, False]
 
 
 def test_a_window_is_enlarged_where_it_has_room():
-    window = Window(centre=(0.0, 0.0, 0.0), half=5.0, value=1.0, load_case="a")
+    submodel = Submodel(centre=(0.0, 0.0, 0.0), half=5.0, value=1.0, load_case="a")
     held = np.array([[[13.0, -1.0, -1.0], [13.0, 1.0, -1.0], [13.0, 0.0, 1.0]]])
-    larger = enlarged_window(window, [held])
+    larger = enlarged_submodel(submodel, [held])
     # From 10 to 15 mm on five sides; on the sixth a held face lies at 13 mm.
-    low, high = window_box(larger)
+    low, high = submodel_box(larger)
     assert (low.tolist(), high.tolist()) == ([-15.0] * 3, [10.0, 15.0, 15.0])
-    assert (window.enlarged, larger.enlarged) == (False, True)
+    assert (submodel.enlarged, larger.enlarged) == (False, True)
     assert inside_evaluation_box(np.array([[5.1], [0.0], [0.0]]), larger).tolist() == [False]
     around = np.array([[-13.0, 13.0, 13.0], [13.0, 13.0, -13.0], [-13.0, -13.0, -13.0]])
-    assert enlarged_window(window, [around[None]]) is None
+    assert enlarged_submodel(submodel, [around[None]]) is None
 
 
 def test_cut_facets_lie_on_the_planes():

@@ -1,0 +1,71 @@
+"""The installed repairer that a case names, as reading its part takes it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.case.part_schema import OWN_REPAIRS
+from gradedesign.case.schema import CaseIdentity
+from gradedesign.case.suggest import instead, shown
+from gradedesign.errors import CaseError, MeshError, PartError
+from gradedesign.part.mended import Mend
+from gradedesign.part.repairer import Repairer
+from gradedesign.plugin.registry import Registry, absent
+from gradedesign.workspace.worker import run_worker
+
+
+def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
+    """Repairer of the surface of the part; None where gradedesign does.
+
+    Raises
+    ------
+    CaseError
+        For an unknown repairer or option.
+    PluginError
+        The same, when a plugin that might have supplied it is disabled.
+    """
+    name, options = case.part.repair, case.part.repair_options
+    if name in OWN_REPAIRS:
+        if options:
+            raise CaseError(
+                f'{case.where("part.repair_options")}: repair = "{name}" has no options; '
+                "expected the repairer of a plugin"
+            )
+        return None
+    repairer = registry.repairers.get(name)
+    if repairer is None:
+        near = instead(name, (*OWN_REPAIRS, *registry.repairers))
+        raise absent(registry, f"{case.where('part.repair')}: found {shown(name)}; {near}")
+    for key in options:
+        if key not in repairer.options:
+            near = instead(key, repairer.options, what="its options")
+            raise CaseError(
+                f"{case.where(f'part.repair_options.{key}')}: '{name}' has no such option; {near}"
+            )
+    return _asked(repairer, case)
+
+
+def _asked(repairer: Repairer, case: CaseIdentity) -> Mend:
+    """Ask the repairer in a process of its own, within the budgets of the case."""
+
+    def mend(
+        vertices: FloatArray, faces: IntArray
+    ) -> tuple[NDArray[Any], NDArray[Any], Mapping[str, int]]:
+        try:
+            arrays = run_worker(
+                repairer.worker,
+                {"vertices": vertices, "faces": faces},
+                case.part.repair_options,
+                time_limit_s=case.run.time,
+                memory_limit_bytes=case.run.memory,
+            ).arrays
+        except MeshError as error:
+            raise PartError(f"repairer '{repairer.name}': {error}") from error
+        return arrays["vertices"], arrays["faces"], json.loads(arrays["changes"].tobytes())
+
+    return mend
