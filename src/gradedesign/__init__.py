@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     )
     from gradedesign.cell.family import CellFamily
     from gradedesign.cell.maker import CellMaker
+    from gradedesign.cell.strut_axes import StrutAxes
     from gradedesign.errors import (
         CaseError,
         DensityError,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     )
     from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
     from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
+    from gradedesign.lattice.beams import BeamLattice
     from gradedesign.limits.analysis import Analysis
     from gradedesign.limits.key import LimitKey
     from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
@@ -70,6 +72,7 @@ __all__ = [
     "Allowed",
     "Analysis",
     "AnalysisEstimate",
+    "BeamLattice",
     "CaseError",
     "CellFamily",
     "CellMaker",
@@ -117,6 +120,7 @@ __all__ = [
     "SolverError",
     "StatedLimit",
     "StressSample",
+    "StrutAxes",
     "SurfaceFields",
     "SurfaceMesh",
     "VolumeFields",
@@ -142,6 +146,7 @@ __all__ = [
 _HOMES = {
     "plugin.read_case": "load_case",
     "case.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
+    "lattice.beams": "BeamLattice",
     "limits.analysis": "Analysis",
     "limits.key": "LimitKey",
     "limits.limit": "Limit LimitKind PlacedCase StatedLimit",
@@ -149,6 +154,7 @@ _HOMES = {
     "limits.state": "HomogenisedState Predicted Response",
     "cell.family": "CellFamily",
     "cell.maker": "CellMaker",
+    "cell.strut_axes": "StrutAxes",
     "errors": "CaseError DensityError GradeDesignError LatticeError MeshError PartError "
     "PluginError ResourceError SolverError",
     "fe.eigen_solver": "EigenProblem EigenSolver ExtremeValue",

@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from gradedesign.case.schema import Case
+from gradedesign.fe.solution import Solution
 from gradedesign.limits.verdict import Factors, all_hold
 from gradedesign.loop.accepted import Accepted, accept_design, export_surface
 from gradedesign.loop.announce import Announcer
@@ -125,12 +126,18 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
         return write_outputs(out, setup, result, announce, solid=solutions)
     setup = with_size_effects(oriented(setup, solutions), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
-        return stop_early(setup, registry, out, announce)
+        return stop_early(setup, registry, out, announce, solutions)
     cost.predict(setup, rows, announce)
-    return loop(setup, registry, out, announce, cost)
+    return loop(setup, registry, out, announce, cost, solutions)
 
 
-def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
+def stop_early(
+    setup: Setup,
+    registry: Registry,
+    out: RunFolder,
+    announce: Announcer,
+    solid: Sequence[Solution],
+) -> RunResult:
     """Size once, and stop there or after building the lattice."""
     with announce.stage("sizing"):
         sized = size_design(
@@ -143,11 +150,16 @@ def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Annou
         )
     setup = with_cells(setup, sized.rho)
     result = partial_result(setup, registry, (), setup.problem.case.run.stop_after, sized=sized)
-    return write_outputs(out, setup, result, announce, rho=sized.rho)
+    return write_outputs(out, setup, result, announce, solid=solid, rho=sized.rho)
 
 
 def loop(
-    setup: Setup, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
+    setup: Setup,
+    registry: Registry,
+    out: RunFolder,
+    announce: Announcer,
+    cost: RunCost,
+    solid: Sequence[Solution],
 ) -> RunResult:
     """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
     iterations = load_iterations(out, setup)
@@ -164,7 +176,9 @@ def loop(
         setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown.printed
     )
     result = replace(result, predicted=cost.data())
-    return write_outputs(out, setup, result, announce, shown=shown)
+    return write_outputs(
+        out, setup, result, announce, solid=solid, shown=shown, iterations=outcome.iterations
+    )
 
 
 def loop_stages(

@@ -22,7 +22,7 @@ from gradedesign.cell.period import require_period
 from gradedesign.cell.shape import evaluate_shape, grid_nodes, spread_points
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.errors import PluginError
-from gradedesign.fields import gradient
+from gradedesign.fields import gradient, periodic_distance_to_segments
 from gradedesign.homogenise.bounds import check_bounds
 from gradedesign.material.scaling_law import ScalingLaw
 
@@ -104,6 +104,9 @@ def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | No
     if family.distance:
         with step("distance"):
             _check_distance(family, points)
+    if family.struts is not None:
+        with step("axes of struts"):
+            _check_struts(family, points, values)
     with step("symmetry"):
         _check_symmetry(family)
     with step(f"densities, {_expected(family)}"):
@@ -239,6 +242,23 @@ def _check_distance(family: CellFamily, points: FloatArray) -> None:
             f"cell '{family.name}' declares distance=True, but its gradient has length "
             f"{middle:.3f} in the middle and only {close:.0%} of it lies within 5 % of 1; "
             f"walls in mm would be wrong: return a distance in cell units, or distance=False"
+        )
+
+
+def _check_struts(family: CellFamily, points: FloatArray, values: FloatArray) -> None:
+    """The shape is the distance to the axes and balls that files of beams are written from."""
+    axes = None if family.struts is None else family.struts(**family.parameters)
+    if axes is None:
+        return
+    wanted = periodic_distance_to_segments(axes.segments)(points)
+    if len(axes.balls):
+        balls = periodic_distance_to_segments(np.stack([axes.balls, axes.balls], axis=1))
+        wanted = np.minimum(wanted, balls(points) / axes.ball_ratio)
+    off = float(np.abs(wanted - values).max())
+    if off > 1e-6:
+        raise PluginError(
+            f"cell '{family.name}' declares struts whose distance differs from its shape by up to "
+            f"{off:.3g} cells; beams would be another lattice: return the axes of the shape"
         )
 
 

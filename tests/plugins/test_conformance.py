@@ -2,6 +2,7 @@
 
 import logging
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from gradedesign import (
     power_law,
 )
 from gradedesign.plugin.registry import build_registry
-from gradedesign.testing import check_cell_family, check_scaling_law
+from gradedesign.testing import _check_struts, check_cell_family, check_scaling_law
 
 REGISTRY = build_registry()
 
@@ -168,3 +169,19 @@ def test_the_kit_holds_laws_to_the_bound_of_hashin_and_shtrikman():
     check_scaling_law(
         power_law("good", ("gyroid-sheet",), youngs=(0.35, 1.0), window=(0.1, 0.5), origin=NOTES)
     )
+
+
+def test_struts_that_are_not_those_of_the_shape_are_refused():
+    bcc, sc = (REGISTRY.cell_families[name] for name in ("bcc", "sc"))
+    with pytest.raises(PluginError, match="struts whose distance differs from its shape"):
+        check_cell_family(replace(bcc, struts=sc.struts))
+
+
+def test_round_struts_give_their_axes_with_any_parameters():
+    """A wave of other amplitude, with balls: as `check_cell_family` does for the defaults."""
+    wave = REGISTRY.cell_families["bcc-wave"]
+    settings = {"node_ratio": 1.4, "amplitude": 0.08, "waves": 2.0}
+    changed = replace(wave, parameters=settings)
+    points = np.random.default_rng(5).uniform(-2, 2, (3, 300))
+    _check_struts(changed, points, wave.shape(points, **settings))
+    assert REGISTRY.cell_families["bcc-square"].struts is None

@@ -182,8 +182,8 @@ WRONG = [
     ('skin = {thickness = "1 mm"}', "skin = {net = true}", ["not there yet"]),
     (
         'min_wall = "0.8 mm"',
-        'min_wall = "0.8 mm"\nbuild_direction = "+z"',
-        ["print.build_direction: not used yet"],
+        'min_wall = "0.8 mm"\nbuild_direction = "up"',
+        ["print.build_direction", "+x, -x, +y, -y, +z, -z"],
     ),
     ('["stl"]', '["STL"]', ["expected the name of a format", 'did you mean "stl"']),
     ('["stl"]', '["stl", "stl"]', ["a format twice"]),

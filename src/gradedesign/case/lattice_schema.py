@@ -13,6 +13,7 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
+    Direction,
     Flag,
     JsonSchema,
     Name,
@@ -274,17 +275,16 @@ class PrintSpec(Table):
 
     min_wall: Size = Field(examples=["0.8 mm"])
     """Thinnest wall or strut, mm."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _unused(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "build_direction" in data:
-            raise key_error(
-                "build_direction",
-                "not used yet: no overhang or support is checked, whichever way the part is built; "
-                "leave it out",
-            )
-        return data
+    layer_height: Size | None = None
+    """Thickness of a layer, mm; formats of layers need it."""
+    pixel_size: Size | None = None
+    """Resolution within a layer, mm; the layer height by default."""
+    build_direction: Direction = "+z"
+    """Direction of the part that points upwards in the printer."""
+    overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] | None = None
+    """Facets inclined to the plate by less overhang, degrees; measured where it is stated."""
+    build_volume: Annotated[Triple, Vector("length")] | None = None
+    """Room of the printer along its x, y and upwards, mm."""
 
 
 class KeepSpec(Table):

@@ -18,9 +18,9 @@ from gradedesign.case.value_types import (
     Whole,
 )
 
-#: Formats that are no exporter's: fields of the analyses, and the report.
-OWN_FORMATS = ("vtu", "report")
-_FORMATS = ("stl", *OWN_FORMATS)
+#: Formats that are no exporter's: fields and decks of the analyses, and the report.
+OWN_FORMATS = ("vtu", "inp", "report")
+_FORMATS = ("stl", "vtu", "report")
 _SOLVER, _ANALYSIS, _MESHER = "multigrid", "auto", "pytetwild"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 

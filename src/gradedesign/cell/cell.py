@@ -10,7 +10,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.cell.family import CellFamily
-from gradedesign.errors import DensityError
+from gradedesign.cell.strut_axes import StrutAxes
+from gradedesign.errors import DensityError, blaming
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +49,20 @@ class Cell:
     def name(self) -> str:
         """Name of the family."""
         return self.family.name
+
+    @property
+    def axes(self) -> StrutAxes | None:
+        """Axes of its round struts; None where it is not made of such.
+
+        Raises
+        ------
+        PluginError
+            If the family fails to give them.
+        """
+        if self.family.struts is None:
+            return None
+        with blaming(f"cell '{self.name}'"):
+            return self.family.struts(**self.parameters)
 
     def level_of(self, rho: FloatArray | float) -> FloatArray:
         """Level ``t`` at which the cell ``g <= t`` has relative density ``rho``, ``(...)``.

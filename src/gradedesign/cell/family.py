@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from gradedesign.arrays import FloatArray
+from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.errors import PluginError
 
 Symmetry = Literal["cubic", "tetragonal", "orthotropic", "none"]
@@ -46,6 +47,9 @@ class CellFamily:
         False where the void is meant to be closed pores, or channels that do not lead through the
         cell in three directions: then only the solid must be connected, and powder or resin stays
         in the pores.
+    struts : callable, optional
+        ``struts(**parameters) -> StrutAxes`` where the cell is made of round struts with the level
+        as their radius; None where it is not, or not with these parameters.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class CellFamily:
     sides: Literal[1, 2] = 1
     period: int = 1
     open_void: bool = True
+    struts: Callable[..., StrutAxes | None] | None = None
 
     def __post_init__(self) -> None:
         if not (isinstance(self.period, int) and self.period >= 1):

@@ -36,7 +36,8 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.result import RunResult
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, build_registry
-from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
+from gradedesign.resolve.build_volume import require_fits
+from gradedesign.resolve.lattice_files import lattice_files, overhang_data, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
@@ -141,6 +142,7 @@ def _generate(
     mend = part_repairer(case, registry)
     with announce.stage("part"), locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
+    require_fits(case, part.surface)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
@@ -154,7 +156,7 @@ def _generate(
     )
     result = generated_result(case, registry, made, report)
     material = None if case.material is None else resolve_material(case.material, registry)
-    lattice = printed_lattice(case, made.surface, made.design, material)
+    lattice = printed_lattice(case, part.surface, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
 
 
@@ -178,6 +180,7 @@ def _design(
         cell_size=cell_map.size,
         density=density,
         parameters=built.parameters,
+        axes=cells.families[0].axes if len(cells.families) == 1 else None,
     )
     return design, built, report
 
@@ -253,6 +256,7 @@ def generated_result(
             "cell": cell,
             "cell_map": dict(report),
             "transition": dict(made.built.transition),
+            **overhang_data(case, made.surface),
             "volume_mm3": volume,
         },
         repairs=made.part.report.changes,

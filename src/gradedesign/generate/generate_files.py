@@ -11,7 +11,7 @@ from gradedesign.loop.announce import Announcer
 from gradedesign.output.pictures import picture_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.result import RunResult
-from gradedesign.resolve.lattice_files import LatticeFile, write_lattice_files
+from gradedesign.resolve.lattice_files import LatticeFile, crossing_warnings, write_lattice_files
 from gradedesign.results.files import RESULT_NAME, write_result
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -32,7 +32,8 @@ def write_generated(
     with announce.stage("output"):
         files |= write_lattice_files(out, formats, lattice)
         cell = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
-        warnings = picture_lattice(out.path_of("lattice.png"), lattice.surface, title=cell)
+        warnings = crossing_warnings(lattice.surface)
+        warnings += picture_lattice(out.path_of("lattice.png"), lattice.surface, title=cell)
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")
             files["lattice"] = "lattice.png"

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.compose import banded_distance, compose
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
@@ -38,6 +39,8 @@ class LatticeDesign:
         Relative density, graded or uniform.
     parameters : mapping of str to float
         Keyword arguments of ``shape``.
+    axes : StrutAxes, optional
+        Of which ``shape`` is the distance, where the cell is made of round struts.
     """
 
     domain: DesignDomain
@@ -47,6 +50,7 @@ class LatticeDesign:
     cell_size: float
     density: DensityGrid | float
     parameters: Mapping[str, float] = field(default_factory=dict)
+    axes: StrutAxes | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))

@@ -178,6 +178,7 @@ def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> Latt
         cell_size=cells.layout.typical,
         density=grid,
         parameters=cells.cell.parameters,
+        axes=cells.cell.axes,
     )
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.lattice.beams import BeamLattice
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 
@@ -35,6 +37,18 @@ class PrintedLattice:
         Points ``(3, ...)`` mm to values ``(...)``, about mm, negative inside the lattice; built
         when it is first called. Disconnected components, which the surface leaves out, are still in
         it.
+    dense_field : callable or None
+        Reach in mm to the same field, exact within that reach of its surface and right in sign
+        everywhere: for samples a third of the reach apart.
+    bodies : int
+        Connected components of the part: as many of the lattice are printed.
+    layer_height, pixel_size : float or None, mm
+        Of the printer, as far as the case states them.
+    build_direction : str
+        ``"+x"`` to ``"-z"``: what points upwards in the printer.
+    beams : callable or None
+        Without arguments: the lattice as `BeamLattice` where it is made of round struts in equal
+        cubes, else a `LatticeError`. Disconnected components are still in it.
     unit : str
         Always ``"mm"``.
     """
@@ -46,6 +60,12 @@ class PrintedLattice:
     material: str | None = None
     mass_g: float | None = None
     field: Field | None = None
+    dense_field: Callable[[float], Field] | None = None
+    bodies: int = 1
+    layer_height: float | None = None
+    pixel_size: float | None = None
+    build_direction: str = "+z"
+    beams: Callable[[], BeamLattice] | None = None
     unit: str = "mm"
 
     @property

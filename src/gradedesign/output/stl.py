@@ -12,6 +12,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.atomic import replacing
 
@@ -116,20 +117,23 @@ def _records(corners: FloatArray) -> np.ndarray:
 
 
 def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> None:
-    """Compare size, count and enclosed volume of the file with what was meant."""
+    """Compare size, count, closedness and volume of the file with what was meant."""
     size = path.stat().st_size
-    triangles, enclosed = -1, 0.0
+    triangles, enclosed, balance = -1, 0.0, 0
     if size == 84 + 50 * count:
         with path.open("rb") as handle:
             handle.seek(80)
             triangles = int(np.frombuffer(handle.read(4), dtype="<u4")[0])
             while block := handle.read(50 * _BATCH):
-                corners = np.frombuffer(block, dtype=_RECORD)["corners"].astype(np.float64)
-                a, b, c = np.moveaxis(corners - middle, 1, 0)
+                corners = np.frombuffer(block, dtype=_RECORD)["corners"]
+                balance += edge_balance(corners)
+                a, b, c = np.moveaxis(corners.astype(np.float64) - middle, 1, 0)
                 enclosed += float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-    if triangles != count or abs(enclosed - volume) > VOLUME_TOLERANCE * abs(volume):
+    closed = balance % 2**64 == 0
+    if triangles != count or not closed or abs(enclosed - volume) > VOLUME_TOLERANCE * abs(volume):
         raise ResourceError(
-            f"{path} reads back as {size} bytes, {triangles} triangles, {enclosed:g} mm^3; "
-            f"expected {84 + 50 * count} bytes, {count} triangles, {volume:g} mm^3 within 0.1 %; "
-            f"check the disk and write it again"
+            f"{path} reads back as {size} bytes, {triangles} triangles that "
+            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected {84 + 50 * count} "
+            f"bytes, {count} triangles that close, {volume:g} mm^3 within 0.1 %; check the disk "
+            f"and write it again"
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.errors import ResourceError
 from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles
@@ -96,17 +97,20 @@ def _encoded(
 def _require_same(
     path: Path, lattice: PrintedLattice, read: Callable[[Path], RawTriangles]
 ) -> None:
-    """Compare count and enclosed volume of the file with what was meant."""
+    """Compare count, closedness and volume of the file with what was meant."""
     raw = read(path)
     corners = raw.corners * UNIT_MM[raw.unit or "mm"]
     meant = enclosed_volume(lattice.surface)
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
     enclosed = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-    if len(corners) != len(lattice.surface.faces) or not (
-        abs(enclosed - meant) <= VOLUME_TOLERANCE * abs(meant)
+    closed = edge_balance(raw.corners) == 0
+    if (
+        len(corners) != len(lattice.surface.faces)
+        or not closed
+        or not abs(enclosed - meant) <= VOLUME_TOLERANCE * abs(meant)
     ):
         raise ResourceError(
-            f"{path} reads back as {len(corners)} triangles, {enclosed:g} mm^3; expected "
-            f"{len(lattice.surface.faces)} triangles, {meant:g} mm^3 within 0.1 %; check the disk "
-            "and write it again"
+            f"{path} reads back as {len(corners)} triangles that {'' if closed else 'do not '}"
+            f"close, {enclosed:g} mm^3; expected {len(lattice.surface.faces)} that close, "
+            f"{meant:g} mm^3 within 0.1 %; check the disk and write it again"
         )

@@ -18,8 +18,11 @@ from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
+from gradedesign.output.cli_layers import export_cli, export_cli_binary
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.png_stack import export_png_stack
 from gradedesign.output.stl import export_stl
+from gradedesign.output.threemf import export_3mf, export_3mf_beams
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
@@ -62,8 +65,13 @@ def gradedesign_meshers() -> Iterable[Mesher]:
 
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register the exporters of STL, OBJ, PLY, OFF and GLB."""
+    """Register the exporters of STL, 3MF, layers, OBJ, PLY, OFF and GLB."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
+    yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
+    yield Exporter(name="3mf-beams", suffix=".3mf", write=export_3mf_beams)
+    yield Exporter(name="cli", suffix=".cli", write=export_cli)
+    yield Exporter(name="cli-binary", suffix=".cli", write=export_cli_binary)
+    yield Exporter(name="png-stack", suffix=".zip", write=export_png_stack)
     yield Exporter(name="obj", suffix=".obj", write=export_obj)
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)

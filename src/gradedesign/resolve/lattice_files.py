@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
+from typing import Any
+
+import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.locate import locating
@@ -14,19 +17,29 @@ from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead
 from gradedesign.errors import PluginError, blaming
+from gradedesign.lattice.beams import beam_lattice
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
+from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.layers import FRAMES
 from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.output.stl import float32_vertices
 from gradedesign.plugin.registry import Registry, absent
+from gradedesign.verify.overhang import overhang
 from gradedesign.workspace.atomic import replacing_path
+from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
 #: Name of the exported surface that acceptance reads back.
 STL_NAME = "lattice.stl"
+#: Triangles that reach less than this beyond each other only touch, mm.
+TOUCHING = 1e-3
+#: Largest surface that is tested for crossing itself, triangles.
+MOST_TESTED = 2_000_000
 #: Other files of a lattice, whose names no exporter gets.
 _TAKEN = ("lattice.png", "lattice.vtu")
 
@@ -84,7 +97,11 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
 
 
 def printed_lattice(
-    case: CaseIdentity, surface: SurfaceMesh, design: LatticeDesign, material: Material | None
+    case: CaseIdentity,
+    part: SurfaceMesh,
+    surface: SurfaceMesh,
+    design: LatticeDesign,
+    material: Material | None,
 ) -> PrintedLattice:
     """The record that exporters receive."""
     mass = None if material is None else enclosed_volume(surface) * material.density * 1e6
@@ -104,7 +121,54 @@ def printed_lattice(
         material=None if material is None else material.name,
         mass_g=mass,
         field=field,
+        dense_field=lambda reach: lattice_field(design, band=reach, single=True),
+        bodies=design.domain.bodies,
+        layer_height=None if case.print is None else case.print.layer_height,
+        pixel_size=None if case.print is None else case.print.pixel_size,
+        build_direction="+z" if case.print is None else case.print.build_direction,
+        beams=lambda: beam_lattice(design, part),
     )
+
+
+def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
+    """Warnings on triangles of the surface, as files hold it, that pass through each other."""
+    if len(surface.faces) > MOST_TESTED:
+        return (
+            f"the printed surface of {len(surface.faces)} triangles is not tested for crossing "
+            f"itself, which is done up to {MOST_TESTED}",
+        )
+    report_step("triangles that pass through each other")
+    vertices = float32_vertices(surface.vertices)
+    pairs = crossing_triangles(vertices, surface.faces, TOUCHING)
+    if len(pairs) == 0:
+        return ()
+    at = ", ".join(f"{c:.4g}" for c in vertices[surface.faces[pairs[0, 0]]].mean(axis=0))
+    return (
+        f"{len(pairs)} triangles of the printed surface pass through others by more than "
+        f"{1e3 * TOUCHING:g} um, the first at ({at}) mm; a slicer may fill or drop something there",
+    )
+
+
+def overhang_data(case: CaseIdentity, surface: SurfaceMesh) -> dict[str, Any]:
+    """Overhangs of the printed surface as plain data; empty where the case states no angle."""
+    if case.print is None or case.print.overhang_angle is None:
+        return {}
+    report_step("overhangs")
+    up = np.array(FRAMES[case.print.build_direction][2], dtype=np.float64)
+    found = overhang(surface, up, case.print.overhang_angle)
+    return {
+        "overhang": {
+            "angle_deg": found.angle,
+            "build_direction": case.print.build_direction,
+            "fraction": found.fraction,
+            "least_fraction": found.least,
+            "least_direction": list(found.best),
+            "most_fraction": found.most,
+            "most_direction": list(found.worst),
+            "supported_area_mm2": found.supported_area,
+            "support_volume_mm3": found.support_volume,
+        }
+    }
 
 
 def write_lattice_files(

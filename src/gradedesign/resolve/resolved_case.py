@@ -27,6 +27,7 @@ from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.analysable import Analysable, analysable_bounds, chosen_analysis
+from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
@@ -122,6 +123,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     mend = part_repairer(case, registry)
     with locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
+    require_fits(case, part.surface)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)

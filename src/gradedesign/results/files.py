@@ -5,19 +5,17 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.stress import element_stress, von_mises
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.iteration_steps import build_design, density_grid
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
@@ -32,13 +30,22 @@ from gradedesign.output.result import RunResult, as_json
 from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
 from gradedesign.resolve.cell_choice import CellChoice
-from gradedesign.resolve.lattice_files import STL_NAME, printed_lattice, write_lattice_files
+from gradedesign.resolve.lattice_files import (
+    STL_NAME,
+    crossing_warnings,
+    overhang_data,
+    printed_lattice,
+    write_lattice_files,
+)
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
-from gradedesign.resolve.solid import solid_stiffness
+from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.results.series import write_series
+from gradedesign.results.solid_vtu import write_solid_vtu
 from gradedesign.verify.analysis import SurfaceFields
+from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
 from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_body import PrintedBody, measure_printed
@@ -101,6 +108,7 @@ def write_outputs(
     solid: Sequence[Solution] = (),
     rho: FloatArray | None = None,
     shown: Shown | None = None,
+    iterations: Sequence[DesignIteration] = (),
 ) -> RunResult:
     """Write the files of what was computed, and return the result with their names."""
     problem = setup.problem
@@ -108,13 +116,21 @@ def write_outputs(
     warnings: list[str] = list(result.warnings)
     with announce.stage("output"):
         warnings += _loads_picture(out, problem, files)
-        if solid:
-            _solid_vtu(out, problem, solid, files)
         density = shown.rho if shown is not None else rho
+        if density is None and solid:
+            write_solid_vtu(out, problem, solid, files)
+        if "inp" in problem.case.output.formats:
+            analysed = None if shown is None else shown.analysed
+            learned = _learned(iterations, density)
+            warnings += write_decks(
+                out, setup, files, solid=solid, rho=density, correction=learned, analysed=analysed
+            )
         if density is not None:
             warnings += _density_files(out, problem, density, files)
+        if iterations and "vtu" in problem.case.output.formats:
+            write_series(out, problem, iterations, files)
         if shown is not None:
-            _exported_files(out, problem, shown.surface, shown.analysed.design, files)
+            warnings += _exported_files(out, problem, shown.surface, shown.analysed.design, files)
             warnings += _lattice_files(out, problem, shown, files)
         elif rho is not None and problem.case.run.stop_after == "lattice":
             warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
@@ -123,9 +139,11 @@ def write_outputs(
         files["report"] = "report.html"
     files["log"] = "iterations.csv"
     files["result"] = RESULT_NAME
+    overhangs = {} if shown is None else overhang_data(problem.case, shown.surface)
     result = replace(
         result,
         folder=out.path,
+        measures={**result.measures, **overhangs},
         files=files,
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),
@@ -143,6 +161,14 @@ def write_outputs(
     return result
 
 
+def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> Correction:
+    """Correction that the explicit analysis of a design taught; none before."""
+    if rho is None:
+        return Correction()
+    found = (one.correction for one in iterations if np.array_equal(one.rho, rho))
+    return next(found, Correction())
+
+
 def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:
     files["loads"] = "loads.png"
     warnings = picture_loads(
@@ -154,32 +180,6 @@ def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> t
     )
     _adopt_drawn(out, files, "loads")
     return warnings
-
-
-def _solid_vtu(
-    out: RunFolder, problem: Problem, solid: Sequence[Solution], files: dict[str, str]
-) -> None:
-    if "vtu" not in problem.case.output.formats:
-        return
-    stiffness = solid_stiffness(problem)
-    data: dict[str, Any] = {}
-    for solution in solid:
-        data[f"displacement {solution.name} [mm]"] = solution.displacement
-    cells = {
-        f"von_mises {s.name} [MPa]": von_mises(
-            element_stress(problem.space, stiffness, s.displacement)
-        ).mean(axis=1)
-        for s in solid
-    }
-    report_step("writing solid.vtu")
-    files["solid_vtu"] = "solid.vtu"
-    write_vtu(
-        out.path_of("solid.vtu"),
-        (problem.space.nodes, problem.space.elements.astype(np.int64)),
-        point_data=data,
-        cell_data=cells,
-    )
-    out.adopt("solid.vtu")
 
 
 def _density_files(
@@ -267,9 +267,9 @@ def _unjudged_lattice(
         raw, keep=problem.domain.bodies, least_pocket=(0.5 * step) ** 3
     )
     out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), surface))
-    _exported_files(out, problem, surface, design, files)
+    warnings = _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
-    warnings = picture_lattice(out.path_of("lattice.png"), surface)
+    warnings += picture_lattice(out.path_of("lattice.png"), surface)
     _adopt_drawn(out, files, "lattice")
     if islands.dropped:
         return (*warnings, f"{islands.dropped} floating islands were removed")
@@ -282,12 +282,13 @@ def _exported_files(
     surface: SurfaceMesh,
     design: LatticeDesign,
     files: dict[str, str],
-) -> None:
+) -> tuple[str, ...]:
     """The printed surface in every format asked for; the STL, always made, lies there already."""
     files["stl"] = STL_NAME
     others = [file for file in problem.lattice_files if file.name != STL_NAME]
-    lattice = printed_lattice(problem.case, surface, design, problem.material)
+    lattice = printed_lattice(problem.case, problem.part.surface, surface, design, problem.material)
     files |= write_lattice_files(out, others, lattice)
+    return crossing_warnings(surface)
 
 
 def _adopt_drawn(out: RunFolder, files: dict[str, str], name: str) -> None:

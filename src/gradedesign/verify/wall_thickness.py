@@ -61,7 +61,7 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
     MeshError
         If rays find no way out of the solid: the surface is open.
     """
-    origins, inward = _surface_rays(surface, rays)
+    origins, inward = surface_rays(surface, rays)
     tree = build_triangle_tree(corner_points(surface))
     length = np.zeros(origins.shape[1])
     exit_lengths(
@@ -81,7 +81,7 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
     )
 
 
-def _surface_rays(surface: SurfaceMesh, count: int) -> tuple[FloatArray, FloatArray]:
+def surface_rays(surface: SurfaceMesh, count: int) -> tuple[FloatArray, FloatArray]:
     """About ``count`` points spread evenly by area, and the inward normals there, ``(3, n)``."""
     vectors = area_vectors(surface)
     area = np.linalg.norm(vectors, axis=1)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign import CaseError, CellFamily, PluginError
+from gradedesign import CaseError, CellFamily, PluginError, StrutAxes
 from gradedesign.fields import (
     Field,
     FloatArray,
@@ -89,6 +89,7 @@ def strut_family(
         source=source,
         parameters={"node_ratio": 1.0, **bending},
         distance=section == "round",
+        struts=_axes(segments, path) if section == "round" else None,
         symmetry=segment_symmetry(bent_segments(segments, path, *settings), normals=normals),
     )
 
@@ -139,10 +140,29 @@ def with_balls(struts: Field, balls: Field, node_ratio: float) -> Field:
     return lambda u: np.minimum(struts(u), balls(u) / node_ratio)
 
 
+def node_places(segments: FloatArray) -> FloatArray:
+    """Ends of segments, one of each set of copies, ``(b, 3)``, cell units."""
+    return np.unique(np.round(np.mod(segments.reshape(-1, 3), 1.0), 9) % 1.0, axis=0)
+
+
 def node_distance(segments: FloatArray) -> Field:
     """Distance to the ends of segments of period 1, cell units."""
-    ends = np.unique(np.round(np.mod(segments.reshape(-1, 3), 1.0), 9) % 1.0, axis=0)
+    ends = node_places(segments)
     return periodic_distance_to_segments(np.stack([ends, ends], axis=1))
+
+
+def _axes(segments: FloatArray, path: str) -> Callable[..., StrutAxes]:
+    """Axes of round struts by the parameters of their family."""
+
+    def axes(*, node_ratio: float = 1.0, **bending: float) -> StrutAxes:
+        settings = tuple(bending[name] for name in PARAMETERS[path])
+        return StrutAxes(
+            segments=bent_segments(segments, path, *(settings or (0.0, 1.0))),
+            balls=node_places(segments),
+            ball_ratio=node_ratio,
+        )
+
+    return axes
 
 
 def _shape(segments: FloatArray, section: str, path: str) -> Callable[..., FloatArray]:

@@ -1,0 +1,142 @@
+"""A 3MF file that was written here, read element by element and held against what was meant."""
+
+from __future__ import annotations
+
+import zipfile
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.parsers import expat
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.errors import ResourceError
+from gradedesign.lattice.beams import BeamLattice
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output.edge_balance import edge_balance
+from gradedesign.output.stl import VOLUME_TOLERANCE
+
+#: Where the model lies in the package.
+MODEL = "3D/3dmodel.model"
+#: Radii and places survive text and float32 within this share.
+_SAME = 1e-5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ObjectRead:
+    """One object of a file as read back.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+    beams : (k, 2) int array
+    radii : (k, 2) array, mm
+    balls : (b, 2) array
+        Node and radius, mm.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    beams: IntArray
+    radii: FloatArray
+    balls: FloatArray
+
+
+def read_back(path: Path) -> list[ObjectRead]:
+    """Objects of a file that was written here, in their order.
+
+    Read element by element, so that numbers alone are held.
+    """
+    objects: list[ObjectRead] = []
+    tables: dict[str, array[float]] = {}
+    default = [0.0]
+    keys = {
+        "vertex": ("x", "y", "z"),
+        "triangle": ("v1", "v2", "v3"),
+        "b:beam": ("v1", "v2"),
+        "b2:ball": ("vindex", "r"),
+    }
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if tag in keys:
+            tables[tag].extend([float(attributes[key]) for key in keys[tag]])
+            if tag == "b:beam":
+                tables["radius"].extend(
+                    [float(attributes.get(key, default[0])) for key in ("r1", "r2")]
+                )
+        elif tag == "object":
+            tables.update({key: array("d") for key in (*keys, "radius")})
+        elif tag == "b:beamlattice":
+            default[0] = float(attributes["radius"])
+
+    def end(tag: str) -> None:
+        if tag == "object":
+            objects.append(_object(tables))
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    with zipfile.ZipFile(path) as package, package.open(MODEL) as model:
+        parser.ParseFile(model)
+    return objects
+
+
+def _object(tables: Mapping[str, array[float]]) -> ObjectRead:
+    def table(name: str, columns: int) -> FloatArray:
+        return np.array(tables[name], dtype=np.float64).reshape(-1, columns)
+
+    return ObjectRead(
+        vertices=table("vertex", 3),
+        faces=table("triangle", 3).astype(np.int64),
+        beams=table("b:beam", 2).astype(np.int64),
+        radii=table("radius", 2),
+        balls=table("b2:ball", 2),
+    )
+
+
+def require_same_surface(path: Path, found: ObjectRead, meant: SurfaceMesh) -> None:
+    """Compare count, closedness and volume of triangles with what was meant."""
+    volume = enclosed_volume(meant)
+    surface = SurfaceMesh(vertices=found.vertices, faces=found.faces)
+    enclosed = enclosed_volume(surface)
+    closed = edge_balance(surface.vertices[surface.faces]) == 0
+    if (
+        len(found.faces) != len(meant.faces)
+        or not closed
+        or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
+    ):
+        raise ResourceError(
+            f"{path} reads back as {len(found.faces)} triangles that "
+            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected {len(meant.faces)} "
+            f"that close, {volume:g} mm^3 within 0.1 %; check the disk and write it again"
+        )
+
+
+def require_same_beams(path: Path, found: ObjectRead, meant: BeamLattice) -> None:
+    """Compare every strut, radius and ball with what was meant."""
+    same = np.array_equal(found.beams, meant.beams) and len(found.balls) == len(meant.ball_nodes)
+    if same:
+        size = np.abs(meant.nodes).max()
+        same = (
+            np.allclose(found.radii, meant.radii, rtol=_SAME, atol=0.0)
+            and np.allclose(found.vertices[: len(meant.nodes)], meant.nodes, atol=_SAME * size)
+            and np.allclose(found.balls[:, 1], meant.ball_radii, rtol=_SAME)
+        )
+    if same and meant.solid is not None:
+        # The solids' triangles come after the nodes of the beams.
+        shifted = ObjectRead(
+            vertices=found.vertices[len(meant.nodes) :],
+            faces=found.faces - len(meant.nodes),
+            beams=found.beams,
+            radii=found.radii,
+            balls=found.balls,
+        )
+        require_same_surface(path, shifted, meant.solid)
+    if not same:
+        raise ResourceError(
+            f"{path} reads back with {len(found.beams)} beams and {len(found.balls)} balls, or "
+            f"other places or radii; expected {len(meant.beams)} and {len(meant.ball_nodes)}; "
+            f"check the disk and write it again"
+        )

@@ -1,0 +1,150 @@
+"""Layers of generated lattices as CLI and PNG: areas, directions, islands, turned parts."""
+
+import io
+import json
+import zipfile
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.output.cli_layers import export_cli, export_cli_binary, read_cli
+from gradedesign.output.contours import contours, signed_area
+from gradedesign.output.layers import slice_lattice
+from gradedesign.output.png_stack import export_png_stack
+from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.part.box import box_surface
+
+CASE = """\
+[case]
+name = "a & b < c"
+[part]
+box = ["10 mm", "5 mm", "5 mm"]
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = 0.4
+[print]
+min_wall = "0.1 mm"
+layer_height = "0.1 mm"
+pixel_size = "0.125 mm"
+build_direction = "{direction}"
+overhang_angle = "40 deg"
+build_volume = ["10 mm", "5 mm", "10 mm"]
+[output]
+formats = ["cli", "cli-binary", "png-stack"]
+"""
+
+
+@pytest.mark.parametrize("direction", ["+z", "-x"])
+def test_layers_of_a_generated_lattice(cli, tmp_path, direction):
+    (tmp_path / "case.toml").write_text(CASE.format(direction=direction), encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    out = tmp_path / "out"
+    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    assert result["files"]["lattice_cli"] == "lattice.cli"
+    assert result["files"]["lattice_png-stack"] == "lattice.zip"
+    overhang = result["measures"]["overhang"]
+    assert overhang["build_direction"] == direction
+    assert (
+        0 <= overhang["least_fraction"] <= overhang["fraction"] <= overhang["most_fraction"] < 0.3
+    )
+    assert overhang["support_volume_mm3"] > 0
+    volume = result["measures"]["volume_mm3"]
+    count, wide, deep = (50, 80, 40) if direction == "+z" else (100, 40, 40)
+    text, binary = (
+        list(read_cli(out / name)) for name in ("lattice.cli", "lattice-cli-binary.cli")
+    )
+    assert b"$$LABEL/1,a & b < c\n" in (out / "lattice.cli").read_bytes()
+    assert len(text) == len(binary) == count + 1
+    assert text[0][1] == []
+    np.testing.assert_allclose(np.diff([top for top, _ in text]), 0.1, atol=2e-6)
+    held = sum(signed_area(p[:-1]) * 0.1 for _, lines in text for _, p in lines)
+    assert held == pytest.approx(volume, rel=0.01)
+    for (_, one), (_, other) in zip(text, binary, strict=True):
+        assert [d for d, _ in one] == [d for d, _ in other]
+        for (_, p), (_, q) in zip(one, other, strict=True):
+            np.testing.assert_allclose(p, q, atol=2e-6)
+            assert (p[0] == p[-1]).all()
+    points = np.concatenate([p for _, lines in text for _, p in lines])
+    if direction == "+z":
+        np.testing.assert_allclose(points.min(axis=0), [0, 0], atol=1e-5)
+        np.testing.assert_allclose(points.max(axis=0), [10, 5], atol=1e-5)
+    with zipfile.ZipFile(out / "lattice.zip") as stack:
+        index = json.loads(stack.read("stack.json"))
+        assert (index["name"], len(index["layers"])) == ("a & b < c", count)
+        assert index["pixels"] == [wide + 2, deep + 2]
+        images = [matplotlib.image.imread(io.BytesIO(stack.read(n))) for n in index["layers"]]
+    assert images[0].shape == (deep + 2, wide + 2)
+    pixels = sum(int((image > 0.5).sum()) for image in images)
+    assert pixels * 0.125**2 * 0.1 == pytest.approx(volume, rel=0.01)
+
+
+def test_a_part_that_its_printer_cannot_hold_is_refused_with_directions(cli, tmp_path):
+    text = CASE.format(direction="+y")
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    # Built towards y, its z lies along x, its x along y: 5 x 10 x 5 mm.
+    assert ended.code == 2
+    told = " ".join(ended.err.split())
+    assert "print.build_volume: found a part of 5 x 10 x 5 mm, built towards +y" in told
+    assert "take build_direction +z, -z" in told
+
+
+def ball(centre, radius):
+    return lambda p: (
+        np.linalg.norm(p - np.reshape(centre, (3, *[1] * (p.ndim - 1))), axis=0) - radius
+    )
+
+
+def lattice_of(field, surface, **stated):
+    settings = {"layer_height": 0.05, "pixel_size": 0.05} | stated
+    return PrintedLattice(
+        surface=surface, name="balls", field=field, dense_field=lambda _: field, **settings
+    )
+
+
+def test_what_hangs_in_the_air_is_left_out_and_columns_that_join_above_are_not(tmp_path):
+    """An arch: two columns that are apart in every layer but the top ones, and a ball beside."""
+
+    def box(low, high):
+        mid, half = (np.add(low, high) / 2), (np.subtract(high, low) / 2)
+        return lambda p: (np.abs(p.T - mid) - half).T.max(axis=0)
+
+    arch = [box((0, 0, 0), (1, 1, 3)), box((2, 0, 0), (3, 1, 3)), box((0, 0, 2), (3, 1, 3))]
+    lone = ball((1.5, 0.5, 1.0), 0.3)
+
+    def field(p):
+        return np.min([f(p) for f in (*arch, lone)], axis=0)
+
+    # 7 mm^3 of arch, as a box of that volume and the arch's extent for the bounds.
+    surface = box_surface((3.0, 1.0, 3.0))
+    object.__setattr__(surface, "faces", surface.faces)
+    lattice = lattice_of(field, surface)
+    with pytest.raises(Exception, match=r"hold 7 mm\^3, the printed surface 9 mm\^3"):
+        slice_lattice(lattice)
+    assert enclosed_volume(surface) == pytest.approx(9)
+    both = lattice_of(field, surface, bodies=2)
+    with pytest.raises(Exception, match=r"hold 7\.1"):
+        slice_lattice(both)
+
+
+@pytest.mark.parametrize("export", [export_cli, export_cli_binary, export_png_stack])
+def test_layers_without_a_height_say_which_key_is_missing(tmp_path, export):
+    lattice = lattice_of(ball((0, 0, 0), 1), box_surface((1, 1, 1)), layer_height=None)
+    with pytest.raises(Exception, match=r"\[print\] layer_height"):
+        export(tmp_path / "x", lattice)
+
+
+def test_contours_go_around_solid_with_the_solid_on_the_left():
+    x, y = np.meshgrid(np.arange(41) / 10 - 2, np.arange(41) / 10 - 2, indexing="ij")
+    ring = np.abs(np.hypot(x, y) - 1.25) - 0.5 + 1e-9
+    loops = contours(ring)
+    areas = sorted(signed_area(p) / 100 for p in loops)
+    np.testing.assert_allclose(areas, [-np.pi * 0.75**2, np.pi * 1.75**2], rtol=5e-3)
+    # Two pixels that touch at a corner are two solids.
+    two = np.ones((4, 4))
+    two[1, 1] = two[2, 2] = -1.0
+    assert [signed_area(p) for p in contours(two)] == [0.5, 0.5]
