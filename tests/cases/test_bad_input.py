@@ -185,8 +185,15 @@ WRONG = {
     "45 densities reversed": ("[0.2, 0.5]", "[0.5, 0.2]", ["lowest above the highest"]),
     "51 nothing there": ('plane = "x = max"', 'plane = "x = 999 mm"', ["region.tip", "nearest"]),
     "55 zero load": ('"50 N"', '"0 N"', ["loads nothing"]),
-    "unknown format": ('["stl"]', '["step"]', ["available: glb, obj, off, ply, stl, vtu, report"]),
-    "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, vtu, report"]),
+    "unknown format": (
+        '["stl"]',
+        '["step"]',
+        [
+            "no format named 'step'; available:",
+            "glb, obj, off, ply, png-stack, stl, vtu, inp, report",
+        ],
+    ),
+    "misspelt format": ('["stl"]', '["stll"]', ['did you mean "stl"', "stl, vtu, inp, report"]),
     "size without a range": ("density =", 'grading = "size"\ndensity =', ["goes with a range"]),
     "unknown cell": ("gyroid-sheet", "gyroid-shet", ['did you mean "gyroid-sheet"?']),
     "unknown law": ("density =", 'law = "ramires"\ndensity =', ["no law named 'ramires'"]),

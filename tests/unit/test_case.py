@@ -213,7 +213,7 @@ def test_every_form_of_region(load):
     assert tilted.normal == pytest.approx((0.0, 0.6, 0.8))
     assert tilted.axis is None
     cylinder = region["bolts"].cylinder
-    assert (cylinder.diameter, cylinder.axis, cylinder.point) == (8.0, "z", (1.0, 2.0, 0.0))
+    assert (cylinder.diameter, cylinder.axis, cylinder.point) == ((8.0, 8.0), "z", (1.0, 2.0, 0.0))
     assert region["bolts"].count == 4
     assert region["top"].facing_vector == (0.0, -1.0, 0.0)
     assert (region["top"].angle, region["bolts"].angle) == (20.0, 15.0)

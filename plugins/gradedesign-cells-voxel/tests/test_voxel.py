@@ -213,8 +213,8 @@ def test_a_mesh_that_does_not_repeat_is_refused():
 
 
 def test_mesh_files_go_to_their_readers(tmp_path):
-    family = cell_from_mesh(tmp_path / "cell.step", name="bad")
-    with pytest.raises(PluginError, match=r"no installed reader knows '.step'.*\.stl"):
+    family = cell_from_mesh(tmp_path / "cell.docx", name="bad")
+    with pytest.raises(PluginError, match=r"no installed reader knows '.docx'.*\.stl"):
         family.shape(np.zeros(3))
     family = cell_from_mesh(tmp_path / "missing.stl", name="bad")
     with pytest.raises(PartError, match="cannot be read"):
