@@ -283,7 +283,7 @@ def test_a_window_that_differs_does_not_match():
 
 
 def sampled(spacing, size=8.0, scale=1.0):
-    """Stress of a bar in bending and tension, 0 at one face, at the centres of cubes."""
+    """Stress along x, MPa, of tension with some bending, at the centres of cubes of an edge, mm."""
     axis = (np.arange(np.ceil(size / spacing)) + 0.5) * spacing
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1)
     stress = np.zeros((3, 3, points.shape[1]))

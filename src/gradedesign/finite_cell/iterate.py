@@ -54,9 +54,9 @@ def conjugate_gradients(
 
     The iteration ends by its residual or by its error in the energy norm, whichever is small
     first. Of the square of that error, every step takes away a known share: the shares of the last
-    third of the steps estimate what was left before them, a delay that grows with the iterations
-    since pieces that hang by slivers converge late (Strakoš and Tichý, ETNA 13, 2002, p. 56; the
-    delay as in Meurant, Papež and Tichý, Numer. Algorithms 88, 2021, p. 1337, grows).
+    third of the steps estimate what was left before them (Strakoš and Tichý, ETNA 13, 2002, p. 56).
+    The delay grows with the iterations, since parts that hang by slivers converge late (Meurant,
+    Papež and Tichý, Numer. Algorithms 88, 2021, p. 1337, choose it by other means).
 
     Parameters
     ----------

@@ -43,10 +43,11 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Boundary force and strain energy must match the driving analysis to this share.
 MATCH = 0.03
-#: Thickness of the slab behind a cut plane in which its force is taken, over the surface size; the
-#: middle weighs most. Sample points lie inside or outside of a slab as a whole: with equal weights
-#: in a slab of 2 a gyroid sheet's forces differed by 10 %, as much as the volumes of the samples
-#: there, where mean stress differs by 0.4 % and these slabs by 0.6 % (9 bricks a cell).
+#: Thickness of the slab behind a cut plane in which its force is taken, over the surface size, but
+#: at most half of the box; the middle weighs most. Sample points lie inside or outside of a slab as
+#: a whole: with equal weights in a slab of 2 a gyroid sheet's forces differed by 10 %, as much as
+#: the volumes of the samples there, where mean stress differs by 0.4 % and these slabs by 0.6 %
+#: (9 bricks a cell).
 SLAB = 6.0
 #: Share of a submodel's cut nodes that may find no driving displacement.
 MOST_UNDRIVEN = 0.05
