@@ -28,7 +28,7 @@ CELLS, LIMIT = 4.0, 2.0
 
 def measure(name: str, samples: int) -> None:
     """Sample one family in this process and print a line."""
-    from gradedesign.lattice.sample import sample_bricks
+    from gradedesign.lattice.sample import sample_slabs
     from gradedesign.plugin.registry import build_registry
 
     family = build_registry().cell_families[name]
@@ -37,7 +37,7 @@ def measure(name: str, samples: int) -> None:
         return family.shape(points.astype(np.float32), **family.parameters)
 
     wall, cpu, least = time.perf_counter(), time.process_time(), np.inf
-    for piece in sample_bricks(field, (0, 0, 0), (samples,) * 3, CELLS / (samples - 1)):
+    for piece in sample_slabs(field, (0, 0, 0), (samples,) * 3, CELLS / (samples - 1)):
         least = min(least, float(piece.values.min()))
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20

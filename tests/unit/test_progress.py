@@ -238,7 +238,7 @@ def test_every_long_command_shows_progress():
         ("fe._assembly_kernels", "elements_of_nodes block_pattern stiffness_blocks"),
         ("fe._space_kernels", "number_edges"),
         ("fe._multigrid_kernels", "_multiply_threaded _relax_threaded inverse_diagonal"),
-        ("lattice._surface_kernels", "march_brick unpaired_edges vertex_shells shell_volumes"),
+        ("lattice._surface_kernels", "march_slab unpaired_edges vertex_shells shell_volumes"),
         ("cell._percolation_kernels", "flood"),
     ],
 )

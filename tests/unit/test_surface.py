@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from oracles.marching_by_cube import triangles_by_cube, triangles_by_place
 from scipy.ndimage import map_coordinates
 
 from gradedesign.errors import LatticeError
@@ -16,7 +17,15 @@ from gradedesign.lattice._surface_kernels import (
     unpaired_edges,
     vertex_shells,
 )
-from gradedesign.lattice.surface import END_GAP, extract_surface, require_closed
+from gradedesign.lattice.deep_blocks import BLOCK, CLEARANCE, _take_out_edges, deep_blocks
+from gradedesign.lattice.surface import (
+    END_GAP,
+    BoxedGrid,
+    boxed_grid,
+    contour,
+    extract_surface,
+    require_closed,
+)
 from gradedesign.mesh.surface_mesh import (
     SurfaceMesh,
     area_vectors,
@@ -86,10 +95,10 @@ def test_kernel_numbers_edges_as_the_table():
 
 @pytest.mark.parametrize("seed", [7, 23, 101])
 def test_noise_gives_a_closed_manifold(seed):
-    """White noise at the nodes meets all 256 cases, in bricks that do not divide the grid."""
+    """White noise at the nodes meets all 256 cases, in slabs that do not divide the grid."""
     noise = np.random.default_rng(seed).normal(size=(16, 16, 16))
     surface = extract_surface(
-        lambda p: map_coordinates(noise, p, order=0), [0, 0, 0], [15, 15, 15], 1.0, brick=4
+        lambda p: map_coordinates(noise, p, order=0), [0, 0, 0], [15, 15, 15], 1.0, nodes=700
     )
     assert open_edge_count(surface) == 0
     assert unpaired_edges(surface.faces, len(surface.vertices)) == (0, 0)
@@ -102,7 +111,7 @@ def test_values_of_exactly_zero_stay_closed():
     noise = np.random.default_rng(5).integers(-1, 2, size=(12, 12, 12)).astype(float)
     surface = extract_surface(
         lambda p: map_coordinates(noise, p - 0.5, order=0, mode="nearest"),
-        [0, 0, 0], [12, 12, 12], 1.0, brick=5,
+        [0, 0, 0], [12, 12, 12], 1.0, nodes=500,
     )  # fmt: skip
     assert open_edge_count(surface) == 0
     assert vertex_fans_are_single(surface)
@@ -147,8 +156,8 @@ def test_solid_box_is_closed_at_its_faces():
     assert enclosed_volume(surface) == pytest.approx(6 - lost, abs=0.2 * lost)
 
 
-def test_bricks_do_not_change_the_surface():
-    a, b = (extract_surface(sheet, [0] * 3, [1] * 3, 1 / 16, brick=n) for n in (3, 64))
+def test_slabs_do_not_change_the_surface():
+    a, b = (extract_surface(sheet, [0] * 3, [1] * 3, 1 / 16, nodes=n) for n in (3, 1 << 20))
     np.testing.assert_allclose(a.vertices, b.vertices, rtol=0, atol=1e-12)
     assert Counter(map(tuple, np.sort(a.faces, axis=1).tolist())) == Counter(
         map(tuple, np.sort(b.faces, axis=1).tolist())
@@ -222,3 +231,62 @@ def test_rounding_on_a_plane_of_nodes_leaves_no_fragments():
     exact, noisy = extract_surface(field(0.0), *box), extract_surface(field(1e-14), *box)
     assert len(noisy.faces) == len(exact.faces)
     np.testing.assert_allclose(noisy.vertices, exact.vertices, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", [7, 23])
+def test_triangles_are_those_of_every_cube_alone(seed):
+    """White noise at the nodes: the slow loop over cubes finds the same triangles."""
+    noise = np.random.default_rng(seed).normal(size=(8, 9, 7))
+    grid = BoxedGrid(
+        lower=np.full(3, -99.5), upper=np.full(3, 200.0), shape=noise.shape, h=1.0
+    )
+
+    def field(points):
+        return map_coordinates(noise, points + 100, order=0)
+
+    found = contour(field, grid, nodes=130)
+    noise[0], noise[:, 0], noise[:, :, 0] = 0.5, 0.5, 0.5  # outside the box
+    expected = triangles_by_cube(noise)
+    assert triangles_by_place(found.vertices, found.others, grid.origin, 1.0) == expected
+
+
+@pytest.mark.parametrize("seed", [7, 23, 101])
+def test_caps_close_what_lies_outside_marked_blocks(seed):
+    """White noise and arbitrary marks: all triangles close, the others close with the caps."""
+    rng = np.random.default_rng(seed)
+    noise, marked = rng.normal(size=(16, 16, 16)) - 0.3, rng.random((8, 8, 8)) < 0.5
+    while _take_out_edges(marked):
+        pass
+    found = contour(
+        lambda p: map_coordinates(noise, p, order=0),
+        boxed_grid([0] * 3, [15] * 3, 1.0),
+        marked=marked,
+        block=2,
+        nodes=700,
+    )
+    assert min(len(found.marked), len(found.others), len(found.caps)) > 100
+    n = len(found.vertices)
+    assert unpaired_edges(np.concatenate([found.marked, found.others]), n) == (0, 0)
+    assert unpaired_edges(np.concatenate([found.others, found.caps]), n) == (0, 0)
+    whole = SurfaceMesh(vertices=found.vertices, faces=np.concatenate([found.marked, found.others]))
+    alone = SurfaceMesh(vertices=found.vertices, faces=np.concatenate([found.others, found.caps]))
+    inner = SurfaceMesh(
+        vertices=found.vertices, faces=np.concatenate([found.marked, found.caps[:, ::-1]])
+    )
+    assert enclosed_volume(alone) > 0
+    assert enclosed_volume(inner) > 0
+    assert enclosed_volume(alone) + enclosed_volume(inner) == pytest.approx(enclosed_volume(whole))
+    assert np.linalg.norm(area_vectors(alone), axis=1).min() > 0
+
+
+def test_deep_blocks_lie_inside_and_fill_the_part():
+    """A ball: no corner of a marked block is outside, and all far enough inside are marked."""
+    origin, shape, h = np.full(3, -10.2), (52, 51, 53), 0.4
+    marked = deep_blocks(lambda p: np.linalg.norm(p, axis=0) - 9.0, origin, shape, h)
+    centre = origin[:, None] + h * BLOCK * (np.argwhere(marked).T + 0.5)
+    reach = np.sqrt(3) * h * BLOCK / 2
+    assert np.linalg.norm(centre, axis=0).max() < 9.0 - reach - CLEARANCE * h
+    everywhere = origin[:, None, None, None] + h * BLOCK * (np.indices(marked.shape) + 0.5)
+    left_out = ~marked & (np.linalg.norm(everywhere, axis=0) < 9.0 - reach - CLEARANCE * h)
+    assert np.count_nonzero(left_out) < 0.02 * np.count_nonzero(marked)
+    assert not _take_out_edges(marked.copy())

@@ -1,4 +1,4 @@
-"""Sampling a field on a regular grid, in bricks, so that memory stays bounded."""
+"""Sampling a field on a regular grid, in slabs, so that memory stays bounded."""
 
 from __future__ import annotations
 
@@ -14,20 +14,23 @@ from gradedesign.workspace.progress import report_step
 
 Shape = tuple[int, int, int]
 
+#: Nodes that a slab holds, and that are evaluated at once, about.
+NODES, BATCH = 1 << 21, 1 << 16
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Brick:
-    """Field values on a box of grid nodes.
+class Slab:
+    """Field values on neighbouring planes of grid nodes.
 
     Attributes
     ----------
-    start : (int, int, int)
-        Grid index of the first node.
-    values : (a, b, c) array
+    first : int
+        Grid index along x of the first plane.
+    values : (a, ny, nz) array
         Field at the nodes, negative inside.
     """
 
-    start: Shape
+    first: int
     values: FloatArray
 
 
@@ -66,12 +69,12 @@ def checked_values(field: Field, points: FloatArray) -> FloatArray:
     return values
 
 
-def sample_bricks(
-    field: Field, lower: ArrayLike, shape: Shape, h: float, *, brick: int = 64
-) -> Iterator[Brick]:
-    """Sample a field brick by brick; neighbouring bricks share their border nodes.
+def sample_slabs(
+    field: Field, lower: ArrayLike, shape: Shape, h: float, *, nodes: int = NODES
+) -> Iterator[Slab]:
+    """Sample a field slab by slab along x; neighbouring slabs share a plane of nodes.
 
-    Every node is evaluated once and its value handed on, so bricks agree on shared nodes to the
+    Every node is evaluated once and its value handed on, so slabs agree on shared nodes to the
     last bit even where a field's rounding depends on the batch it is evaluated in.
 
     Parameters
@@ -84,49 +87,36 @@ def sample_bricks(
         Number of nodes along x, y, z.
     h : float, mm
         Spacing.
-    brick : int
-        Cubes along the edge of a brick; a brick holds up to ``(brick + 1)^3`` nodes.
+    nodes : int
+        About as many are held at once; two planes at least.
 
     Yields
     ------
-    Brick
-        In order of their start, z fastest.
+    Slab
+        In order along x.
     """
-    _check_grid(shape, h, brick)
     nx, ny, nz = shape
-    plane_x = np.zeros((ny, nz))
-    for i in range(0, nx - 1, brick):
-        report_step("field on the grid", i / (nx - 1))
-        a = min(brick, nx - 1 - i) + 1
-        plane_y = np.zeros((a, nz))
-        for j in range(0, ny - 1, brick):
-            b = min(brick, ny - 1 - j) + 1
-            plane_z = np.zeros((a, b))
-            for k in range(0, nz - 1, brick):
-                c = min(brick, nz - 1 - k) + 1
-                values = np.zeros((a, b, c))
-                # This order: lines shared by two planes hold stale values in the earlier one.
-                if i:
-                    values[0] = plane_x[j : j + b, k : k + c]
-                if j:
-                    values[:, 0] = plane_y[:, k : k + c]
-                if k:
-                    values[:, :, 0] = plane_z
-                fresh = (int(i > 0), int(j > 0), int(k > 0))
-                start = (i + fresh[0], j + fresh[1], k + fresh[2])
-                size = (a - fresh[0], b - fresh[1], c - fresh[2])
-                values[fresh[0] :, fresh[1] :, fresh[2] :] = checked_values(
-                    field, grid_points(lower, start, size, h)
-                )
-                plane_x[j : j + b, k : k + c] = values[-1]
-                plane_y[:, k : k + c] = values[:, -1]
-                plane_z = values[:, :, -1].copy()
-                yield Brick(start=(i, j, k), values=values)
-
-
-def _check_grid(shape: Shape, h: float, brick: int) -> None:
-    if min(shape) < 2 or not h > 0 or brick < 1:
+    if min(shape) < 2 or not h > 0 or nodes < 1:
         raise LatticeError(
             f"a sampling grid needs at least 2 nodes along each axis, a positive spacing and "
-            f"bricks of at least one cube; got {shape} nodes, {h:g} mm, brick {brick}"
+            f"room for a node; got {shape} nodes, {h:g} mm, {nodes} at once"
         )
+    planes = max(nodes // (ny * nz), 1)
+    last = None
+    for i in range(0, nx - 1, planes):
+        report_step("field on the grid", i / (nx - 1))
+        a = min(planes, nx - 1 - i) + 1
+        values = np.zeros((a, ny, nz))
+        if last is not None:
+            values[0] = last
+        fresh = int(last is not None)
+        # Cubes of nodes rather than lines: their neighbours lie near each other.
+        side = max(round((BATCH / (a - fresh)) ** 0.5), 1)
+        for j in range(0, ny, side):
+            for k in range(0, nz, side):
+                size = (a - fresh, min(side, ny - j), min(side, nz - k))
+                values[fresh:, j : j + side, k : k + side] = checked_values(
+                    field, grid_points(lower, (i + fresh, j, k), size, h)
+                )
+        last = values[-1].copy()
+        yield Slab(first=i, values=values)

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice._marching_table import marching_table
 from gradedesign.lattice._surface_kernels import (
-    count_brick,
+    count_slab,
     cut_at_box,
     edge_points,
-    edge_starts,
-    march_brick,
+    march_slab,
     shell_volumes,
     unpaired_edges,
 )
-from gradedesign.lattice.sample import Shape, checked_values, sample_bricks
+from gradedesign.lattice.sample import BATCH, NODES, Shape, checked_values, sample_slabs
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.workspace.progress import report_step
 
@@ -30,17 +30,35 @@ log = logging.getLogger(__name__)
 NUDGE = 1e-6
 #: Vertices keep this distance from the ends of their grid edge, in grid spacings.
 END_GAP = 1e-3
-#: Points per batch when vertices are moved to the true zero.
-BATCH = 1 << 18
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Contour:
+    """Contour of a field on a cubic grid, the triangles in marked blocks apart.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array, mm
+        On the grid edges, then the inside nodes that are corners of caps.
+    marked, others : (m, 3) int32 arrays
+        Triangles of cubes in marked blocks, and of the other cubes; outward oriented.
+    caps : (m, 3) int32 array
+        Triangles over the faces between both where they are inside. They close ``others``.
+    """
+
+    vertices: FloatArray
+    marked: NDArray[np.int32]
+    others: NDArray[np.int32]
+    caps: NDArray[np.int32]
 
 
 def extract_surface(
-    field: Field, lower: ArrayLike, upper: ArrayLike, h: float, *, brick: int = 32
+    field: Field, lower: ArrayLike, upper: ArrayLike, h: float, *, nodes: int = NODES
 ) -> SurfaceMesh:
     """Closed, manifold surface of ``field <= 0`` inside a box, outward oriented.
 
-    The field is sampled on a cubic grid in bricks of bounded memory and contoured with marching
-    cubes; vertices are named by the grid edge they lie on, so bricks join exactly. Each vertex is
+    The field is sampled on a cubic grid in slabs of bounded memory and contoured with marching
+    cubes; vertices are numbered by the grid edge they lie on, plane by plane. Each vertex is
     then moved along its grid edge by one secant step to the field's own zero. Node values within
     ``1e-6 h`` of zero count as ``+1e-6 h``, and vertices stay ``1e-3 h`` away from grid nodes, so
     no triangle degenerates and none has to be removed.
@@ -54,8 +72,8 @@ def extract_surface(
         outside ``lower``: faces of the box lie between nodes.
     h : float, mm
         Grid spacing.
-    brick : int
-        Cubes along the edge of a brick.
+    nodes : int
+        Grid nodes held at once, about.
 
     Returns
     -------
@@ -67,23 +85,127 @@ def extract_surface(
     LatticeError
         If the field has no solid on the grid, is not finite, or the surface is not closed.
     """
-    began = perf_counter()
+    grid = boxed_grid(lower, upper, h)
+    found = contour(field, grid, nodes=nodes)
+    surface = SurfaceMesh(vertices=found.vertices, faces=found.others)
+    report_step("checking the surface")
+    require_closed(surface)
+    return surface
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BoxedGrid:
+    """A cubic grid of nodes and the box at which a solid on it ends.
+
+    Attributes
+    ----------
+    lower, upper : (3,) array, mm
+        The box; its faces lie between nodes.
+    shape : (int, int, int)
+        Number of nodes.
+    h : float, mm
+        Spacing.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    shape: Shape
+    h: float
+
+    @property
+    def origin(self) -> FloatArray:
+        """First node, ``(3,)``, mm."""
+        return self.lower - 0.5 * self.h
+
+
+def boxed_grid(lower: ArrayLike, upper: ArrayLike, h: float) -> BoxedGrid:
+    """The grid of spacing ``h`` mm that covers a box.
+
+    Raises
+    ------
+    LatticeError
+        If the box is empty or the spacing not positive.
+    """
     lower, upper = (np.array(end, dtype=np.float64) for end in (lower, upper))
     if not (upper > lower).all() or not h > 0:
         raise LatticeError(f"box {lower} to {upper} mm with spacing {h:g} mm is empty")
-    boxed = _cut_at_box(field, lower, upper)
-    origin = lower - 0.5 * h
     x, y, z = (int(n) for n in np.floor((upper - lower) / h + 0.5 + 1e-9) + 2)
-    keys, ends, faces = _march(boxed, origin, (x, y, z), h, brick)
-    vertices = _place_vertices(boxed, keys, ends, origin, (x, y, z), h)
-    surface = SurfaceMesh(vertices=vertices, faces=faces)
-    report_step("checking the surface")
-    require_closed(surface)
+    return BoxedGrid(lower=lower, upper=upper, shape=(x, y, z), h=h)
+
+
+def contour(
+    field: Field,
+    grid: BoxedGrid,
+    *,
+    marked: BoolArray | None = None,
+    block: int = 1,
+    nodes: int = NODES,
+) -> Contour:
+    """Contour a field on a grid as `extract_surface` does, marked blocks of cubes apart.
+
+    Parameters
+    ----------
+    field : callable
+    grid : BoxedGrid
+    marked : (a, b, c) bool array, optional
+        Blocks of ``block`` cubes along each axis, from the first node on; none by default.
+    block : int
+    nodes : int
+        Grid nodes held at once, about.
+
+    Raises
+    ------
+    LatticeError
+        If the field has no solid on the grid, or is not finite.
+    """
+    began = perf_counter()
+    boxed = _cut_at_box(field, grid.lower, grid.upper)
+    h, (_, ny, nz) = grid.h, grid.shape
+    if marked is None:
+        marked, block = np.zeros((1, 1, 1), dtype=bool), max(grid.shape)
+    number = np.full((2, 3, ny, nz), -1, dtype=np.int32)
+    corner = np.zeros((2, ny, nz), dtype=np.int32)
+    table = marching_table()
+    vertices: list[FloatArray] = []
+    corners: list[FloatArray] = []
+    faces: tuple[list[NDArray[np.int32]], ...] = ([], [], [])
+    count, cornered = 0, 0
+    for piece in sample_slabs(boxed, grid.origin, grid.shape, h, nodes=nodes):
+        values = piece.values
+        values[np.abs(values) < NUDGE * h] = NUDGE * h
+        total = count_slab(values, piece.first, table[1], marked, block)
+        edges, ends, nodes_of_caps, *triangles = march_slab(
+            values, piece.first, table, (marked, block), total, (count, cornered), number, corner
+        )
+        first = grid.origin + [h * piece.first, 0.0, 0.0]
+        vertices.append(_placed(boxed, edges, ends, first, h))
+        corners.append(first + h * nodes_of_caps)
+        for some, more in zip(faces, triangles, strict=True):
+            some.append(more)
+        count, cornered = count + len(edges), cornered + len(nodes_of_caps)
+    if not count:
+        raise LatticeError(
+            f"no solid on a grid of {grid.shape[0]} x {ny} x {nz} nodes at {h:g} mm: "
+            f"the lattice misses the part, or its walls are thinner than the grid"
+        )
+    if count + cornered >= 2**31:
+        raise LatticeError(
+            f"the surface has {count + cornered} vertices, at most {2**31 - 1} can be numbered; "
+            f"use a coarser grid or a smaller part"
+        )
+    caps = np.concatenate(faces[2])
+    caps[caps < 0] = count - 1 - caps[caps < 0]
+    found = Contour(
+        vertices=np.concatenate(vertices + corners),
+        marked=np.concatenate(faces[0]),
+        others=np.concatenate(faces[1]),
+        caps=caps,
+    )
     log.info(
         "surface: %d x %d x %d nodes at %g mm, %d triangles, %.1f s",
-        *(x, y, z, h, len(faces), perf_counter() - began),
+        *(*grid.shape, h, len(found.marked) + len(found.others), perf_counter() - began),
     )
-    return surface
+    return found
 
 
 def require_closed(surface: SurfaceMesh) -> float:
@@ -123,56 +245,18 @@ def _cut_at_box(field: Field, lower: FloatArray, upper: FloatArray) -> Field:
     return boxed
 
 
-def _march(
-    field: Field, origin: FloatArray, shape: Shape, h: float, brick: int
-) -> tuple[IntArray, FloatArray, IntArray]:
-    """Unique edge keys ``(n,)``, node values at their ends ``(n, 2)`` and faces ``(m, 3)``."""
-    triangles, counts = marching_table()
-    grid = np.array(shape, dtype=np.int64)
-    all_keys, all_ends, all_faces, used = [], [], [], 0
-    for piece in sample_bricks(field, origin, shape, h, brick=brick):
-        values = np.where(np.abs(piece.values) < NUDGE * h, NUDGE * h, piece.values)
-        total = count_brick(values, counts)
-        if not total[0]:
-            continue
-        start = np.array(piece.start, dtype=np.int64)
-        keys, ends, faces = march_brick(values, start, grid, triangles, counts, total, used)
-        all_keys.append(keys)
-        all_ends.append(ends)
-        all_faces.append(faces)
-        used += len(keys)
-    if not used:
-        raise LatticeError(
-            f"no solid on a grid of {shape[0]} x {shape[1]} x {shape[2]} nodes at {h:g} mm: "
-            f"the lattice misses the part, or its walls are thinner than the grid"
-        )
-    keys = np.concatenate(all_keys)
-    # Not np.unique, whose sort is stable and slower: keys that are equal have
-    # equal ends, so their order does not matter.
-    order = np.argsort(keys)
-    keys = keys[order]
-    fresh = np.concatenate([[True], keys[1:] != keys[:-1]])
-    vertex = np.zeros_like(keys)
-    vertex[order] = np.cumsum(fresh) - 1
-    ends = np.concatenate(all_ends)[order[fresh]]
-    return keys[fresh], ends, vertex[np.concatenate(all_faces)]
-
-
-def _place_vertices(
-    field: Field, keys: IntArray, ends: FloatArray, origin: FloatArray, shape: Shape, h: float
+def _placed(
+    field: Field, edges: IntArray, ends: FloatArray, first: FloatArray, h: float
 ) -> FloatArray:
     """Zero of the field on every grid edge, ``(n, 3)``, mm: linear, then one secant step."""
-    grid = np.array(shape, dtype=np.int64)
-    vertices = np.zeros((len(keys), 3))
-    for low in range(0, len(keys), BATCH):
-        report_step("vertices", low / len(keys))
-        part = slice(low, min(low + BATCH, len(keys)))
+    vertices = np.zeros((len(edges), 3))
+    for low in range(0, len(edges), BATCH):
+        part = slice(low, low + BATCH)
         a, b = ends[part].T
-        starts = edge_starts(keys[part], origin, grid, h)
         at = np.clip(a / (a - b), END_GAP, 1 - END_GAP)
-        value = checked_values(field, edge_points(starts, keys[part], at, h))
+        value = checked_values(field, edge_points(edges[part], at, first, h))
         at = _secant(at, value, a, b)
-        vertices[part] = edge_points(starts, keys[part], at, h).T
+        vertices[part] = edge_points(edges[part], at, first, h).T
     return vertices
 
 
