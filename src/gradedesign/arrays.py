@@ -31,7 +31,7 @@ def locked(
     dtype: type | np.dtype[Any] = np.float64,
     name: str = "array",
 ) -> NDArray[Any]:
-    """Copy into a read-only array after checking its shape.
+    """A read-only array that nobody else writes to, its shape checked.
 
     Parameters
     ----------
@@ -47,14 +47,17 @@ def locked(
     Returns
     -------
     array
-        A C-contiguous copy with ``writeable = False``.
+        C-contiguous, with ``writeable = False``: a copy, or the array itself where it owns its
+        memory and is locked already.
 
     Raises
     ------
     ValueError
         If the shape differs, or a float array holds NaN or infinity.
     """
-    array = np.array(value, dtype=dtype, order="C", copy=True)
+    array = np.array(value, dtype=dtype, order="C", copy=None)
+    if array.flags.writeable or not array.flags.owndata:
+        array = np.array(array, copy=True)
     if array.ndim != len(shape) or any(
         want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
     ):
@@ -64,3 +67,4 @@ def locked(
         raise ValueError(f"{name} holds {bad} values that are not finite")
     array.flags.writeable = False
     return array
+

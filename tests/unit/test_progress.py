@@ -238,7 +238,9 @@ def test_every_long_command_shows_progress():
         ("fe._assembly_kernels", "elements_of_nodes block_pattern stiffness_blocks"),
         ("fe._space_kernels", "number_edges"),
         ("fe._multigrid_kernels", "_multiply_threaded _relax_threaded inverse_diagonal"),
-        ("lattice._surface_kernels", "march_slab unpaired_edges vertex_shells shell_volumes"),
+        ("lattice._marching_kernels", "count_slab march_slab"),
+        ("lattice._surface_kernels", "unpaired_edges vertex_shells shell_volumes volumes_under"),
+        ("mesh._collapse_kernels", "mark_short stars collapse_short number_used"),
         ("cell._percolation_kernels", "flood"),
     ],
 )

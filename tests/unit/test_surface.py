@@ -10,13 +10,8 @@ from scipy.ndimage import map_coordinates
 
 from gradedesign.errors import LatticeError
 from gradedesign.lattice import _marching_table as table
-from gradedesign.lattice._surface_kernels import (
-    _EDGE_AXIS,
-    _EDGE_BASE,
-    shell_volumes,
-    unpaired_edges,
-    vertex_shells,
-)
+from gradedesign.lattice._marching_kernels import _EDGE_AXIS, _EDGE_BASE
+from gradedesign.lattice._surface_kernels import shell_volumes, unpaired_edges, vertex_shells
 from gradedesign.lattice.deep_blocks import BLOCK, CLEARANCE, _take_out_edges, deep_blocks
 from gradedesign.lattice.surface import (
     END_GAP,

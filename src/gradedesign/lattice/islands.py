@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice._surface_kernels import shell_volumes, vertex_shells
 from gradedesign.mesh.quality import piece_labels
+from gradedesign.mesh.short_edges import used_only
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 
@@ -107,7 +108,7 @@ def remove_islands(
     log.info(
         "dropped %d components, %.3g mm^3 (%.2g of the volume)", len(disconnected), gone, share
     )
-    return _faces_only(surface, kept[shell]), report
+    return used_only(surface.vertices, surface.faces[kept[shell]]), report
 
 
 def largest_components(
@@ -206,9 +207,3 @@ def winding(corners: FloatArray, point: FloatArray) -> float:
         + np.einsum("ij,ij->i", c, a) * lb
     )
     return float(np.arctan2(up, down).sum() / (2 * np.pi))
-
-
-def _faces_only(surface: SurfaceMesh, chosen: BoolArray) -> SurfaceMesh:
-    faces = surface.faces[chosen]
-    used, packed = np.unique(faces, return_inverse=True)
-    return SurfaceMesh(vertices=surface.vertices[used], faces=packed.reshape(faces.shape))

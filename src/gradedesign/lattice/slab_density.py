@@ -10,9 +10,10 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray, locked
 from gradedesign.cell.shape import spread_points
 from gradedesign.errors import LatticeError
+from gradedesign.lattice._surface_kernels import volumes_under
 from gradedesign.lattice.domain import LATTICE, phase_at
 from gradedesign.lattice.lattice import LatticeDesign, density_at
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 #: Points of the field per slab; the volume they find is right to about 0.001.
 POINTS_PER_SLAB = 100_000
@@ -140,37 +141,10 @@ def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatA
     axis : int
     planes : (k,) array, mm
     """
-    corners = corner_points(surface)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, axis] / 2
-    height = np.sort(corners[:, :, axis], axis=1)
-    middle = float(height.mean())  # near the surface, so that large coordinates cancel
-    height -= middle
-    mean = height.mean(axis=1)
-    # A triangle wholly above a plane contributes c n, and the n of all triangles sum to zero.
-    volumes = np.zeros(len(planes))
-    for k, plane in enumerate(np.asarray(planes, dtype=np.float64) - middle):
-        low, mid, high = height.T
-        value = np.where(high <= plane, mean, plane)
-        cut = np.flatnonzero((low < plane) & (high > plane))
-        value[cut] = plane - _mean_depth(low[cut], mid[cut], high[cut], plane)
-        volumes[k] = value @ normal
-    return volumes
-
-
-def _mean_depth(low: FloatArray, mid: FloatArray, high: FloatArray, plane: float) -> FloatArray:
-    """Mean of ``max(plane - x, 0)`` over triangles with sorted corner heights that are cut.
-
-    Of a triangle cut next to its lowest corner the part below is a similar one; next to its
-    highest corner, the whole less the part above.
-    """
-    first = mid >= plane
-    depth = np.zeros(len(low))
-    a, b, c = low[first], mid[first], high[first]
-    depth[first] = (plane - a) ** 3 / (3 * np.maximum((b - a) * (c - a), 1e-300))
-    a, b, c = low[~first], mid[~first], high[~first]
-    above = (c - plane) ** 3 / (3 * np.maximum((c - a) * (c - b), 1e-300))
-    depth[~first] = plane - (a + b + c) / 3 + above
-    return depth
+    middle = float(surface.vertices[:, axis].mean())  # so that large coordinates cancel
+    return volumes_under(
+        surface.vertices, surface.faces, axis, np.asarray(planes, dtype=np.float64), middle
+    )
 
 
 def _means(

@@ -11,17 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
+from gradedesign.lattice._marching_kernels import count_slab, edge_points, march_slab
 from gradedesign.lattice._marching_table import marching_table
-from gradedesign.lattice._surface_kernels import (
-    count_slab,
-    cut_at_box,
-    edge_points,
-    march_slab,
-    shell_volumes,
-    unpaired_edges,
-)
+from gradedesign.lattice._surface_kernels import cut_at_box, unpaired_edges
 from gradedesign.lattice.sample import BATCH, NODES, Shape, checked_values, sample_slabs
-from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -50,6 +44,11 @@ class Contour:
     marked: NDArray[np.int32]
     others: NDArray[np.int32]
     caps: NDArray[np.int32]
+
+    @property
+    def count(self) -> int:
+        """Number of triangles without the caps."""
+        return len(self.marked) + len(self.others)
 
 
 def extract_surface(
@@ -203,7 +202,7 @@ def contour(
     )
     log.info(
         "surface: %d x %d x %d nodes at %g mm, %d triangles, %.1f s",
-        *(*grid.shape, h, len(found.marked) + len(found.others), perf_counter() - began),
+        *(*grid.shape, h, found.count, perf_counter() - began),
     )
     return found
 
@@ -222,8 +221,7 @@ def require_closed(surface: SurfaceMesh) -> float:
             f"the surface is not closed: {torn} open or misoriented edges and {overloaded} "
             f"edges with more than two triangles, expected none; use a finer grid"
         )
-    shells = np.zeros(len(surface.vertices), dtype=np.int64)
-    volume = float(shell_volumes(surface.vertices, surface.faces, shells, 1)[0])
+    volume = enclosed_volume(surface)
     if not volume > 0:
         raise LatticeError(
             f"the surface encloses {volume:g} mm^3, expected a positive volume; a field is "

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from gradedesign.lattice.deep_blocks import BLOCK, deep_blocks
 from gradedesign.lattice.domain import grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.surface import extract_surface, require_closed
-from gradedesign.mesh.boolean import intersection
+from gradedesign.lattice.surface import Contour, boxed_grid, contour, require_closed
+from gradedesign.mesh.boolean import cut_capped
+from gradedesign.mesh.short_edges import used_only, without_short_edges
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.workspace.progress import stepping
+from gradedesign.workspace.progress import report_step, stepping
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut.
 OVERHANG = 2.0
@@ -23,7 +27,8 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
 
     Contouring the trimmed field would chamfer every edge between a wall and the part's faces by
     half a grid step. Here the lattice is contoured a little beyond the part and then cut by the
-    part's own triangles, so faces stay flat and edges sharp.
+    part's own triangles, so faces stay flat and edges sharp. Only what lies near the part's surface
+    is cut: the triangles deep inside are kept apart, and joined again by the vertices between.
 
     Parameters
     ----------
@@ -47,11 +52,22 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     overhang = OVERHANG * step
     untrimmed = replace(design, domain=grown(design.domain, overhang))
     field = lattice_field(untrimmed, band=3 * step, single=True)
+    grid = boxed_grid(untrimmed.domain.lower - step, untrimmed.domain.upper + step, step)
     with stepping(f"contouring at {step:.3g} mm"):
-        raw = extract_surface(
-            field, untrimmed.domain.lower - step, untrimmed.domain.upper + step, step
-        )
-    with stepping(f"cutting {len(raw.faces)} triangles with the part"):
-        trimmed = intersection(raw, part, what="printed surface", shortest=SHORTEST * step)
+        deep = deep_blocks(design.domain.distance, grid.origin, grid.shape, step)
+        raw = contour(field, grid, marked=deep, block=BLOCK)
+    with stepping(f"cutting {len(raw.others)} of {raw.count} triangles with the part"):
+        trimmed = _cut(raw, part, SHORTEST * step)
     require_closed(trimmed)
     return trimmed
+
+
+def _cut(raw: Contour, part: SurfaceMesh, shortest: float) -> SurfaceMesh:
+    """Cut the triangles near the part's surface, and join those deep inside to them again."""
+    near = np.concatenate([raw.others, raw.caps])
+    cut = cut_capped(raw.vertices, near, len(raw.caps), part, what="printed surface")
+    number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
+    vertices = np.concatenate([raw.vertices, cut.vertices])
+    faces = np.concatenate([raw.marked, number[cut.faces].astype(np.int32)])
+    report_step("collapsing short edges")
+    return used_only(vertices, without_short_edges(vertices, faces, shortest))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import MeshError
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.workspace.progress import report_step
@@ -46,13 +48,96 @@ def intersection(
     return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
 
 
-def _manifold(surface: SurfaceMesh, what: str) -> Any:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CutPiece:
+    """A capped surface after a cut, without its caps.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Open where the caps were.
+    source : (n,) int array
+        Vertex of the capped surface where a cap met it, else -1.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    source: IntArray
+
+
+def cut_capped(
+    vertices: FloatArray, faces: IntArray, caps: int, second: SurfaceMesh, *, what: str
+) -> CutPiece:
+    """Intersection of a solid with another that leaves some of its triangles alone.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Closed, manifold, outward oriented; the last ones are the caps.
+    caps : int
+        Their number. They lie inside the second solid, away from its surface.
+    second : SurfaceMesh
+    what : str
+        Names the result in messages.
+
+    Raises
+    ------
+    MeshError
+        If the Boolean kernel refuses a surface, changes a cap, or nothing is left.
+    """
+    from manifold3d import Manifold
+
+    report_step("reading the surfaces", blocking=True)
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces] = True
+    packed = (np.cumsum(used) - 1)[faces]
+    mark = Manifold.reserve_ids(1)
+    first = _manifold(SurfaceMesh(vertices=vertices[used], faces=packed), what, mark)
+    solids = first, _manifold(second, what)
+    report_step("intersection", blocking=True)
+    mesh = (solids[0] ^ solids[1]).to_mesh64()
+    triangles = np.asarray(mesh.tri_verts).astype(np.int64)
+    if len(triangles) == 0:
+        raise MeshError(f"{what}: the two solids have no material in common")
+    owner = np.repeat(mesh.run_original_id, np.diff(np.asarray(mesh.run_index).astype(int)) // 3)
+    face = np.asarray(mesh.face_id).astype(np.int64)
+    is_cap = (owner == mark) & (face >= len(faces) - caps)
+    points = np.asarray(mesh.vert_properties)[:, :3]
+    source = np.full(len(points), -1, dtype=np.int64)
+    found, same = 0, faces[face[is_cap]]
+    for turn in range(3):  # the kernel may start a triangle at another corner
+        corners = np.roll(same, turn, axis=1)
+        equal = (points[triangles[is_cap]] == vertices[corners]).all(axis=(1, 2))
+        source[triangles[is_cap][equal]] = corners[equal]
+        found += int(np.count_nonzero(equal))
+    if found != caps:
+        raise MeshError(
+            f"{what}: the Boolean kernel changed {caps - found} of {caps} triangles that lie "
+            f"inside the part; use another grid step"
+        )
+    return CutPiece(vertices=points, faces=triangles[~is_cap], source=source)
+
+
+def _manifold(surface: SurfaceMesh, what: str, mark: int | None = None) -> Any:
+    """The kernel's solid; with a mark, its triangles are told in a result by mark and number."""
     from manifold3d import Manifold, Mesh64
 
+    count = len(surface.faces)
+    told: dict[str, Any] = {}
+    if mark is not None:
+        told = {
+            "run_original_id": np.array([mark], dtype=np.uint32),
+            "run_index": np.array([0, 3 * count], dtype=np.uint64),
+            "face_id": np.arange(count, dtype=np.uint64),
+        }
     # The kernel takes only writeable arrays.
     solid = Manifold(
         Mesh64(
-            vert_properties=np.array(surface.vertices), tri_verts=surface.faces.astype(np.uint64)
+            vert_properties=np.array(surface.vertices),
+            tri_verts=surface.faces.astype(np.uint64),
+            **told,
         )
     )
     if solid.status().name != "NoError":

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.mesh._surface_mesh_kernels import signed_volume
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,11 +49,9 @@ def area_vectors(surface: SurfaceMesh) -> FloatArray:
 
 def enclosed_volume(surface: SurfaceMesh) -> float:
     """Signed enclosed volume by the divergence theorem, mm^3; positive if normals point out."""
-    corners = corner_points(surface)
-    if len(corners) == 0:
+    if len(surface.faces) == 0:
         return 0.0
-    a, b, c = np.moveaxis(corners - surface.vertices.mean(axis=0), 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+    return float(signed_volume(surface.vertices, surface.faces))
 
 
 def enclosed_centroid(surface: SurfaceMesh) -> FloatArray:

@@ -71,7 +71,9 @@ class PrintedLattice:
     @property
     def bounds(self) -> FloatArray:
         """Least and largest corner ``(2, 3)`` of the surface, mm; ``field`` is positive beyond."""
-        points = self.surface.vertices[np.unique(self.surface.faces)]
+        used = np.zeros(len(self.surface.vertices), dtype=bool)
+        used[self.surface.faces] = True
+        points = self.surface.vertices[used]
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @property

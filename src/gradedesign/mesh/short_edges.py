@@ -1,0 +1,58 @@
+"""Short edges of a closed surface, collapsed, and vertices that nothing uses, dropped."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray
+from gradedesign.mesh import _collapse_kernels as kernels
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+
+#: Passes at most; in each, edges collapse that share no neighbours.
+PASSES = 16
+
+_Faces = NDArray[np.int32] | NDArray[np.int64]
+
+
+def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) -> _Faces:
+    """Triangles with edges shorter than a length collapsed where the surface stays sound.
+
+    Vertices do not move: of the two ends of an edge, the one stays from which the triangles round
+    the other are less far away. An edge stays where a triangle would turn by more than 78 degrees
+    or the surface would no longer be a manifold.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+        Closed and manifold.
+    shortest : float, mm
+
+    Returns
+    -------
+    (k, 3) int array
+    """
+    vertices, faces = np.ascontiguousarray(vertices), np.array(faces)
+    for _ in range(PASSES):
+        marked = np.zeros(len(vertices), dtype=np.bool_)
+        if not kernels.mark_short(vertices, faces, shortest**2, marked):
+            break
+        first, users = kernels.stars(faces, marked)
+        locked = np.zeros(len(vertices), dtype=np.bool_)
+        done, put_off = kernels.collapse_short(
+            vertices, faces, shortest**2, first, users, locked
+        )
+        if done:
+            faces = faces[faces[:, 0] >= 0]
+        if not (done and put_off):
+            break
+    return faces
+
+
+def used_only(vertices: FloatArray, faces: _Faces) -> SurfaceMesh:
+    """A surface of the vertices that its triangles use, in their order."""
+    number, count = kernels.number_used(faces, len(vertices))
+    packed = number[faces]
+    used = number >= 0
+    return SurfaceMesh(vertices=vertices if count == len(vertices) else vertices[used], faces=packed)
