@@ -55,9 +55,8 @@ def locked(
     ValueError
         If the shape differs, or a float array holds NaN or infinity.
     """
-    array = np.array(value, dtype=dtype, order="C", copy=None)
-    if array.flags.writeable or not array.flags.owndata:
-        array = np.array(array, copy=True)
+    held = isinstance(value, np.ndarray) and value.flags.owndata and not value.flags.writeable
+    array = np.array(value, dtype=dtype, order="C", copy=None if held else True)
     if array.ndim != len(shape) or any(
         want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
     ):

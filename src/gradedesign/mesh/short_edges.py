@@ -51,8 +51,14 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
 
 
 def used_only(vertices: FloatArray, faces: _Faces) -> SurfaceMesh:
-    """A surface of the vertices that its triangles use, in their order."""
+    """A surface of the vertices that its triangles use, in their order.
+
+    Where all are used, the surface keeps ``vertices`` itself and locks it.
+    """
     number, count = kernels.number_used(faces, len(vertices))
-    packed = number[faces]
-    used = number >= 0
-    return SurfaceMesh(vertices=vertices if count == len(vertices) else vertices[used], faces=packed)
+    packed = number.astype(np.int64)[faces]
+    if count < len(vertices):
+        vertices = vertices[number >= 0]
+    packed.flags.writeable = False  # new arrays of nobody else: the record need not copy them
+    vertices.flags.writeable = False
+    return SurfaceMesh(vertices=vertices, faces=packed)

@@ -9,12 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.output._triangle_kernels import cone_volume, repeated, triangle_numbers
 from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.atomic import replacing
+from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
 
@@ -59,7 +61,7 @@ def write_stl(path: Path, surface: SurfaceMesh) -> str:
     vertices = float32_vertices(surface.vertices)
     digest = hashlib.sha256()
     with replacing(path) as handle:
-        for block in _blocks(vertices[surface.faces]):
+        for block in _blocks(vertices, surface.faces):
             digest.update(block)
             handle.write(block)
     _read_back(path, count, enclosed_volume(surface), surface.vertices.mean(axis=0))
@@ -80,40 +82,37 @@ def float32_vertices(vertices: FloatArray) -> FloatArray:
     LatticeError
         If some stay together after 8 steps.
     """
-    rounded = np.asarray(vertices, dtype=np.float32)
+    rounded = np.ascontiguousarray(vertices, dtype=np.float32)
     for step in range(8):
-        _, first, number = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-        repeated = first[number.ravel()] != np.arange(len(rounded))
-        if not repeated.any():
+        rounded = rounded + np.float32(0.0)  # no negative zero
+        again = repeated(rounded.view(np.uint32))
+        if not again.any():
             return rounded.astype(np.float64)
         if step == 0:
-            log.info("moved %d vertices apart to survive float32", np.count_nonzero(repeated))
+            log.info("moved %d vertices apart to survive float32", np.count_nonzero(again))
         axis = step % 3
         away = np.where(step < 3, np.float32(np.inf), np.float32(-np.inf))
-        rounded = rounded.copy()
-        rounded[repeated, axis] = np.nextafter(rounded[repeated, axis], away)
+        rounded[again, axis] = np.nextafter(rounded[again, axis], away)
     raise LatticeError(
-        f"{np.count_nonzero(repeated)} vertices fall together in the float32 of STL; the detail "
+        f"{np.count_nonzero(again)} vertices fall together in the float32 of STL; the detail "
         f"is too fine for coordinates up to {np.abs(vertices).max():g} mm: use a coarser grid or "
         f"move the part to the origin"
     )
 
 
-def _blocks(corners: FloatArray) -> Iterator[bytes]:
-    """Content of a file of triangles ``(m, 3, 3)``."""
+def _blocks(vertices: FloatArray, faces: IntArray) -> Iterator[bytes]:
+    """Content of a file of triangles ``(m, 3)`` over vertices."""
     yield HEADER.ljust(80, b" ")
-    yield np.array(len(corners), dtype="<u4").tobytes()
-    for low in range(0, len(corners), _BATCH):
-        yield _records(corners[low : low + _BATCH]).tobytes()
-
-
-def _records(corners: FloatArray) -> np.ndarray:
-    records = np.zeros(len(corners), dtype=_RECORD)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    records["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    records["corners"] = corners
-    return records
+    yield np.array(len(faces), dtype="<u4").tobytes()
+    for low in range(0, len(faces), _BATCH):
+        report_step("triangles", low / len(faces))
+        some = faces[low : low + _BATCH]
+        numbers = np.zeros((len(some), 12), dtype=np.float32)
+        triangle_numbers(vertices, some, numbers)
+        records = np.zeros(len(some), dtype=_RECORD)
+        records["normal"] = numbers[:, :3]
+        records["corners"] = numbers[:, 3:].reshape(-1, 3, 3)
+        yield records.tobytes()
 
 
 def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> None:
@@ -127,8 +126,7 @@ def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> Non
             while block := handle.read(50 * _BATCH):
                 corners = np.frombuffer(block, dtype=_RECORD)["corners"]
                 balance += edge_balance(corners)
-                a, b, c = np.moveaxis(corners.astype(np.float64) - middle, 1, 0)
-                enclosed += float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+                enclosed += cone_volume(corners.astype(np.float64), *middle)
     closed = balance % 2**64 == 0
     if triangles != count or not closed or abs(enclosed - volume) > VOLUME_TOLERANCE * abs(volume):
         raise ResourceError(
