@@ -10,9 +10,9 @@ from matplotlib.image import imread
 from gradedesign.case.read_case import load_case
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.boundary_surface import boundary_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
-from gradedesign.output import _opengl, pictures
+from gradedesign.output import _opengl, pictures, visible
 from gradedesign.output.action_mark import SHORTEST, ActionMark
 from gradedesign.output.label_places import label_box
 from gradedesign.output.pictures import (
@@ -24,7 +24,7 @@ from gradedesign.output.pictures import (
     picture_stress,
     round_factor,
 )
-from gradedesign.output.scene import SIZE, Layer, frame_of, hatch, sharp_edges, thinned
+from gradedesign.output.scene import SIZE, Layer, Scene, frame_of, hatch, sharp_edges, thinned
 from gradedesign.part.part import read_part
 from gradedesign.results.marks import action_marks, region_marks, warming_note
 
@@ -391,3 +391,25 @@ def test_sharp_edges_of_a_box_are_its_twelve():
     np.testing.assert_array_equal(np.sort(length), [1] * 8 + [4] * 4)
     open_box = Layer(vertices=surface.vertices, faces=surface.faces[1:])
     assert len(sharp_edges(open_box)) == 12 + 1  # the diagonal is a rim now
+
+
+def test_hidden_triangles_are_left_out_and_the_frame_stays(monkeypatch):
+    """A ball inside a ball, coloured: nothing of the inner one."""
+    values = np.concatenate([np.zeros(len(BALL.vertices)), np.ones(len(BALL.vertices))])
+    layer = Layer(
+        vertices=np.concatenate([BALL.vertices, 0.5 * BALL.vertices]),
+        faces=np.concatenate([BALL.faces, BALL.faces + len(BALL.vertices)]),
+        values=values,
+    )
+    whole = Scene(title="balls", layers=(layer,))
+    frame = frame_of(whole)
+    assert visible.visible(layer, frame) is layer  # few triangles
+    monkeypatch.setattr(visible, "FEW", 10)
+    shown = visible.visible(layer, frame)
+    assert len(shown.faces) < 0.6 * len(BALL.faces)
+    assert not shown.values.any()
+    back = area_vectors(SurfaceMesh(vertices=shown.vertices, faces=shown.faces)) @ frame.back
+    assert np.count_nonzero(back < 0) < 0.01 * len(back)
+    after = frame_of(Scene(title="balls", layers=(shown,)))
+    np.testing.assert_array_equal(after.middle, frame.middle)
+    assert after.height == frame.height

@@ -44,6 +44,7 @@ from gradedesign.output.scene import (
     sharp_edges,
     thinned,
 )
+from gradedesign.output.visible import visible
 from gradedesign.workspace.atomic import write_bytes
 from gradedesign.workspace.progress import report_step
 
@@ -277,8 +278,11 @@ def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
         return _warned(f"{path.name}: not drawn: {fault}")
     plain = not opengl_works()
     most = _draw_plain.MOST_TRIANGLES if plain else _draw_opengl.MOST_TRIANGLES
-    layers = tuple(thinned(layer, most) for layer in scene.layers)
-    if any(a is not b for a, b in zip(layers, scene.layers, strict=True)):
+    frame = frame_of(scene)
+    shown = tuple(visible(layer, frame) for layer in scene.layers)
+    layers = tuple(thinned(layer, most) for layer in shown)
+    scene = replace(scene, layers=shown)
+    if any(a is not b for a, b in zip(layers, shown, strict=True)):
         note = "triangles thinned out for this picture"
         caption = f"{scene.caption}; {note}" if scene.caption else note
         scene = replace(scene, layers=layers, caption=caption)
