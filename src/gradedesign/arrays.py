@@ -66,4 +66,3 @@ def locked(
         raise ValueError(f"{name} holds {bad} values that are not finite")
     array.flags.writeable = False
     return array
-

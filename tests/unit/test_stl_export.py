@@ -5,10 +5,10 @@ import pytest
 import trimesh
 
 from gradedesign.errors import CaseError, LatticeError, ResourceError
-from gradedesign.lattice.surface import extract_surface
+from gradedesign.lattice.surface import extract_surface, require_closed
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output import stl
-from gradedesign.output.stl import float32_vertices, write_stl
+from gradedesign.output.stl import float32_vertices, surface_of_stl, write_stl
 
 
 @pytest.fixture(scope="module")
@@ -88,3 +88,23 @@ def test_damage_is_found_on_reading_back(tmp_path, ball, damage):
     path.write_bytes(data)
     with pytest.raises(ResourceError, match="reads back as"):
         stl._read_back(path, len(ball.faces), enclosed_volume(ball), ball.vertices.mean(axis=0))
+
+
+def test_the_surface_of_a_written_file_is_the_surface(tmp_path, ball):
+    """Equal corners are one vertex again, whatever their order, and nothing else is changed."""
+    path = tmp_path / "ball.stl"
+    write_stl(path, ball)
+    back = surface_of_stl(path.read_bytes(), "ball.stl")
+    assert len(back.vertices) == len(ball.vertices)
+    np.testing.assert_array_equal(
+        back.vertices[back.faces], float32_vertices(ball.vertices)[ball.faces]
+    )
+    assert require_closed(back) == pytest.approx(enclosed_volume(ball), rel=1e-5)
+
+
+def test_a_file_of_another_size_is_no_surface(tmp_path, ball):
+    path = tmp_path / "ball.stl"
+    write_stl(path, ball)
+    for data in (path.read_bytes()[:-50], path.read_bytes()[:70], b""):
+        with pytest.raises(ResourceError, match="bytes for"):
+            surface_of_stl(data, "ball.stl")

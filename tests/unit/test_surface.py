@@ -232,9 +232,7 @@ def test_rounding_on_a_plane_of_nodes_leaves_no_fragments():
 def test_triangles_are_those_of_every_cube_alone(seed):
     """White noise at the nodes: the slow loop over cubes finds the same triangles."""
     noise = np.random.default_rng(seed).normal(size=(8, 9, 7))
-    grid = BoxedGrid(
-        lower=np.full(3, -99.5), upper=np.full(3, 200.0), shape=noise.shape, h=1.0
-    )
+    grid = BoxedGrid(lower=np.full(3, -99.5), upper=np.full(3, 200.0), shape=noise.shape, h=1.0)
 
     def field(points):
         return map_coordinates(noise, points + 100, order=0)

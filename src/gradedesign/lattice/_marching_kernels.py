@@ -189,9 +189,7 @@ def march_slab(
     earlier: tuple[int, int],
     number: NDArray[np.int32],
     corner: NDArray[np.int32],
-) -> tuple[
-    IntArray, FloatArray, IntArray, NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]
-]:
+) -> tuple[IntArray, FloatArray, IntArray, NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Triangles of a slab of node values (nx, ny, nz) whose first plane has grid index ``first``.
 
     Parameters
@@ -249,7 +247,10 @@ def march_slab(
                     for c in range(3):
                         e = triangles[case, t, c]
                         vertex = number[
-                            _EDGE_BASE[e, 0], _EDGE_AXIS[e], j + _EDGE_BASE[e, 1], k + _EDGE_BASE[e, 2]
+                            _EDGE_BASE[e, 0],
+                            _EDGE_AXIS[e],
+                            j + _EDGE_BASE[e, 1],
+                            k + _EDGE_BASE[e, 2],
                         ]
                         if here:
                             marked[rows, c] = vertex
@@ -271,9 +272,7 @@ def march_slab(
 
 
 @njit(cache=True, nogil=True)
-def edge_points(
-    nodes: IntArray, at: FloatArray, first: FloatArray, h: float
-) -> FloatArray:
+def edge_points(nodes: IntArray, at: FloatArray, first: FloatArray, h: float) -> FloatArray:
     """Points ``at`` (n,) of the way along grid edges (n, 4) from a first node, ``(3, n)``."""
     points = np.zeros((3, len(nodes)))
     for v in range(len(nodes)):

@@ -45,9 +45,7 @@ def deep_blocks(distance: Field, origin: FloatArray, shape: Shape, h: float) -> 
         values = np.concatenate(
             [
                 checked_values(distance, origin[:, None] + h * size * (some + 0.5))
-                for some in np.array_split(
-                    open_blocks, -(-open_blocks.shape[1] // BATCH), axis=1
-                )
+                for some in np.array_split(open_blocks, -(-open_blocks.shape[1] // BATCH), axis=1)
             ]
         )
         reach = 0.5 * np.sqrt(3.0) * size * h

@@ -176,7 +176,7 @@ def contour(
         edges, ends, nodes_of_caps, *triangles = march_slab(
             values, piece.first, table, (marked, block), total, (count, cornered), number, corner
         )
-        first = grid.origin + [h * piece.first, 0.0, 0.0]
+        first = grid.origin + np.array([h * piece.first, 0.0, 0.0])
         vertices.append(_placed(boxed, edges, ends, first, h))
         corners.append(first + h * nodes_of_caps)
         for some, more in zip(faces, triangles, strict=True):

@@ -10,6 +10,7 @@ import numpy as np
 
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.surface import require_closed
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
@@ -19,10 +20,8 @@ from gradedesign.limits.verdict import Factors, all_hold, learned_factors, limit
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
-from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output.stl import write_stl
-from gradedesign.part.repair import build_surface
-from gradedesign.part.stl import parse_stl
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.stl import surface_of_stl, write_stl
 from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
@@ -149,7 +148,8 @@ def export_surface(
     Raises
     ------
     LatticeError
-        If the file's volume differs from the analysed solid's by more than 5 %.
+        If the surface in the file does not close as it is, or its volume differs from the analysed
+        solid's by more than 5 %.
     ResourceError
         If the file that is read back is not the one that was written.
     """
@@ -164,9 +164,8 @@ def export_surface(
     report_step("writing and reading back the surface")
     digest = write_stl(out.path_of(STL_NAME), surface)
     out.adopt(STL_NAME, digest)
-    corners, _ = parse_stl(out.read_bytes(STL_NAME), STL_NAME)
-    back, _ = build_surface(corners, repair="safe", bodies=problem.case.part.bodies)
-    volume, meshed = enclosed_volume(back), analysed.result.volume
+    back = surface_of_stl(out.read_bytes(STL_NAME), STL_NAME)
+    volume, meshed = require_closed(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):
         raise LatticeError(
             f"the exported surface encloses {volume:.6g} mm^3 but the explicit analysis holds "

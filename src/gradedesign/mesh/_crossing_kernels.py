@@ -155,3 +155,79 @@ def find_crossed(vertices, faces, box, right, first, count, order, margin, cross
             crossed[i] = _first_crossed(
                 vertices, faces, box, right, first, count, order, i, margin, low, high, stack
             )
+
+
+@njit(cache=True)
+def _cell_range(vertices, faces, i, origin, spacing, shape, cells):
+    """First and last cell of triangle i along each axis, into ``cells`` (2, 3)."""
+    for a in range(3):
+        x, y, z = vertices[faces[i, 0], a], vertices[faces[i, 1], a], vertices[faces[i, 2], a]
+        cells[0, a] = int((min(x, y, z) - origin[a]) / spacing)
+        cells[1, a] = min(int((max(x, y, z) - origin[a]) / spacing), shape[a] - 1)
+
+
+@njit(cache=True, nogil=True)
+def count_in_cells(vertices, faces, origin, spacing, shape, start):
+    """Add the triangles of every cell to ``start[cell + 1]``; returns their sum."""
+    cells = np.zeros((2, 3), dtype=np.int64)
+    total = 0
+    for f in range(len(faces)):
+        _cell_range(vertices, faces, f, origin, spacing, shape, cells)
+        for i in range(cells[0, 0], cells[1, 0] + 1):
+            for j in range(cells[0, 1], cells[1, 1] + 1):
+                row = (i * shape[1] + j) * shape[2] + 1
+                total += cells[1, 2] + 1 - cells[0, 2]
+                if len(start):
+                    for k in range(cells[0, 2], cells[1, 2] + 1):
+                        start[row + k] += 1
+    return total
+
+
+@njit(cache=True, nogil=True)
+def list_in_cells(vertices, faces, origin, spacing, shape, start):
+    """Triangles of every cell, in order, from the running sums ``start``."""
+    users = np.zeros(start[-1], dtype=np.int32)
+    fill = start[:-1].copy()
+    cells = np.zeros((2, 3), dtype=np.int64)
+    for f in range(len(faces)):
+        _cell_range(vertices, faces, f, origin, spacing, shape, cells)
+        for i in range(cells[0, 0], cells[1, 0] + 1):
+            for j in range(cells[0, 1], cells[1, 1] + 1):
+                for k in range(cells[0, 2], cells[1, 2] + 1):
+                    at = (i * shape[1] + j) * shape[2] + k
+                    users[fill[at]] = f
+                    fill[at] += 1
+    return users
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def find_crossed_in_cells(vertices, faces, origin, spacing, shape, start, users, margin, crossed):
+    """As `find_crossed`, from the triangles that share a cell of a cubic grid."""
+    n = len(faces)
+    thin = 1e-3 * margin
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        low, high = np.zeros(3), np.zeros(7)  # high, then the plane
+        cells = np.zeros((2, 3), dtype=np.int64)
+        for t in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            for a in range(3):
+                x, y, z = (
+                    vertices[faces[t, 0], a],
+                    vertices[faces[t, 1], a],
+                    vertices[faces[t, 2], a],
+                )
+                low[a], high[a] = min(x, y, z), max(x, y, z)
+            plane = high[3:]
+            _plane(vertices, faces, t, plane)
+            _cell_range(vertices, faces, t, origin, spacing, shape, cells)
+            for i in range(cells[0, 0], cells[1, 0] + 1):
+                for j in range(cells[0, 1], cells[1, 1] + 1):
+                    for k in range(cells[0, 2], cells[1, 2] + 1):
+                        at = (i * shape[1] + j) * shape[2] + k
+                        for s in range(start[at + 1] - 1, start[at] - 1, -1):
+                            other = users[s]
+                            if other <= t or crossed[t] >= 0:
+                                break  # those of a cell are in order
+                            if _triangle_meets(
+                                vertices, faces, other, low, high, plane, thin
+                            ) and _cross(vertices, faces, t, other, margin):
+                                crossed[t] = other

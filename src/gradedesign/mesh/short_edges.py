@@ -40,9 +40,7 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
             break
         first, users = kernels.stars(faces, marked)
         locked = np.zeros(len(vertices), dtype=np.bool_)
-        done, put_off = kernels.collapse_short(
-            vertices, faces, shortest**2, first, users, locked
-        )
+        done, put_off = kernels.collapse_short(vertices, faces, shortest**2, first, users, locked)
         if done:
             faces = faces[faces[:, 0] >= 0]
         if not (done and put_off):

@@ -25,24 +25,25 @@ def _key(x, y, z):
 
 
 @njit(cache=True, nogil=True)
-def repeated(bits):
-    """Which points (n, 3 words) equal an earlier one, by an open hash table."""
+def first_equal(bits):
+    """Earliest point with the coordinates of each point (n, 3 words), by an open hash table."""
     n = len(bits)
     size = 16
     while size < 2 * n:
         size *= 2
     mask = np.uint64(size - 1)
     table = np.full(size, -1, dtype=np.int32)
-    found = np.zeros(n, dtype=np.bool_)
+    found = np.zeros(n, dtype=np.int32)
     for i in range(n):
         at = _key(bits[i, 0], bits[i, 1], bits[i, 2]) & mask
+        found[i] = i
         while table[at] >= 0:
             j = table[at]
             if bits[i, 0] == bits[j, 0] and bits[i, 1] == bits[j, 1] and bits[i, 2] == bits[j, 2]:
-                found[i] = True
+                found[i] = j
                 break
             at = (at + np.uint64(1)) & mask
-        if not found[i]:
+        if found[i] == i:
             table[at] = i
     return found
 
@@ -94,7 +95,5 @@ def cone_volume(corners, x, y, z):
         ax, ay, az = corners[f, 0, 0] - x, corners[f, 0, 1] - y, corners[f, 0, 2] - z
         bx, by, bz = corners[f, 1, 0] - x, corners[f, 1, 1] - y, corners[f, 1, 2] - z
         cx, cy, cz = corners[f, 2, 0] - x, corners[f, 2, 1] - y, corners[f, 2, 2] - z
-        total += (
-            ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-        )
+        total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
     return total / 6.0

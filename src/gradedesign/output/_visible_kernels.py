@@ -27,7 +27,11 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
     for f in range(len(faces)):
         for c in range(3):
             v = faces[f, c]
-            a, b, d = vertices[v, 0] - middle[0], vertices[v, 1] - middle[1], vertices[v, 2] - middle[2]
+            a, b, d = (
+                vertices[v, 0] - middle[0],
+                vertices[v, 1] - middle[1],
+                vertices[v, 2] - middle[2],
+            )
             x[c] = (a * right[0] + b * right[1] + d * right[2]) / spacing + 0.5 * (shape[0] - 1)
             y[c] = (a * up[0] + b * up[1] + d * up[2]) / spacing + 0.5 * (shape[1] - 1)
             z[c] = a * back[0] + b * back[1] + d * back[2]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gradedesign.output._triangle_kernels import directed_balance
 
+
 def edge_balance(corners: NDArray[np.floating]) -> int:
     """Sum of a hash over the directed edges of triangles, less that over the reversed edges.
 

@@ -12,7 +12,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
-from gradedesign.output._triangle_kernels import cone_volume, repeated, triangle_numbers
+from gradedesign.output._triangle_kernels import cone_volume, first_equal, triangle_numbers
 from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.atomic import replacing
@@ -85,7 +85,7 @@ def float32_vertices(vertices: FloatArray) -> FloatArray:
     rounded = np.ascontiguousarray(vertices, dtype=np.float32)
     for step in range(8):
         rounded = rounded + np.float32(0.0)  # no negative zero
-        again = repeated(rounded.view(np.uint32))
+        again = first_equal(rounded.view(np.uint32)) != np.arange(len(rounded))
         if not again.any():
             return rounded.astype(np.float64)
         if step == 0:
@@ -98,6 +98,30 @@ def float32_vertices(vertices: FloatArray) -> FloatArray:
         f"is too fine for coordinates up to {np.abs(vertices).max():g} mm: use a coarser grid or "
         f"move the part to the origin"
     )
+
+
+def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
+    """Surface of a binary STL file that `write_stl` wrote: equal corners are one vertex.
+
+    Nothing is repaired: the caller checks that the surface closes as it is.
+
+    Raises
+    ------
+    ResourceError
+        If the size of the file is not that of its triangles.
+    """
+    count = int(np.frombuffer(data[80:84], dtype="<u4")[0]) if len(data) > 84 else 0
+    if count == 0 or len(data) != 84 + 50 * count:
+        raise ResourceError(
+            f"{source} holds {len(data)} bytes for {count} triangles, expected {84 + 50 * count} "
+            f"and at least one triangle; leave the folder of a run alone while it runs"
+        )
+    points = np.frombuffer(data, dtype=_RECORD, offset=84)["corners"].reshape(-1, 3)
+    points = points + np.float32(0.0)  # no negative zero
+    first = first_equal(points.view(np.uint32))
+    fresh = first == np.arange(len(first))
+    number = np.cumsum(fresh) - 1
+    return SurfaceMesh(vertices=points[fresh], faces=number[first].reshape(-1, 3))
 
 
 def _blocks(vertices: FloatArray, faces: IntArray) -> Iterator[bytes]:

@@ -38,8 +38,8 @@ log = logging.getLogger(__name__)
 STL_NAME = "lattice.stl"
 #: Triangles that reach less than this beyond each other only touch, mm.
 TOUCHING = 1e-3
-#: Largest surface that is tested for crossing itself, triangles.
-MOST_TESTED = 2_000_000
+#: Largest surface that is tested for crossing itself, triangles: about 1 GB is taken.
+MOST_TESTED = 20_000_000
 #: Other files of a lattice, whose names no exporter gets.
 _TAKEN = ("lattice.png", "lattice.vtu")
 
