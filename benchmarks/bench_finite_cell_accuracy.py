@@ -81,9 +81,9 @@ def compare(name, rho, cells):
         known = banded([(h, work[case]) for h, work in found], (2.0, 2.0, 2.0))
         band = banded([(r.spacing, r.work[case]) for r in (coarse, fine)], ORDERS)
         inside = "in the band" if band.low <= known.value <= band.high else "OUTSIDE THE BAND"
-        finest = found[-1][1][case]
+        finest = found[-1][1][case] / known.value - 1
         print(
-            f"  {case}: tetrahedra {known.value:.4g} N mm (finest {finest / known.value - 1:+.1%}); "
+            f"  {case}: tetrahedra {known.value:.4g} N mm (finest {finest:+.1%}); "
             f"finite cells {coarse.work[case] / known.value - 1:+.1%}, "
             f"{fine.work[case] / known.value - 1:+.1%}, band {band.low / known.value - 1:+.1%} to "
             f"{band.high / known.value - 1:+.1%}, half {band.half_width:.1%}: {inside}",
