@@ -86,7 +86,7 @@ def extract_surface(
     """
     grid = boxed_grid(lower, upper, h)
     found = contour(field, grid, nodes=nodes)
-    surface = SurfaceMesh(vertices=found.vertices, faces=found.others)
+    surface = SurfaceMesh(vertices=found.vertices, faces=found.others.astype(np.int64))
     report_step("checking the surface")
     require_closed(surface)
     return surface

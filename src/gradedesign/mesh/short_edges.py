@@ -33,7 +33,7 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
     -------
     (k, 3) int array
     """
-    vertices, faces = np.ascontiguousarray(vertices), np.array(faces)
+    vertices, faces = np.ascontiguousarray(vertices), faces.copy()
     for _ in range(PASSES):
         marked = np.zeros(len(vertices), dtype=np.bool_)
         if not kernels.mark_short(vertices, faces, shortest**2, marked):
