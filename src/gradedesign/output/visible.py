@@ -18,7 +18,8 @@ SAMPLES = 3
 def visible(layer: Layer, frame: Frame) -> Layer:
     """A large opaque layer without the triangles that others of it hide.
 
-    A triangle stays where it is foremost at one of `SAMPLES` squared samples of a pixel. The
+    A triangle stays where it is foremost at one of `SAMPLES` squared samples of a pixel, or all
+    its corners are such a triangle's, so that narrow ones leave no cracks. The
     outermost vertices stay as well, so that the scene keeps its frame.
     """
     if len(layer.faces) <= FEW or layer.opacity < 1.0:
@@ -33,6 +34,9 @@ def visible(layer: Layer, frame: Frame) -> Layer:
         frame.height / (SAMPLES * SIZE[1]),
         (SAMPLES * SIZE[0], SAMPLES * SIZE[1]),
     )
+    corner = np.zeros(len(layer.vertices), dtype=bool)
+    corner[layer.faces[seen]] = True
+    seen = corner[layer.faces].all(axis=1)
     faces = layer.faces[seen]
     used = np.zeros(len(layer.vertices), dtype=bool)
     used[faces] = True
