@@ -24,7 +24,7 @@ from pathlib import Path
 
 SIZE, STEPS, DENSITY = 10.0, 24, 0.3
 #: Level of the sheet at this density.
-LEVEL = 0.46
+LEVEL = 0.467
 
 CASE = """
 [case]
