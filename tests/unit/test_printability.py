@@ -201,7 +201,7 @@ def test_the_grid_resolves_the_throat_that_is_stated():
     extent = np.array([100.0, 100.0, 100.0])
     coarse, _, _ = grid_step(PrintSpec(), extent)
     fine, margin, need = grid_step(PrintSpec(min_throat="1.2 mm"), extent)
-    assert coarse == pytest.approx(100 / 4e6 ** (1 / 3))
+    assert coarse == pytest.approx(100 / 2e6 ** (1 / 3))
     assert fine == pytest.approx(0.15)
     assert margin * fine > 0.6
     assert need > 500**3 * 20

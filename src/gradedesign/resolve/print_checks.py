@@ -184,8 +184,8 @@ def _support(spec: PrintSpec, found: Printability) -> str:
     return (
         f"{hanging.supported_share:.1%} of the printed surface overhangs at less than "
         f"{hanging.angle:g} deg, above {hanging.support_volume:.4g} mm^3 of support; with what "
-        f"lies on the plate {hanging.fraction:.1%}, and {hanging.least:.1%} if it were built towards "
-        f"{_point(hanging.best, '')}"
+        f"lies on the plate {hanging.fraction:.1%}, and {hanging.least:.1%} if it were built "
+        f"towards {_point(hanging.best, '')}"
     )
 
 

@@ -18,7 +18,7 @@ from gradedesign.verify.wall_thickness import WallThickness
 from gradedesign.workspace.progress import report_step
 
 #: Voxels of the part's box where nothing that is stated asks for more.
-VOXELS = 4_000_000
+VOXELS = 2_000_000
 #: No index of a voxel is larger.
 MOST_VOXELS = 2**31 - 1
 

@@ -30,8 +30,8 @@ _TOUCH = 1.4
 #: Smaller voids are below the grid, voxels.
 _LEAST_VOXELS = 8
 #: Percentiles of the volume by the throats that lead to it, %, and how often each is halved.
-_PERCENTILES = (5.0, 50.0, 95.0)
-_HALVINGS = 7
+_PERCENTILES = (5.0, 50.0)
+_HALVINGS = 6
 #: Trapped voids that are described, from the largest.
 _TOLD = 10
 
