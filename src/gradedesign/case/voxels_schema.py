@@ -7,13 +7,13 @@ from typing import Annotated
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table
 from gradedesign.case.value_types import (
-    Distance,
     Flag,
     JsonSchema,
     Number,
     Quantity,
     Reader,
     Refused,
+    Size,
     Triple,
     three,
 )
@@ -49,6 +49,6 @@ class VoxelsSpec(Table):
     """Whether voxels below the threshold are solid instead."""
     spacing: Annotated[Triple | None, _Spacing()] = None
     """Edges of a voxel, mm; may be left out where the file has them."""
-    tolerance: Distance | None = None
-    """Largest distance of the smoothed surface from that of the voxels, mm; half of their shortest
-    edge by default, 0 leaves their steps."""
+    tolerance: Size | None = None
+    """How far smoothing may move the surface of the voxels, mm; half of their shortest edge by
+    default."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 from math import isfinite
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, map_coordinates
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
@@ -23,10 +25,10 @@ log = logging.getLogger(__name__)
 
 #: The surface encloses the volume of the voxels within this share; better where it is reached soon.
 VOLUME_TOLERANCE, _VOLUME_AIM = 5e-3, 1e-3
-#: Shifts of the surface, each from the volume before it.
-_SHIFTS = 4
+#: Shifts of the surface, by the volume over the shift before.
+_SHIFTS = 5
 #: Width of the smoothing, over how far the surface may move.
-_SIGMA = 2.0
+_SIGMA = 1.0
 #: Empty voxels around the part, so that its surface closes.
 _MARGIN = 2
 
@@ -36,9 +38,9 @@ def voxel_triangles(
 ) -> RawTriangles:
     """The surface of the solid voxels of a scan.
 
-    The signed distance to the faces of the voxels is smoothed by a Gaussian, held within the
-    tolerance of what it was, and shifted until it encloses the volume of the voxels. So every
-    point of the surface is within the tolerance of theirs.
+    The signed distance to the faces of the voxels, linear between their centres, is smoothed by a
+    Gaussian, held within the tolerance of what it was, and shifted until it encloses the volume of
+    the voxels. So the surface moves by the tolerance at most.
 
     Parameters
     ----------
@@ -65,7 +67,8 @@ def voxel_triangles(
     if need > memory_limit_bytes:
         raise ResourceError(
             f"{source}: a surface of {solid.size:.4g} voxels takes about {need / 1e9:.3g} GB; "
-            f"found run.memory of {memory_limit_bytes / 1e9:.3g} GB; raise it or write a coarser volume"
+            f"found run.memory of {memory_limit_bytes / 1e9:.3g} GB; raise it or write a coarser "
+            f"volume"
         )
     tolerance = 0.5 * min(spacing) if spec.tolerance is None else spec.tolerance
     target = float(np.count_nonzero(solid)) * float(np.prod(spacing))
@@ -112,7 +115,7 @@ def _spacing(
 
 def _solid(volume: VoxelVolume, spec: VoxelsSpec, source: str) -> BoolArray:
     """Solid voxels, with empty ones around them."""
-    values = volume.values
+    values: NDArray[Any] = volume.values
     if values.dtype.kind == "b":
         threshold = 0.5 if spec.threshold is None else spec.threshold
         values = values.view(np.uint8)
@@ -147,29 +150,36 @@ def _smoothed_surface(
     distance = distance_transform_edt(~solid, sampling=spacing).astype(np.float32)
     distance -= distance_transform_edt(solid, sampling=spacing).astype(np.float32)
     distance -= np.sign(distance) * np.float32(near)
-    smooth = distance
-    if tolerance > 0.0:
-        smooth = gaussian_filter(distance, _SIGMA * tolerance / spacing, mode="nearest")
-    shift, volume = 0.0, 0.0
+    smooth = gaussian_filter(distance, _SIGMA * tolerance / spacing, mode="nearest")
+    shift, volume, slope = 0.0, 0.0, 0.0
+    tried: list[tuple[float, float]] = []
     for _ in range(_SHIFTS):
         held = np.clip(smooth - np.float32(shift), distance - tolerance, distance + tolerance)
         surface = extract_surface(
             _interpolated(held, spacing),
-            (0.5 - _MARGIN) * spacing,
-            (np.array(solid.shape) - _MARGIN - 0.5) * spacing,
+            # Half a step inside the first centre: nodes then fall on the centres of voxels.
+            (0.5 - _MARGIN) * spacing + 0.5 * spacing.min(),
+            (np.array(solid.shape) - _MARGIN - 1) * spacing,
             float(spacing.min()),
         )
         volume = enclosed_volume(surface)
         if abs(volume - target) <= _VOLUME_AIM * target:
             return surface
-        area = float(np.linalg.norm(area_vectors(surface), axis=1).sum())
-        shift += (target - volume) / area
+        if len(tried) == 0:
+            slope = float(np.linalg.norm(area_vectors(surface), axis=1).sum())
+        elif shift != tried[-1][0]:
+            slope = (volume - tried[-1][1]) / (shift - tried[-1][0])
+        tried.append((shift, volume))
+        if slope <= 0.0:  # all of the surface is held
+            break
+        shift += (target - volume) / slope
     if abs(volume - target) <= VOLUME_TOLERANCE * target:
         return surface
     raise PartError(
         f"{source}: a surface within {tolerance:.3g} mm of the voxels encloses {volume:.6g} mm^3, "
-        f"the voxels {target:.6g} mm^3; expected the same within {VOLUME_TOLERANCE:.1%}: walls are "
-        f"as thin as a voxel; state another [part.voxels] tolerance, or scan it finer"
+        f"the voxels {target:.6g} mm^3; expected the same within {VOLUME_TOLERANCE:.1%}: their "
+        f"walls are too thin or their corners too many; state another [part.voxels] tolerance, or "
+        f"scan it finer"
     )
 
 
