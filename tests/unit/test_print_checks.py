@@ -1,12 +1,21 @@
 """``[print]`` through the commands: optional keys, rows of the verdict, warnings, exit codes."""
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from manifold3d import Manifold
 
 from gradedesign.case.print_schema import PrintLimitsSpec, PrintSpec
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.report import render_report
+from gradedesign.output.result import RunResult, as_json, from_json
+from gradedesign.results.printable import with_print_limits
+from gradedesign.verify.printability import measure_printability
+from gradedesign.verify.wall_thickness import wall_thickness
 
 CASE = """\
 [case]
@@ -112,3 +121,37 @@ def test_nothing_allowed_is_a_limit_too():
 def test_print_tables_may_be_empty():
     assert PrintSpec().min_wall is None
     assert PrintLimitsSpec().islands is None
+
+
+def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path):
+    tee = sum(
+        (
+            Manifold.cube(edges).translate(low)
+            for low, edges in (((4, 0, 0), (2.0, 2.0, 4.5)), ((0, 0, 4.5), (10.0, 2.0, 1.0)))
+        ),
+        Manifold(),
+    ).to_mesh64()
+    surface = SurfaceMesh(
+        vertices=np.asarray(tee.vert_properties)[:, :3],
+        faces=np.asarray(tee.tri_verts).astype(np.int64),
+    )
+    spec = PrintSpec(
+        min_throat="2 mm",
+        as_built_offset=[["0 deg", "0.1 mm"]],
+        limits=PrintLimitsSpec(support_volume="50 mm^3", thickness="0.5 mm"),
+    )
+    case = SimpleNamespace(print=spec)
+    found = measure_printability(surface, surface, spec, wall_thickness(surface, rays=1000))
+    met = RunResult(status="met", lightest=True, reason="all holds", folder=tmp_path)
+    result = with_print_limits(met, case, found, None)
+    assert (result.status, result.lightest) == ("not_met", False)
+    # 8 x 2 mm of the bar, 4.5 mm up.
+    assert "all holds; but print support volume is 7" in result.reason
+    assert [row.passed for row in result.limits] == [True, False]
+    data = as_json(result)
+    assert data["measures"]["printability"]["islands"]["count"] == 0
+    assert from_json(json.loads(json.dumps(data))).limits == result.limits
+    page = render_report(result, {}, "")
+    for words in ("How it is printed", "print support volume", "BROKEN", "to first order"):
+        assert words in page
+    assert with_print_limits(met, case, None, None) == met
