@@ -65,7 +65,7 @@ def check_printed(
 
 
 def print_rows(case: CaseIdentity, found: Printability | None) -> tuple[LimitRow, ...]:
-    """Every limit of ``[print.limits]`` beside its value."""
+    """Every limit of ``[print.limits]`` beside its value; of throats where there are voids."""
     if found is None or case.print is None:
         return ()
     voids, hanging, limits = found.voids, found.overhang, case.print.limits
