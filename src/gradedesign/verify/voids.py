@@ -31,7 +31,7 @@ _TOUCH = 1.4
 _LEAST_VOXELS = 8
 #: Percentiles of the volume by the throats that lead to it, %, and how often each is halved.
 _PERCENTILES = (5.0, 50.0)
-_HALVINGS = 6
+_HALVINGS = 7
 #: Trapped voids that are described, from the largest.
 _TOLD = 10
 
@@ -228,5 +228,5 @@ def _throats(voids: BoolArray, way: _Levels, h: float) -> dict[str, float]:
             middle = 0.5 * (low + high)
             share = np.count_nonzero(voids & _reached(way, h, middle)) / total
             low, high = (low, middle) if 100.0 * (1.0 - share) > percentile else (middle, high)
-        found[f"{percentile:g}"] = low
+        found[f"{percentile:g}"] = 0.5 * (low + high)
     return found
