@@ -261,15 +261,16 @@ def test_a_scan_goes_through_check_and_generate(cli, tmp_path):
     assert ended.code == 0, ended.err
     result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert result["relative_density"] == pytest.approx(0.4, abs=0.03)
-    checked = CASE.format(file=name, part='mesh_size = "1.5 mm"\n' + text).replace(
-        "density = 0.4", "density = [0.2, 0.6]"
-    )
+
+
+def test_a_scanned_block_is_checked_with_regions_on_its_faces(cli, tmp_path):
+    np.save(tmp_path / "b.npy", np.ones((32, 24, 16), dtype=bool))
+    part = 'mesh_size = "1.5 mm"\n[part.voxels]\nspacing = "0.25 mm"'
+    checked = CASE.format(file="b.npy", part=part).replace("density = 0.4", "density = [0.2, 0.6]")
     checked += (
-        '[material]\nname = "Ti-6Al-4V"\n[region.low]\nbox = {lower = ["0 mm", "0 mm", "0 mm"], '
-        'upper = ["10 mm", "10 mm", "2.5 mm"]}\n[region.high]\nbox = {lower = ["0 mm", "0 mm", '
-        '"7.5 mm"], upper = ["10 mm", "10 mm", "10 mm"]}\n[[load_case]]\nname = "press"\n'
-        'fix = [{region = "low"}]\nload = [{region = "high", force = ["0 N", "0 N", "-10 N"]}]\n'
-        '[limits]\nstress = "50 MPa"\n'
+        '[material]\nname = "Ti-6Al-4V"\n[region.low]\nplane = "z = min"\n[region.high]\n'
+        'plane = "z = max"\n[[load_case]]\nname = "press"\nfix = [{region = "low"}]\n'
+        'load = [{region = "high", force = ["0 N", "0 N", "-10 N"]}]\n[limits]\nstress = "50 MPa"\n'
     )
     (tmp_path / "case.toml").write_text(checked, encoding="utf-8")
     ended = cli("check", tmp_path, "--no-picture")
