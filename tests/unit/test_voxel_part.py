@@ -268,8 +268,8 @@ def test_a_scanned_block_is_checked_with_regions_on_its_faces(cli, tmp_path):
     part = 'mesh_size = "1.5 mm"\n[part.voxels]\nspacing = "0.25 mm"'
     checked = CASE.format(file="b.npy", part=part).replace("density = 0.4", "density = [0.2, 0.6]")
     checked += (
-        '[material]\nname = "Ti-6Al-4V"\n[region.low]\nplane = "z = min"\n[region.high]\n'
-        'plane = "z = max"\n[[load_case]]\nname = "press"\nfix = [{region = "low"}]\n'
+        '[material]\nname = "Ti-6Al-4V"\n[region.low]\nfacing = "-z"\n[region.high]\n'
+        'facing = "+z"\n[[load_case]]\nname = "press"\nfix = [{region = "low"}]\n'
         'load = [{region = "high", force = ["0 N", "0 N", "-10 N"]}]\n[limits]\nstress = "50 MPa"\n'
     )
     (tmp_path / "case.toml").write_text(checked, encoding="utf-8")
