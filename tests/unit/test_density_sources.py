@@ -170,6 +170,7 @@ def test_broken_stacks_are_refused(tmp_path):
         read_image_stack(
             stack(tmp_path / "colour", {"a.png": np.zeros((4, 5, 3), np.uint8)}),
             memory_limit_bytes=10**9,
+            bytes_per_value=18,
         )
     torn = stack(tmp_path / "torn", {"a.png": grey})
     (torn / "a.png").write_bytes((torn / "a.png").read_bytes()[:40])
