@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
     from gradedesign.part.repairer import Repairer, serve_repairer
+    from gradedesign.part.voxel_volume import VoxelVolume
     from gradedesign.pipeline import run
     from gradedesign.plugin.hookspecs import hookimpl
     from gradedesign.plugin.read_case import load_case
@@ -124,6 +125,7 @@ __all__ = [
     "SurfaceFields",
     "SurfaceMesh",
     "VolumeFields",
+    "VoxelVolume",
     "as_multiple",
     "cubic_law",
     "cubic_table_law",
@@ -174,6 +176,7 @@ _HOMES = {
     "part.file_faces": "FileFaces",
     "part.raw_triangles": "RawTriangles raw_triangles",
     "part.reader": "PartReader",
+    "part.voxel_volume": "VoxelVolume",
     "part.repairer": "Repairer serve_repairer",
     "pipeline": "run",
     "plugin.hookspecs": "hookimpl",

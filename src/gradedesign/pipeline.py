@@ -41,8 +41,10 @@ from gradedesign.resolve.setup import Setup, prepare
 from gradedesign.resolve.size_effects import with_size_effects
 from gradedesign.resolve.solid import solve_solid, with_solid
 from gradedesign.results.failed import recording_failure
-from gradedesign.results.files import Shown, shown_of, write_outputs
+from gradedesign.results.files import write_outputs
 from gradedesign.results.finished import finished_result
+from gradedesign.results.printable import with_print_limits
+from gradedesign.results.shown import Shown, shown_of
 from gradedesign.results.summary import (
     best_iteration,
     infeasible_result,
@@ -175,6 +177,8 @@ def loop(
     result = verdict_result(
         setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown.printed
     )
+    problem = setup.problem
+    result = with_print_limits(result, problem.case, shown.printability, problem.material)
     result = replace(result, predicted=cost.data())
     return write_outputs(
         out, setup, result, announce, solid=solid, shown=shown, iterations=outcome.iterations
@@ -246,7 +250,7 @@ def shown_design(
             analysed = analyse_design(setup, rho, on_event=announce.listener)
             surface, _, _ = export_surface(setup, out, analysed)
     with announce.stage("printed"):
-        return shown_of(rho, analysed, surface)
+        return shown_of(setup.problem, rho, analysed, surface)
 
 
 def judge(

@@ -22,6 +22,11 @@ cell = "gyroid-sheet"
 size = "8 mm"
 density = [0.4, 0.7]
 size_effects = false
+[print]
+overhang_angle = "40 deg"
+[print.limits]
+thickness = "0.1 mm"
+islands = 100000
 [run]
 analysis = "finite-cells"
 acceptance = "whole"
@@ -47,4 +52,7 @@ def test_a_run_by_finite_cells_is_accepted_by_tetrahedra(tmp_path):
     assert result["iterations"][-1]["mesh_size_mm"] > 1.2
     assert all(limit["value"] <= limit["limit"] for limit in result["limits"])
     lattice = meshio.read(tmp_path / "r" / "lattice.vtu")
+    rows = [row["key"]["region"] for row in result["limits"] if row["key"]["kind"] == "print"]
+    assert rows == ["thickness", "islands"]
+    assert result["measures"]["printability"]["overhang"]["angle_deg"] == 40
     assert {block.type for block in lattice.cells} == {"hexahedron27"}

@@ -46,8 +46,9 @@ def test_layers_of_a_generated_lattice(cli, tmp_path, direction):
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert result["files"]["lattice_cli"] == "lattice.cli"
     assert result["files"]["lattice_png-stack"] == "lattice.zip"
-    overhang = result["measures"]["overhang"]
-    assert overhang["build_direction"] == direction
+    printed = result["measures"]["printability"]
+    assert printed["build_direction"] == direction
+    overhang = printed["overhang"]
     assert (
         0 <= overhang["least_fraction"] <= overhang["fraction"] <= overhang["most_fraction"] < 0.3
     )

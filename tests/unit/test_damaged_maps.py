@@ -14,13 +14,13 @@ from PIL import Image
 
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.lattice.density_source import sample_density
-from gradedesign.lattice.image_stack import read_image_stack
 from gradedesign.lattice.point_cloud import read_points, remap_points
 from gradedesign.lattice.tet_density import tet_density
 from gradedesign.lattice.voxel_density import read_voxel_array
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.output.vtu import write_vtu
 from gradedesign.output.vtu_fields import read_vtu_field
+from gradedesign.part.image_stack import read_image_stack
 
 GB = 10**9
 VOXELS = np.linspace(0.1, 0.5, 24).reshape(4, 3, 2)
@@ -156,7 +156,7 @@ def test_an_image_that_unfolds_beyond_the_memory_is_refused_before_it_does(tmp_p
     assert (tmp_path / "a.png").stat().st_size < 200_000
     before = peak_memory_bytes()
     with pytest.raises(ResourceError, match=r"13000 x 13000 pixels.*about 3\.\d+ GB.*of 1 GB"):
-        read_image_stack(tmp_path, memory_limit_bytes=GB)
+        read_image_stack(tmp_path, memory_limit_bytes=GB, bytes_per_value=18)
     assert peak_memory_bytes() - before < 50_000_000
 
 
@@ -165,7 +165,7 @@ def test_a_later_image_of_another_size_is_not_decoded(tmp_path):
     (tmp_path / "b.png").write_bytes(png(12_000, 9_000))
     before = peak_memory_bytes()
     with pytest.raises(CaseError, match=r"b\.png has 12000 x 9000"):
-        read_image_stack(tmp_path, memory_limit_bytes=GB)
+        read_image_stack(tmp_path, memory_limit_bytes=GB, bytes_per_value=18)
     assert peak_memory_bytes() - before < 50_000_000
 
 
@@ -177,14 +177,14 @@ def test_cut_tiff_files_are_named(tmp_path, compression):
     for length in (0, 4, 7, 9, 30, 200, 700, len(whole.getvalue()) - 90):
         (tmp_path / "a.tif").write_bytes(whole.getvalue()[:length])
         with pytest.raises(CaseError, match=r"a\.tif cannot be read as an image"):
-            read_image_stack(tmp_path, memory_limit_bytes=GB)
+            read_image_stack(tmp_path, memory_limit_bytes=GB, bytes_per_value=18)
 
 
 def test_other_files_named_like_images_are_not_run(tmp_path):
     # Pillow would hand this one to Ghostscript.
     (tmp_path / "a.png").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
     with pytest.raises(CaseError, match="neither PNG nor TIFF"):
-        read_image_stack(tmp_path, memory_limit_bytes=GB)
+        read_image_stack(tmp_path, memory_limit_bytes=GB, bytes_per_value=18)
 
 
 TET = TetMesh(

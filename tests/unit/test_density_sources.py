@@ -10,7 +10,6 @@ from gradedesign.errors import CaseError, DensityError
 from gradedesign.lattice.density_grid import evaluate
 from gradedesign.lattice.density_source import sample_density
 from gradedesign.lattice.formula_density import formula_field
-from gradedesign.lattice.image_stack import read_image_stack
 from gradedesign.lattice.point_cloud import point_density, read_points, remap_points
 from gradedesign.lattice.tet_density import tet_density
 from gradedesign.lattice.voxel_density import (
@@ -22,6 +21,7 @@ from gradedesign.lattice.voxel_density import (
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.output.vtu import write_vtu
 from gradedesign.output.vtu_fields import read_vtu_field
+from gradedesign.part.image_stack import read_image_stack
 
 BOX = np.array([20.0, 10.0, 10.0])
 
@@ -142,7 +142,7 @@ def test_slices_are_read_in_order_with_x_along_columns_and_y_upwards(tmp_path, s
     names = (f"slice10.{suffix}", f"slice2.{suffix}")
     folder = stack(tmp_path / "s", dict(zip(names, slices[::-1], strict=True)))
     (folder / "notes.txt").write_text("not an image")
-    found = read_image_stack(folder, memory_limit_bytes=10**9)
+    found = read_image_stack(folder, memory_limit_bytes=10**9, bytes_per_value=18)
     assert found.dtype == dtype
     assert found.shape == (3, 2, 2)
     assert found[0, 0, 0] == slices[0][1, 0]
@@ -152,25 +152,30 @@ def test_slices_are_read_in_order_with_x_along_columns_and_y_upwards(tmp_path, s
 def test_broken_stacks_are_refused(tmp_path):
     grey = np.zeros((4, 5), np.uint8)
     with pytest.raises(CaseError, match="holds no image"):
-        read_image_stack(stack(tmp_path / "none", {}), memory_limit_bytes=10**9)
+        read_image_stack(stack(tmp_path / "none", {}), memory_limit_bytes=10**9, bytes_per_value=18)
     with pytest.raises(CaseError, match=r"b\.png has 5 x 3 .*a\.png has 5 x 4"):
         read_image_stack(
-            stack(tmp_path / "size", {"a.png": grey, "b.png": grey[:3]}), memory_limit_bytes=10**9
+            stack(tmp_path / "size", {"a.png": grey, "b.png": grey[:3]}),
+            memory_limit_bytes=10**9,
+            bytes_per_value=18,
         )
     deep = grey.astype(np.uint16)
     with pytest.raises(CaseError, match="uint16"):
         read_image_stack(
-            stack(tmp_path / "depth", {"a.png": grey, "b.tif": deep}), memory_limit_bytes=10**9
+            stack(tmp_path / "depth", {"a.png": grey, "b.tif": deep}),
+            memory_limit_bytes=10**9,
+            bytes_per_value=18,
         )
     with pytest.raises(CaseError, match=r"RGB.*convert it to grey"):
         read_image_stack(
             stack(tmp_path / "colour", {"a.png": np.zeros((4, 5, 3), np.uint8)}),
             memory_limit_bytes=10**9,
+            bytes_per_value=18,
         )
     torn = stack(tmp_path / "torn", {"a.png": grey})
     (torn / "a.png").write_bytes((torn / "a.png").read_bytes()[:40])
     with pytest.raises(CaseError, match="cannot be read as an image"):
-        read_image_stack(torn, memory_limit_bytes=10**9)
+        read_image_stack(torn, memory_limit_bytes=10**9, bytes_per_value=18)
 
 
 def test_remap_follows_its_rule():

@@ -21,7 +21,6 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import GradeDesignError
 from gradedesign.lattice.density_source import sample_density
 from gradedesign.lattice.formula_density import formula_field
-from gradedesign.lattice.image_stack import read_image_stack
 from gradedesign.lattice.point_cloud import point_density, read_points, remap_points
 from gradedesign.lattice.tet_density import tet_density
 from gradedesign.lattice.voxel_density import (
@@ -32,6 +31,7 @@ from gradedesign.lattice.voxel_density import (
 )
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.output.vtu_fields import read_vtu_field
+from gradedesign.part.image_stack import read_image_stack
 from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.own_cell import with_own_cell
@@ -286,7 +286,7 @@ def source_of(file):
         raw = read_voxel_array(file, memory_limit_bytes=MEMORY)
         np.testing.assert_array_equal(np.load(file), raw)
     else:
-        raw = read_image_stack(file.parent, memory_limit_bytes=MEMORY)
+        raw = read_image_stack(file.parent, memory_limit_bytes=MEMORY, bytes_per_value=18)
     start, edges = place_voxels(raw.shape, [0, 0, 0], UPPER)
     return voxel_density(densities(raw, (0.1, 0.5)), start, edges)
 

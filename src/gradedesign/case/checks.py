@@ -89,18 +89,19 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
                 key=("load_case", i, "temperature_change"),
                 message="needs the thermal expansion; add thermal_expansion to [material]",
             )
-    size, printer = file.lattice.cell_size, file.print
-    if printer is not None and size < 2 * printer.min_wall:
+    size = file.lattice.cell_size
+    least = None if file.print is None else file.print.min_wall
+    if least is not None and size < 2 * least:
         yield Problem(
             key=("lattice", "size"),
-            message=f"found {size:g} mm, less than twice the min_wall of {printer.min_wall:g} mm; "
-            f"expected at least {2 * printer.min_wall:g} mm",
+            message=f"found {size:g} mm, less than twice the min_wall of {least:g} mm; "
+            f"expected at least {2 * least:g} mm",
         )
     wall = file.lattice.wall
-    if printer is not None and wall is not None and wall < printer.min_wall:
+    if least is not None and wall is not None and wall < least:
         yield Problem(
             key=("lattice", "wall"),
-            message=f"found {wall:g} mm, thinner than the min_wall of {printer.min_wall:g} mm; "
+            message=f"found {wall:g} mm, thinner than the min_wall of {least:g} mm; "
             f"expected at least that",
         )
     orientation = file.lattice.orientation

@@ -12,13 +12,13 @@ from gradedesign.case.lattice_schema import (
     DensityRange,
     KeepSpec,
     Parameters,
-    PrintSpec,
 )
 from gradedesign.case.limits_schema import LimitsSpec
 from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.parameter_map_schema import ParameterMapSpec
 from gradedesign.case.part_schema import GeneratePartSpec
+from gradedesign.case.print_schema import PrintSpec
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.schema import CaseIdentity, CaseSection

@@ -1,4 +1,4 @@
-"""``[lattice]`` and ``[print]``: which cells fill the part, and what the printer can make."""
+"""``[lattice]`` and ``[[keep]]``: which cells fill the part, and what of it stays solid."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
-    Direction,
     Flag,
     JsonSchema,
     Name,
@@ -268,23 +267,6 @@ class LatticeSpec(CellsSpec):
                     "density themselves, in cells of one family: leave it out",
                 )
         return value
-
-
-class PrintSpec(Table):
-    """Capabilities of the printer."""
-
-    min_wall: Size = Field(examples=["0.8 mm"])
-    """Thinnest wall or strut, mm."""
-    layer_height: Size | None = None
-    """Thickness of a layer, mm; formats of layers need it."""
-    pixel_size: Size | None = None
-    """Resolution within a layer, mm; the layer height by default."""
-    build_direction: Direction = "+z"
-    """Direction of the part that points upwards in the printer."""
-    overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] | None = None
-    """Facets inclined to the plate by less overhang, degrees; measured where it is stated."""
-    build_volume: Annotated[Triple, Vector("length")] | None = None
-    """Room of the printer along its x, y and upwards, mm."""
 
 
 class KeepSpec(Table):

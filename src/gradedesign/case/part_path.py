@@ -9,6 +9,8 @@ from gradedesign.case.suggest import instead, listed, shown
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 _OPTION = "--allow-outside"
+#: Suffixes of images, of which one stands for its stack.
+IMAGES = (".png", ".tif", ".tiff")
 
 
 def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
@@ -91,6 +93,36 @@ def resolve_data_folder(text: str, *, folder: Path, allow_outside: bool) -> Path
         what = "a file" if exists else "which does not exist"
         raise ValueError(f"found {shown(text)}, {what}; expected a folder")
     return path
+
+
+def natural(name: str) -> list[tuple[int, int, str]]:
+    """Sort key in which slice 2 comes before slice 10."""
+    pieces = re.split(r"(\d+)", name.lower())
+    return [(1, int(p), "") if p.isdecimal() else (0, 0, p) for p in pieces]
+
+
+def slices_with(file: Path) -> list[Path]:
+    """The stack of images that one of them stands for: names that differ in numbers only.
+
+    Parameters
+    ----------
+    file : Path
+        Of a suffix in `IMAGES`; for others the file alone is returned.
+
+    Returns
+    -------
+    list of Path
+        In the order of their numbers.
+    """
+    if file.suffix.lower() not in IMAGES:
+        return [file]
+    form = _without_numbers(file.name)
+    found = [p for p in file.parent.iterdir() if _without_numbers(p.name) == form and p.is_file()]
+    return sorted(found, key=lambda p: natural(p.name))
+
+
+def _without_numbers(name: str) -> str:
+    return re.sub(r"\d+", "#", name.lower())
 
 
 def _followed(text: str, *, folder: Path, allow_outside: bool) -> tuple[Path, bool, bool]:

@@ -22,6 +22,7 @@ from gradedesign.case.value_types import (
     Triple,
     Vector,
 )
+from gradedesign.case.voxels_schema import VoxelsSpec
 
 #: Ways of repair that need no plugin.
 OWN_REPAIRS = ("safe", "auto")
@@ -78,6 +79,8 @@ class ShapeSpec(Table):
     """Options of the plugin's repairer by name; lengths with their unit."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
     """Whether several disjoint bodies are accepted."""
+    voxels: VoxelsSpec | None = None
+    """What of a file of voxels is solid."""
 
     @field_validator("file", mode="before")
     @classmethod
@@ -114,6 +117,8 @@ class ShapeSpec(Table):
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "has no meaning with box, whose edges carry their units")
+        if self.file is None and self.voxels is not None:
+            raise key_error("voxels", "has no meaning with box, which is no scan")
         if self.file is None and self.chord_tolerance is not None:
             raise key_error("chord_tolerance", "has no meaning with box, whose faces are flat")
         return self

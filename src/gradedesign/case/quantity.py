@@ -40,8 +40,9 @@ def parse_quantity(text: object, dimension: str) -> float:
     text : object
         What the case file holds; only a string such as ``"5 kN"`` is accepted.
     dimension : str
-        A key of :data:`gradedesign.case.units.DIMENSIONS`: length (mm), area (mm^2), force (N),
-        pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2), temperature (K),
+        A key of :data:`gradedesign.case.units.DIMENSIONS`: length (mm), area (mm^2), volume (mm^3),
+        force (N), pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2),
+        temperature (K),
         thermal_expansion (1/K), time (s), memory (bytes), angle (degrees), moment (N mm),
         number.
 

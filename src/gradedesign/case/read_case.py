@@ -22,6 +22,8 @@ from gradedesign.case.checks import case_warnings, cross_problems, reference_pro
 from gradedesign.case.key_path import with_values
 from gradedesign.case.limits_schema import LimitEntry, LimitsSpec, with_limit_entries
 from gradedesign.case.own_cell_schema import own_cell_file
+from gradedesign.case.part_path import slices_with
+from gradedesign.case.part_schema import ShapeSpec
 from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
@@ -98,7 +100,7 @@ def load_case(
         case_hash=case_hash(
             content,
             file,
-            content.part.file,
+            *part_files(content.part),
             orientation.vtu if orientation else None,
             own_cell_file(content.lattice),
         ),
@@ -299,6 +301,11 @@ def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[
 def _adapter(layout: type[Table], section: str) -> TypeAdapter[Any]:
     annotation: Any = layout.model_fields[section].annotation
     return TypeAdapter(annotation)
+
+
+def part_files(part: ShapeSpec) -> list[Path]:
+    """Files that the part is read from: one, or all images of a stack."""
+    return [] if part.file is None else slices_with(part.file)
 
 
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:

@@ -9,7 +9,7 @@ from gradedesign.case.checks import cell_map_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
-from gradedesign.case.read_case import LimitEntries, case_hash, no_entries, read_layout
+from gradedesign.case.read_case import LimitEntries, case_hash, no_entries, part_files, read_layout
 
 
 def load_generate_case(
@@ -54,7 +54,7 @@ def load_generate_case(
         case_hash=case_hash(
             content,
             file,
-            content.part.file,
+            *part_files(content.part),
             *_map_files(content),
             own_cell_file(content.lattice),
         ),

@@ -147,6 +147,12 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
             (1e-12, 1e12),
             a={"mm^2": 1.0, "cm^2": 100.0, "m^2": 1e6, "in^2": _INCH**2, "inch^2": _INCH**2},
         ),
+        "volume": _dimension(
+            "a volume",
+            "12 mm^3",
+            (1e-15, 1e15),
+            a={"mm^3": 1.0, "cm^3": 1e3, "m^3": 1e9, "in^3": _INCH**3, "inch^3": _INCH**3},
+        ),
         "force": _dimension("a force", "5 kN", (1e-12, 1e12), a=_FORCE),
         "pressure": _dimension("a pressure or stress", "50 MPa", (1e-12, 1e9), a=_PRESSURE),
         "stress": _dimension("a pressure or stress", "50 MPa", (1e-12, 1e9), a=_PRESSURE),

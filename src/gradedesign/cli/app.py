@@ -165,13 +165,15 @@ def generate(
     """Make the lattice alone, from a stated density or density map, without analysis."""
     from gradedesign.cli.generate import generate as command
 
-    command(
-        case,
-        output,
-        overwrite=overwrite,
-        allow_outside=allow_outside,
-        strict_plugins=strict_plugins,
-        as_json=as_json,
+    raise typer.Exit(
+        command(
+            case,
+            output,
+            overwrite=overwrite,
+            allow_outside=allow_outside,
+            strict_plugins=strict_plugins,
+            as_json=as_json,
+        )
     )
 
 

@@ -9,8 +9,8 @@ import typer
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.run import holds_only_a_failure, print_result_json
-from gradedesign.cli.show import print_files, print_table, print_text, print_warnings
+from gradedesign.cli.run import UNMET, holds_only_a_failure, print_result_json
+from gradedesign.cli.show import print_files, print_limits, print_table, print_text, print_warnings
 from gradedesign.generate.generate import generate as generate_lattice
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.result import RunResult
@@ -25,8 +25,8 @@ def generate(
     allow_outside: bool,
     strict_plugins: bool,
     as_json: bool,
-) -> None:
-    """Make a lattice, print its densities and where the files are."""
+) -> int:
+    """Make a lattice, print its densities and where the files are, return the exit code."""
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_generate_case(
         path, allow_outside=allow_outside, entries=lambda: entries_of(registry)
@@ -44,6 +44,7 @@ def generate(
         print_result_json(result)
     else:
         print_generated(result)
+    return UNMET if result.status == "not_met" else 0
 
 
 def print_generated(result: RunResult) -> None:
@@ -77,5 +78,15 @@ def print_generated(result: RunResult) -> None:
     )
     if result.mass_g is not None:
         print_text(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
+    thin = result.printed["thickness_percentiles_mm"]
+    print_text(
+        f"thickness: 0.1, 1 and 5 % of the surface have less than {thin['0.1']:.3g}, "
+        f"{thin['1']:.3g} and {thin['5']:.3g} mm of solid behind them",
+        hang=2,
+    )
+    if result.status == "not_met":
+        print_text(f"NOT_MET: {result.reason}", hang=2)
+    if result.limits:
+        print_limits(result.limits)
     print_warnings(result.warnings)
     print_files(result.folder, result.files.values())

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
-from gradedesign.generate.generate_files import write_generated
+from gradedesign.generate.generate_files import slab_data, write_generated
 from gradedesign.generate.stated_cells import (
     BuiltCells,
     StatedCells,
@@ -32,18 +30,23 @@ from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.stages import default_folder, open_stages
+from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.result import RunResult
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.resolve.build_volume import require_fits
-from gradedesign.resolve.lattice_files import lattice_files, overhang_data, printed_lattice
+from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
+from gradedesign.resolve.print_checks import check_printed, require_voxels_fit
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.common import library_versions
 from gradedesign.results.failed import recording_failure
+from gradedesign.results.printable import thickness_data, with_print_limits
+from gradedesign.verify.printability import Printability
+from gradedesign.verify.wall_thickness import WallThickness, wall_thickness
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -73,6 +76,10 @@ class Generated:
         Grid of the surface.
     wall : float, mm
         Thinnest wall or strut at the least density.
+    thickness : WallThickness
+        Of the surface.
+    printability : Printability or None
+        How it is made, where the case has ``[print]``.
     """
 
     part: Part
@@ -84,6 +91,8 @@ class Generated:
     slabs: tuple[SlabDensities, ...]
     step: float
     wall: float
+    thickness: WallThickness
+    printability: Printability | None
 
 
 def generate(
@@ -115,7 +124,8 @@ def generate(
     Returns
     -------
     RunResult
-        Its status is ``partial``: nothing was analysed. Also written to ``result.json``.
+        Its status is ``partial``: nothing was analysed; ``not_met`` where a limit of
+        ``[print.limits]`` is broken. Also written to ``result.json``.
 
     Raises
     ------
@@ -143,6 +153,7 @@ def _generate(
     with announce.stage("part"), locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
+    require_voxels_fit(case, part.surface)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
@@ -154,8 +165,9 @@ def _generate(
         f"{len(made.surface.faces)} triangles at a grid of {made.step:.3g} mm, density "
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
-    result = generated_result(case, registry, made, report)
     material = None if case.material is None else resolve_material(case.material, registry)
+    result = generated_result(case, registry, made, report, material)
+    result = with_print_limits(result, case, made.printability, material)
     lattice = printed_lattice(case, part.surface, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
 
@@ -210,6 +222,8 @@ def build(
         slab_density(design, field, surface, part.surface, axis=axis, thickness=thickness)
         for axis in counted(range(3), "density by slabs, axis", 3)
     )
+    report_step("thickness of the printed solid")
+    measured = wall_thickness(surface)
     return Generated(
         part=part,
         cells=cells,
@@ -220,11 +234,17 @@ def build(
         slabs=slabs,
         step=step,
         wall=wall,
+        thickness=measured,
+        printability=check_printed(case, part.surface, surface, measured),
     )
 
 
 def generated_result(
-    case: GenerateCase, registry: Registry, made: Generated, report: Mapping[str, Any]
+    case: GenerateCase,
+    registry: Registry,
+    made: Generated,
+    report: Mapping[str, Any],
+    material: Material | None,
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
@@ -245,7 +265,7 @@ def generated_result(
     }
     density: dict[str, Any] = {what: total(slabs, what) for what in ("target", "field", "surface")}
     density["slabs"] = {"xyz"[s.axis]: slab_data(s) for s in made.slabs}
-    heavy = None if case.material is None else resolve_material(case.material, registry).density
+    heavy = None if material is None else material.density
     return RunResult(
         status="partial",
         lightest=False,
@@ -256,9 +276,9 @@ def generated_result(
             "cell": cell,
             "cell_map": dict(report),
             "transition": dict(made.built.transition),
-            **overhang_data(case, made.surface),
             "volume_mm3": volume,
         },
+        printed=thickness_data(made.thickness),
         repairs=made.part.report.changes,
         warnings=tuple(dict.fromkeys(warnings)),
         plugins=tuple(str(p) for p in registry.plugins),
@@ -268,16 +288,3 @@ def generated_result(
         mass_g=None if heavy is None else volume * heavy * 1e6,
         solid_mass_g=None if heavy is None else made.part.volume * heavy * 1e6,
     )
-
-
-def slab_data(slabs: SlabDensities) -> dict[str, Any]:
-    """Plain data of the slabs across one axis."""
-    field, surface = slabs.field - slabs.target, slabs.surface - slabs.target
-    return {
-        "edges_mm": slabs.edges.tolist(),
-        "target": slabs.target.tolist(),
-        "field": slabs.field.tolist(),
-        "surface": slabs.surface.tolist(),
-        "largest_error_of_field": float(np.abs(field).max()),
-        "largest_error_of_surface": float(np.abs(surface).max()),
-    }

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
+
+import numpy as np
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.lattice.slab_density import SlabDensities
@@ -60,3 +63,16 @@ def slab_table(slabs: Sequence[SlabDensities]) -> str:
             )
             lines.append(",".join(["xyz"[s.axis], *(f"{v:.6g}" for v in numbers)]))
     return "\n".join(lines) + "\n"
+
+
+def slab_data(slabs: SlabDensities) -> dict[str, Any]:
+    """Plain data of the slabs across one axis."""
+    field, surface = slabs.field - slabs.target, slabs.surface - slabs.target
+    return {
+        "edges_mm": slabs.edges.tolist(),
+        "target": slabs.target.tolist(),
+        "field": slabs.field.tolist(),
+        "surface": slabs.surface.tolist(),
+        "largest_error_of_field": float(np.abs(field).max()),
+        "largest_error_of_surface": float(np.abs(surface).max()),
+    }

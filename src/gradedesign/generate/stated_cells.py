@@ -103,12 +103,11 @@ def stated_cells(case: GenerateCase, registry: Registry) -> StatedCells:
 
 def _with_floor(case: GenerateCase, cells: StatedCells) -> StatedCells:
     """The cells above the density whose walls can be printed."""
-    if case.print is None:
+    least = None if case.print is None else case.print.min_wall
+    if least is None:
         return cells
     with locating(case, "print.min_wall"):
-        floors = [
-            density_for_wall(c, case.print.min_wall, case.lattice.cell_size) for c in cells.families
-        ]
+        floors = [density_for_wall(c, least, case.lattice.cell_size) for c in cells.families]
     return replace(cells, window=(max(cells.window[0], *floors), cells.window[1]))
 
 

@@ -14,16 +14,17 @@ from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.density_source import DensitySource, sample_density
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.formula_density import formula_field
-from gradedesign.lattice.image_stack import read_image_stack
 from gradedesign.lattice.point_cloud import point_density, read_points, remap_points
 from gradedesign.lattice.tet_density import tet_density
 from gradedesign.lattice.voxel_density import (
+    BYTES_PER_VOXEL,
     densities,
     place_voxels,
     read_voxel_array,
     voxel_density,
 )
 from gradedesign.output.vtu_fields import read_vtu_field
+from gradedesign.part.image_stack import read_image_stack
 
 #: The density grid resolves a cell by this many nodes.
 NODES_PER_CELL = 8
@@ -129,7 +130,9 @@ def _source(
     if spec.voxels is not None:
         raw = read_voxel_array(spec.voxels, memory_limit_bytes=memory)
     elif spec.images is not None:
-        raw = read_image_stack(spec.images, memory_limit_bytes=memory)
+        raw = read_image_stack(
+            spec.images, memory_limit_bytes=memory, bytes_per_value=BYTES_PER_VOXEL
+        )
     else:
         raise CaseError(f"the source '{spec.source}' is not known")
     start, edges = place_voxels(

@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import CaseError, DensityError, ResourceError
 from gradedesign.lattice.density_source import MOST_NODES, DensitySource
-from gradedesign.lattice.npy_file import read_npy
 from gradedesign.lattice.voxel_density import voxel_density
+from gradedesign.part.npy_file import read_npy
 
 log = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ from scipy.ndimage import map_coordinates
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import CaseError, DensityError
 from gradedesign.lattice.density_source import DensitySource
-from gradedesign.lattice.npy_file import read_npy
+from gradedesign.part.npy_file import read_npy
 
 #: Memory for a voxel beside what is read: its density, a copy in another order, whether it is one.
 BYTES_PER_VOXEL = 18

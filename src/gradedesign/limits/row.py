@@ -68,6 +68,8 @@ class LimitRow:
     @property
     def utilisation(self) -> float:
         """Decisive value over limit, or limit over value where the low end is unfavourable."""
+        if self.limit == 0.0 and self.unfavourable == "high":
+            return 0.0 if self.decisive <= 0.0 else math.inf
         if self.unfavourable == "low":
             return self.limit / self.decisive if self.decisive > 0.0 else math.inf
         return self.decisive / self.limit

@@ -210,10 +210,11 @@ def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> 
     case = problem.case
     report_step("thinnest wall")
     thinnest = thinnest_wall(problem, cells, grid)
-    if case.print is not None and thinnest < case.print.min_wall * (1 - 1e-6):
+    least = None if case.print is None else case.print.min_wall
+    if least is not None and thinnest < least * (1 - 1e-6):
         raise LatticeError(
             f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
-            f"{case.print.min_wall:g} mm; raise the lower density"
+            f"{least:g} mm; raise the lower density"
         )
     return explicit_spacing_for(problem, cells, thinnest)
 

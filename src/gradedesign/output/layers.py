@@ -14,21 +14,13 @@ import numpy as np
 from scipy.ndimage import label
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
+from gradedesign.case.print_schema import FRAMES
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.sample import checked_values
 from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
 
-#: Axes of the machine, x, y and the build direction, in those of the part; each is a rotation.
-FRAMES = {
-    "+z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
-    "+x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
-    "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
-    "+y": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
-    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
-}
 #: Largest relative difference of the layers' volume from the surface's: pixels and layers are not
 #: as fine as its triangles, but nothing is missing.
 VOLUME_TOLERANCE = 0.02

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -213,7 +214,7 @@ def as_json(result: RunResult) -> dict[str, Any]:
             {
                 **asdict(row),
                 "decisive": row.decisive,
-                "utilisation": row.utilisation,
+                "utilisation": row.utilisation if isfinite(row.utilisation) else None,
                 "passed": row.passed,
             }
             for row in rows

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.part.voxel_volume import VoxelVolume
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,9 +27,13 @@ class PartReader:
         Whether the format has curved faces, which are triangulated on reading. Then it is
         ``read(path, chord_tolerance)``: the largest distance of a triangle from its face in mm, or
         None where the case leaves it to the reader.
+    sampled : bool
+        Whether the format holds voxels. Then it is ``read(path, memory_limit_bytes)`` and returns
+        a `VoxelVolume`; ``[part.voxels]`` says what of it is solid.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    read: Callable[..., RawTriangles]
+    read: Callable[..., RawTriangles | VoxelVolume]
     exact: bool = False
+    sampled: bool = False

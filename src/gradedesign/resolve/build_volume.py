@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.case.locate import locating
+from gradedesign.case.print_schema import FRAMES
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.layers import FRAMES
 
 
 def require_fits(case: CaseIdentity, surface: SurfaceMesh) -> None:

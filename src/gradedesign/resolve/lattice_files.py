@@ -7,9 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
-from typing import Any
-
-import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.locate import locating
@@ -23,11 +20,9 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.exporter import Exporter
-from gradedesign.output.layers import FRAMES
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import float32_vertices
 from gradedesign.plugin.registry import Registry, absent
-from gradedesign.verify.overhang import overhang
 from gradedesign.workspace.atomic import replacing_path
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
@@ -147,28 +142,6 @@ def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
         f"{len(pairs)} triangles of the printed surface pass through others by more than "
         f"{1e3 * TOUCHING:g} um, the first at ({at}) mm; a slicer may fill or drop something there",
     )
-
-
-def overhang_data(case: CaseIdentity, surface: SurfaceMesh) -> dict[str, Any]:
-    """Overhangs of the printed surface as plain data; empty where the case states no angle."""
-    if case.print is None or case.print.overhang_angle is None:
-        return {}
-    report_step("overhangs")
-    up = np.array(FRAMES[case.print.build_direction][2], dtype=np.float64)
-    found = overhang(surface, up, case.print.overhang_angle)
-    return {
-        "overhang": {
-            "angle_deg": found.angle,
-            "build_direction": case.print.build_direction,
-            "fraction": found.fraction,
-            "least_fraction": found.least,
-            "least_direction": list(found.best),
-            "most_fraction": found.most,
-            "most_direction": list(found.worst),
-            "supported_area_mm2": found.supported_area,
-            "support_volume_mm3": found.support_volume,
-        }
-    }
 
 
 def write_lattice_files(

@@ -10,7 +10,9 @@ from gradedesign.errors import CaseError, PluginError, blaming
 from gradedesign.part.part import Reader
 from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.part.reader import PartReader
+from gradedesign.part.voxel_volume import VoxelVolume
 from gradedesign.plugin.registry import Registry, absent
+from gradedesign.resolve.voxel_part import voxel_triangles
 
 
 def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
@@ -31,7 +33,7 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
         The same, when a plugin that might have read it is disabled.
     """
     by_suffix = {
-        suffix: _blamed(reader, registry.sources["readers"][reader.name], case.part.chord_tolerance)
+        suffix: _blamed(reader, registry.sources["readers"][reader.name], case)
         for reader in registry.readers.values()
         for suffix in reader.suffixes
     }
@@ -43,8 +45,9 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     return by_suffix
 
 
-def _blamed(reader: PartReader, source: str, chord_tolerance: float | None) -> Reader:
+def _blamed(reader: PartReader, source: str, case: CaseIdentity) -> Reader:
     """Read a file; errors of the reader about the file are passed on."""
+    chord_tolerance, memory = case.part.chord_tolerance, case.run.memory
 
     def read(path: Path) -> RawTriangles:
         if chord_tolerance is not None and not reader.exact:
@@ -52,11 +55,22 @@ def _blamed(reader: PartReader, source: str, chord_tolerance: float | None) -> R
                 f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
                 "triangles; leave it out"
             )
+        if case.part.voxels is not None and not reader.sampled:
+            raise CaseError(
+                f"part.voxels: has no meaning for {path.name}, whose format holds triangles; leave "
+                "it out"
+            )
         who = f"part reader '{reader.name}' of {source} on {path.name}"
         with blaming(who, always=False):
-            raw = reader.read(path, chord_tolerance) if reader.exact else reader.read(path)
-        if not isinstance(raw, RawTriangles):
-            raise PluginError(f"{who} returned a {type(raw).__name__}, expected RawTriangles")
+            if reader.exact:
+                raw = reader.read(path, chord_tolerance)
+            else:
+                raw = reader.read(path, memory) if reader.sampled else reader.read(path)
+        wanted = VoxelVolume if reader.sampled else RawTriangles
+        if not isinstance(raw, wanted):
+            raise PluginError(f"{who} returned a {type(raw).__name__}, expected {wanted.__name__}")
+        if isinstance(raw, VoxelVolume):
+            return voxel_triangles(raw, case.part, memory, path.name)
         return raw
 
     return read

@@ -81,7 +81,7 @@ def density_bounds(
             sizes = (spec.size[0], spec.size[-1])
             fitting = densities_for_sizes(cell, spec.wall, sizes)
         windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
-    elif case.print is not None:
+    elif case.print is not None and case.print.min_wall is not None:
         if spec.graded_size:
             # Cells are largest where the density is least.
             least_size = spec.size[-1]

@@ -39,6 +39,7 @@ from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
+from gradedesign.resolve.print_checks import require_voxels_fit
 from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.workspace.progress import report_step
@@ -126,6 +127,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
+    require_voxels_fit(case, part.surface)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)

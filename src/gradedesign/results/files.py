@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.iteration import Analysed, DesignIteration
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import build_design, density_grid
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.pictures import (
@@ -33,7 +33,6 @@ from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import (
     STL_NAME,
     crossing_warnings,
-    overhang_data,
     printed_lattice,
     write_lattice_files,
 )
@@ -43,55 +42,15 @@ from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, region_marks, warming_note
 from gradedesign.results.series import write_series
+from gradedesign.results.shown import Shown
 from gradedesign.results.solid_vtu import write_solid_vtu
-from gradedesign.verify.analysis import SurfaceFields
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
 from gradedesign.verify.phases import evaluated_at
-from gradedesign.verify.printed_body import PrintedBody, measure_printed
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
 RESULT_NAME = "result.json"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Shown:
-    """The design that pictures and files show: the judged one, or the best that was found.
-
-    Attributes
-    ----------
-    rho : (M,) array
-        Density of every tetrahedron of the part.
-    analysed : Analysed
-    surface : SurfaceMesh
-        As exported.
-    fields : SurfaceFields
-        Of the explicit analysis in the load case that governs.
-    printed : PrintedBody
-        Measures of the exported surface.
-    """
-
-    rho: FloatArray
-    analysed: Analysed
-    surface: SurfaceMesh
-    fields: SurfaceFields
-    printed: PrintedBody
-
-
-def shown_of(rho: FloatArray, analysed: Analysed, surface: SurfaceMesh) -> Shown:
-    """Measure the exported surface of an analysed design."""
-    solved = analysed.result.solved
-    fields = solved.surface_fields(governing_load_case(analysed.result))
-    return Shown(
-        rho=rho,
-        analysed=analysed,
-        surface=surface,
-        fields=fields,
-        printed=measure_printed(
-            surface, fields.surface, solved.division.surface_size, analysed.design.domain
-        ),
-    )
 
 
 def write_result(out: RunFolder, result: RunResult) -> None:
@@ -139,11 +98,9 @@ def write_outputs(
         files["report"] = "report.html"
     files["log"] = "iterations.csv"
     files["result"] = RESULT_NAME
-    overhangs = {} if shown is None else overhang_data(problem.case, shown.surface)
     result = replace(
         result,
         folder=out.path,
-        measures={**result.measures, **overhangs},
         files=files,
         warnings=tuple(dict.fromkeys(warnings)),
         timing_s=announce.timing(),

@@ -20,6 +20,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
+from gradedesign.results.printable import thickness_data
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.body_comparison import comparison_warnings
@@ -159,12 +160,10 @@ def verdict_result(
 
 def printed_data(printed: PrintedBody) -> dict[str, Any]:
     """Plain data on the printed file for result.json."""
-    thickness, comparison = printed.thickness, printed.comparison
+    comparison = printed.comparison
     return {
         "volumes_mm3": dict(printed.volumes_mm3),
-        "thickness_percentiles_mm": dict(thickness.percentiles_mm),
-        "thickness_method": thickness.method,
-        "thickness_rays": thickness.rays,
+        **thickness_data(printed.thickness),
         "comparison": {
             **asdict(comparison),
             "volume_difference": comparison.volume_difference,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from gradedesign.verify.wall_thickness import surface_rays
 
 #: Steps of the search for an orientation, degrees: all directions, then around the best.
 COARSE, FINE = 3.6, 1.8
+#: Inclinations to the plate below which the area of the surface is told, degrees.
+INCLINATIONS = (10, 20, 30, 40, 50, 60, 70, 80, 90)
 #: Normals are gathered in boxes of this edge, a fifth of a coarse step.
 _BOX = 0.0125
 #: Rays that measure the support.
@@ -31,23 +34,28 @@ class Overhang:
     ----------
     angle : float, degrees
         A facet overhangs where it is inclined to the plate by less.
+    share_by_angle : mapping of str to float
+        Share of the surface that looks down and is inclined to the plate by less, as built, for
+        every one of `INCLINATIONS`.
     fraction, least, most : float
         Share of the surface that overhangs: as built, and in the best and the worst direction. What
         lies on the plate counts, since every direction has another plate.
     best, worst : (float, float, float)
         Those directions, in the axes of the part.
-    supported_area : float, mm^2
-        That overhangs as built and does not lie on the plate.
+    supported_share, supported_area : float, mm^2
+        Of the surface that overhangs as built and does not lie on the plate.
     support_volume : float, mm^3
         Below it, straight down to the next surface or the plate.
     """
 
     angle: float
+    share_by_angle: Mapping[str, float]
     fraction: float
     least: float
     most: float
     best: tuple[float, float, float]
     worst: tuple[float, float, float]
+    supported_share: float
     supported_area: float
     support_volume: float
 
@@ -79,14 +87,20 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
         at = int(np.argmin(sign * found))
         ends.append((float(found[at]), near[at]))
     supported, volume = _support(surface, up, angle)
-    mine = _overhanging(vectors, up, angle)
+
+    def share(inclination: float) -> float:
+        mine = _overhanging(vectors, up, inclination)
+        return float(np.linalg.norm(vectors[mine], axis=1).sum()) / total
+
     return Overhang(
         angle=angle,
-        fraction=float(np.linalg.norm(vectors[mine], axis=1).sum()) / total,
+        share_by_angle={f"{a}": share(a) for a in INCLINATIONS},
+        fraction=share(angle),
         least=ends[0][0],
         most=ends[1][0],
         best=_triple(ends[0][1]),
         worst=_triple(ends[1][1]),
+        supported_share=supported / total,
         supported_area=supported,
         support_volume=volume,
     )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gradedesign.case.part_path import natural
 from gradedesign.errors import CaseError, ResourceError
-from gradedesign.lattice.voxel_density import BYTES_PER_VOXEL
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -55,7 +54,9 @@ class _Kind:
         return f"{self.columns} x {self.rows} pixels of {self.dtype}"
 
 
-def read_image_stack(folder: Path, *, memory_limit_bytes: int) -> NDArray[np.generic]:
+def read_image_stack(
+    folder: Path, *, memory_limit_bytes: int, bytes_per_value: int
+) -> NDArray[np.generic]:
     """Read slices along z, lowest first, ordered by name with numbers as numbers.
 
     Columns of an image go along x; its last row has the lowest y, as on paper.
@@ -65,7 +66,9 @@ def read_image_stack(folder: Path, *, memory_limit_bytes: int) -> NDArray[np.gen
     folder : Path
         Of PNG or TIFF images with one frame each; other files are not looked at.
     memory_limit_bytes : int
-        What reading the stack and making densities of it may take.
+        What reading and using the stack may take.
+    bytes_per_value : int
+        What using it takes, beside the array itself.
 
     Returns
     -------
@@ -84,21 +87,33 @@ def read_image_stack(folder: Path, *, memory_limit_bytes: int) -> NDArray[np.gen
         images = [p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file()]
     except OSError as error:
         raise CaseError(f"{folder.name} cannot be read as a folder: {error.strerror}") from error
-    files = sorted(images, key=lambda p: _natural(p.name))
+    files = sorted(images, key=lambda p: natural(p.name))
     if not files:
         raise CaseError(f"{folder.name} holds no image; expected {', '.join(SUFFIXES)} files")
+    return read_images(
+        files, memory_limit_bytes=memory_limit_bytes, bytes_per_value=bytes_per_value
+    )
+
+
+def read_images(
+    files: Sequence[Path], *, memory_limit_bytes: int, bytes_per_value: int
+) -> NDArray[np.generic]:
+    """Read slices from the lowest to the highest; as `read_image_stack`, whose errors it raises."""
     first = _kind(files[0])
-    _require_memory(folder.name, first, len(files), memory_limit_bytes)
+    name = files[0].parent.name
+    _require_memory(name, first, len(files), memory_limit_bytes, bytes_per_value)
     stack = np.zeros((first.rows, first.columns, len(files)), dtype=first.dtype)
     for number, file in enumerate(files):
         stack[:, :, number] = _pixels(file, first, files[0].name)
     return np.ascontiguousarray(stack[::-1].transpose(1, 0, 2))
 
 
-def _require_memory(name: str, kind: _Kind, count: int, memory_limit_bytes: int) -> None:
+def _require_memory(
+    name: str, kind: _Kind, count: int, memory_limit_bytes: int, bytes_per_value: int
+) -> None:
     pixels, size = kind.columns * kind.rows, kind.dtype.itemsize
-    # The stack, its copy along x, y, z, and its densities; of one image three copies.
-    need = pixels * (count * (2 * size + BYTES_PER_VOXEL) + 3 * size)
+    # The stack, its copy along x, y, z, and what is made of it; of one image three copies.
+    need = pixels * (count * (2 * size + bytes_per_value) + 3 * size)
     if need > memory_limit_bytes:
         raise ResourceError(
             f"{name} holds {count} images of {kind.columns} x {kind.rows} pixels, which take about "
@@ -162,9 +177,3 @@ def _kind_of(file: Path, image: Image) -> _Kind:
             f"or 32 bit floats: convert it to grey"
         )
     return _Kind(columns=image.width, rows=image.height, dtype=np.dtype(_TYPES[image.mode]))
-
-
-def _natural(name: str) -> list[tuple[int, int, str]]:
-    """Sort key in which slice 2 comes before slice 10."""
-    pieces = re.split(r"(\d+)", name.lower())
-    return [(1, int(p), "") if p.isdecimal() else (0, 0, p) for p in pieces]

@@ -8,7 +8,7 @@ import re
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,29 +58,48 @@ def read_npy(path: Path, *, memory_limit_bytes: int, bytes_per_value: int) -> ND
     """
     try:
         with path.open("rb") as file:
-            header = _header(file, path.name)
-            count, size = math.prod(header.shape), header.dtype.itemsize
-            left = path.stat().st_size - file.tell()
-            if count * size != left:
-                raise CaseError(
-                    f"{path.name} cannot be read as a .npy array: it states {_times(header.shape)} "
-                    f"= {count:.4g} values of {size} bytes, {count * size:.4g} bytes, but "
-                    f"{left:.4g} bytes follow: truncated or altered; write it again"
-                )
-            need = count * (size + bytes_per_value)
-            if need > memory_limit_bytes:
-                raise ResourceError(
-                    f"{path.name} holds {_times(header.shape)} = {count:.4g} values, which take "
-                    f"about {need / 1e9:.3g} GB; found run.memory of "
-                    f"{memory_limit_bytes / 1e9:.3g} GB; raise it or write a coarser map"
-                )
-            values = np.fromfile(file, header.dtype, count)
+            return read_npy_stream(
+                file,
+                path.name,
+                path.stat().st_size,
+                memory_limit_bytes=memory_limit_bytes,
+                bytes_per_value=bytes_per_value,
+            )
     except OSError as error:
         raise CaseError(f"{path.name} cannot be read as a .npy array: {error.strerror}") from error
+
+
+def read_npy_stream(
+    file: IO[bytes], name: str, length: int, *, memory_limit_bytes: int, bytes_per_value: int
+) -> NDArray[np.generic]:
+    """Read an array from a stream of ``length`` bytes; errors as of `read_npy`."""
+    header = _header(file, name)
+    count, size = math.prod(header.shape), header.dtype.itemsize
+    left = length - file.tell()
+    if count * size != left:
+        raise CaseError(
+            f"{name} cannot be read as a .npy array: it states {_times(header.shape)} "
+            f"= {count:.4g} values of {size} bytes, {count * size:.4g} bytes, but "
+            f"{left:.4g} bytes follow: truncated or altered; write it again"
+        )
+    need = count * (size + bytes_per_value)
+    if need > memory_limit_bytes:
+        raise ResourceError(
+            f"{name} holds {_times(header.shape)} = {count:.4g} values, which take "
+            f"about {need / 1e9:.3g} GB; found run.memory of "
+            f"{memory_limit_bytes / 1e9:.3g} GB; raise it or write a coarser map"
+        )
+    content = bytearray(count * size)
+    if file.readinto(content) != len(content) or file.read(1):  # type: ignore[attr-defined]
+        raise CaseError(
+            f"{name} cannot be read as a .npy array: it has not the {left:.4g} bytes that it "
+            f"states: truncated or altered; write it again"
+        )
+    values = np.frombuffer(content, header.dtype)
     return values.reshape(header.shape, order="F" if header.fortran_order else "C")
 
 
-def _header(file: BinaryIO, name: str) -> _Header:
+def _header(file: IO[bytes], name: str) -> _Header:
     """Read and check the header (NumPy enhancement proposal 1, version 3)."""
     start = file.read(8)
     if start[:6] != _MAGIC or len(start) < 8:

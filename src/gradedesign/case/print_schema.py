@@ -1,0 +1,109 @@
+"""``[print]``: capabilities of the printer, and limits on how the printed solid is made."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+from pydantic import Field
+
+from gradedesign.case.suggest import shown
+from gradedesign.case.table import Table
+from gradedesign.case.value_types import (
+    Direction,
+    JsonSchema,
+    Number,
+    Quantity,
+    Reader,
+    Refused,
+    Size,
+    Triple,
+    Vector,
+    Whole,
+)
+
+#: Axes of the machine, x, y and the build direction, in those of the part; each is a rotation.
+FRAMES = {
+    "+z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    "+x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+    "+y": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
+    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+}
+#: Pairs of an inclination in degrees and an offset in mm, by rising inclination.
+Offsets: TypeAlias = tuple[tuple[float, float], ...]
+_EXAMPLE = '[["0 deg", "0.2 mm"], ["45 deg", "0.05 mm"], ["90 deg", "0 mm"]]'
+#: Most pairs of a table, and the largest growth or shrinkage of any process, mm.
+_MOST_PAIRS, _MOST_OFFSET = 100, 10.0
+
+
+class _Offsets(Reader):
+    """Pairs of an inclination and an offset, by rising inclination."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> Offsets:
+        if not isinstance(value, list) or not 0 < len(value) <= _MOST_PAIRS:
+            raise Refused(f"found {shown(value)}; expected pairs such as {_EXAMPLE}")
+        angle, length = Quantity("angle", at_least=0.0, at_most=180.0), Quantity("length")
+        pairs = []
+        for n, pair in enumerate(value, start=1):
+            if not isinstance(pair, list) or len(pair) != 2:
+                raise Refused(f"entry {n}: found {shown(pair)}; expected a pair as in {_EXAMPLE}")
+            try:
+                pairs.append((angle.read(pair[0]), length.read(pair[1])))
+            except Refused as error:
+                raise Refused(f"entry {n}: {error}") from None
+            if abs(pairs[-1][1]) > _MOST_OFFSET:
+                raise Refused(
+                    f"entry {n}: found {shown(pair[1])}; expected at most {_MOST_OFFSET:g} mm"
+                )
+            if n > 1 and not pairs[-1][0] > pairs[-2][0]:
+                raise Refused(f"entry {n}: found {shown(pair[0])}; expected rising angles")
+        return tuple(pairs)
+
+    def json_schema(self) -> JsonSchema:
+        pair = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
+        return {"type": "array", "items": pair, "minItems": 1, "maxItems": _MOST_PAIRS}
+
+
+class PrintLimitsSpec(Table):
+    """Limits on the printed solid; each is a row of the verdict."""
+
+    thickness: Size | None = None
+    """Of solid behind the surface, but for the thinnest 5 % of it, at least, mm."""
+    pore_throat: Size | None = None
+    """Ball that reaches 95 % of the voids' volume from outside, at least, mm."""
+    overhang: Annotated[float | None, Number(at_least=0.0, at_most=1.0)] = None
+    """Share of the surface that overhangs and does not lie on the plate, at most."""
+    support_volume: Annotated[float | None, Quantity("volume", at_least=0.0)] = None
+    """Below overhangs, down to the next surface or the plate, at most, mm^3."""
+    islands: Annotated[int | None, Whole(at_least=0, at_most=10**9)] = None
+    """Regions of a layer without material below them, at most."""
+    trapped_powder: Annotated[float | None, Quantity("volume", at_least=0.0)] = None
+    """Volume of voids that powder cannot leave, at most, mm^3."""
+
+
+class PrintSpec(Table):
+    """Capabilities of the printer, and limits on the printed solid."""
+
+    min_wall: Size | None = Field(default=None, examples=["0.8 mm"])
+    """Thinnest wall or strut, mm; the density stays where every cell has it."""
+    min_throat: Size | None = None
+    """Narrowest throat through which powder leaves a void, mm; without it, only closed voids
+    count as trapped."""
+    layer_height: Size | None = None
+    """Thickness of a layer, mm; formats of layers need it."""
+    pixel_size: Size | None = None
+    """Resolution within a layer, mm; the layer height by default."""
+    build_direction: Direction = "+z"
+    """Direction of the part that points upwards in the printer."""
+    overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] = 45.0
+    """Facets inclined to the plate by less overhang, degrees."""
+    build_volume: Annotated[Triple, Vector("length")] | None = None
+    """Room of the printer along its x, y and upwards, mm."""
+    as_built_offset: Annotated[Offsets, _Offsets()] | None = None
+    """Growth of the printed surface, mm, by its inclination: 0 deg looks down at the plate, 90 deg
+    is a wall, 180 deg looks up; linear between the pairs, constant beyond them."""
+    limits: PrintLimitsSpec = Field(default_factory=PrintLimitsSpec)
+    """Limits on the printed solid."""

@@ -1,0 +1,54 @@
+"""``[part.voxels]``: what of a scanned volume is the part."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from gradedesign.case.suggest import shown
+from gradedesign.case.table import Table
+from gradedesign.case.value_types import (
+    Flag,
+    JsonSchema,
+    Number,
+    Quantity,
+    Reader,
+    Refused,
+    Size,
+    Triple,
+    three,
+)
+
+
+class _Spacing(Reader):
+    """One length, or three along x, y and z."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> Triple:
+        length = Quantity("length", above=0.0)
+        if not isinstance(value, list):
+            edge = length.read(value)
+            return edge, edge, edge
+        x, y, z = three(value, '["0.1 mm", "0.1 mm", "0.2 mm"]')
+        try:
+            return length.read(x), length.read(y), length.read(z)
+        except Refused as error:
+            raise Refused(f"in {shown(value)}: {error}") from None
+
+    def json_schema(self) -> JsonSchema:
+        length = Quantity("length").json_schema()
+        return {"anyOf": [length, {"type": "array", "items": length, "minItems": 3, "maxItems": 3}]}
+
+
+class VoxelsSpec(Table):
+    """Voxels of a scan that are solid, and how far their surface may be smoothed."""
+
+    threshold: Annotated[float | None, Number()] = None
+    """Voxels above it are solid; of true and false, true without it."""
+    below: Annotated[bool, Flag()] = False
+    """Whether voxels below the threshold are solid instead."""
+    spacing: Annotated[Triple | None, _Spacing()] = None
+    """Edges of a voxel, mm; may be left out where the file has them."""
+    tolerance: Size | None = None
+    """How far smoothing may move the surface of the voxels, mm; half of their shortest edge by
+    default."""

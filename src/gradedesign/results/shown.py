@@ -1,0 +1,59 @@
+"""The design that pictures and files show, with the measures of its exported surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.arrays import FloatArray
+from gradedesign.loop.iteration import Analysed
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.resolve.print_checks import check_printed
+from gradedesign.resolve.problem import Problem
+from gradedesign.verify.analysis import SurfaceFields
+from gradedesign.verify.explicit import governing_load_case
+from gradedesign.verify.printability import Printability
+from gradedesign.verify.printed_body import PrintedBody, measure_printed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """The design that pictures and files show: the judged one, or the best that was found.
+
+    Attributes
+    ----------
+    rho : (M,) array
+        Density of every tetrahedron of the part.
+    analysed : Analysed
+    surface : SurfaceMesh
+        As exported.
+    fields : SurfaceFields
+        Of the explicit analysis in the load case that governs.
+    printed : PrintedBody
+        Measures of the exported surface.
+    printability : Printability or None
+        How it is made, where the case has ``[print]``.
+    """
+
+    rho: FloatArray
+    analysed: Analysed
+    surface: SurfaceMesh
+    fields: SurfaceFields
+    printed: PrintedBody
+    printability: Printability | None
+
+
+def shown_of(problem: Problem, rho: FloatArray, analysed: Analysed, surface: SurfaceMesh) -> Shown:
+    """Measure the exported surface of an analysed design."""
+    solved = analysed.result.solved
+    fields = solved.surface_fields(governing_load_case(analysed.result))
+    printed = measure_printed(
+        surface, fields.surface, solved.division.surface_size, analysed.design.domain
+    )
+    return Shown(
+        rho=rho,
+        analysed=analysed,
+        surface=surface,
+        fields=fields,
+        printed=printed,
+        printability=check_printed(problem.case, problem.part.surface, surface, printed.thickness),
+    )

@@ -1,0 +1,157 @@
+"""``[print]`` through the commands: optional keys, rows of the verdict, warnings, exit codes."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from manifold3d import Manifold
+
+from gradedesign.case.print_schema import PrintLimitsSpec, PrintSpec
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.report import render_report
+from gradedesign.output.result import RunResult, as_json, from_json
+from gradedesign.results.printable import with_print_limits
+from gradedesign.verify.printability import measure_printability
+from gradedesign.verify.wall_thickness import wall_thickness
+
+CASE = """\
+[case]
+name = "print checks"
+[part]
+box = ["10 mm", "5 mm", "5 mm"]
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+density = 0.4
+[print]
+build_direction = "+x"
+{keys}
+"""
+
+
+def generated(cli, folder, keys, code):
+    (folder / "case.toml").write_text(CASE.format(keys=keys), encoding="utf-8")
+    ended = cli("generate", folder, "-o", folder / "out", "--overwrite")
+    assert ended.code == code, ended.err
+    path = folder / "out" / "result.json"
+    result = json.loads(path.read_text(encoding="utf-8")) if code in (0, 4) else {}
+    return result, " ".join((ended.out + ended.err).split())
+
+
+def test_without_min_wall_the_rest_of_print_is_checked_and_warned_of(cli, tmp_path):
+    result, told = generated(cli, tmp_path, 'as_built_offset = [["0 deg", "0.1 mm"]]', 0)
+    assert result["status"] == "partial"
+    assert result["limits"] == []
+    found = result["measures"]["printability"]
+    assert set(result["printed"]["thickness_percentiles_mm"]) == {"0.1", "1", "5", "50"}
+    assert found["build_direction"] == "+x"
+    assert found["overhang"]["angle_deg"] == 45
+    shares = list(found["overhang"]["share_by_angle_deg"].values())
+    assert shares == sorted(shares)
+    # A sheet gyroid parts two voids that are open on the faces of the box.
+    assert found["voids"]["closed"] == 0
+    assert found["voids"]["trapped_volume_mm3"] == 0
+    assert found["voids"]["volume_mm3"] == pytest.approx(0.6 * 250, rel=0.02)
+    throats = list(found["voids"]["pore_throat_percentiles_mm"].values())
+    assert 0 < throats[0] < throats[1] < 5
+    assert found["islands"]["count"] > 0
+    assert found["as_built"]["share"] > 0
+    for words in ("islands begin in layers", "of support", "as built", "stiffness and stress"):
+        assert words in told
+
+
+def test_a_broken_limit_is_a_row_and_ends_not_met(cli, tmp_path):
+    keys = (
+        'min_throat = "0.5 mm"\n[print.limits]\nislands = 0\nthickness = "0.1 mm"\n'
+        'support_volume = "1 m^3"\noverhang = 0.9\ntrapped_powder = "0 mm^3"\n'
+        'pore_throat = "0.2 mm"'
+    )
+    result, told = generated(cli, tmp_path, keys, 4)
+    assert result["status"] == "not_met"
+    rows = {row["key"]["region"]: row for row in result["limits"]}
+    assert {name for name, row in rows.items() if not row["passed"]} == {"islands"}
+    assert rows["islands"]["utilisation"] is None
+    assert rows["trapped_powder"]["utilisation"] == 0
+    assert set(rows) == {
+        "islands", "thickness", "support_volume", "overhang", "trapped_powder", "pore_throat",
+    }  # fmt: skip
+    assert "print islands is" in told
+    assert "BROKEN" in told
+    # What a limit speaks of is not warned of beside it.
+    assert "begin in layers" not in told
+
+
+def test_a_throat_that_no_grid_resolves_is_refused_at_the_start(cli, tmp_path):
+    keys = 'min_throat = "2 um"'
+    _, told = generated(cli, tmp_path, keys, 5)
+    assert "print.min_throat" in told
+    assert "state a wider throat" in told
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ('as_built_offset = ["0 deg"]', "expected a pair"),
+        ('as_built_offset = [["9 deg", "0 mm"], ["9 deg", "1 mm"]]', "expected rising angles"),
+        ('as_built_offset = [["0 deg", "1 m"]]', "at most 10 mm"),
+        ('[print.limits]\nsupport_volume = "3 mm"', "a volume"),
+        ("[print.limits]\nislands = 0.5", "whole number"),
+    ],
+)
+def test_wrong_keys_are_refused_with_what_is_expected(cli, tmp_path, keys, words):
+    _, told = generated(cli, tmp_path, keys, 2)
+    assert words in told
+
+
+def test_nothing_allowed_is_a_limit_too():
+    row = LimitRow(
+        key=LimitKey(kind="print"), name="", load_case="", value=0.0, limit=0.0, unit="",
+        judged_by="",
+    )  # fmt: skip
+    assert row.passed
+    assert not LimitRow(
+        key=LimitKey(kind="print"), name="", load_case="", value=1e-9, limit=0.0, unit="",
+        judged_by="",
+    ).passed  # fmt: skip
+
+
+def test_print_tables_may_be_empty():
+    assert PrintSpec().min_wall is None
+    assert PrintLimitsSpec().islands is None
+
+
+def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path):
+    tee = sum(
+        (
+            Manifold.cube(edges).translate(low)
+            for low, edges in (((4, 0, 0), (2.0, 2.0, 4.5)), ((0, 0, 4.5), (10.0, 2.0, 1.0)))
+        ),
+        Manifold(),
+    ).to_mesh64()
+    surface = SurfaceMesh(
+        vertices=np.asarray(tee.vert_properties)[:, :3],
+        faces=np.asarray(tee.tri_verts).astype(np.int64),
+    )
+    spec = PrintSpec(
+        min_throat="2 mm",
+        as_built_offset=[["0 deg", "0.1 mm"]],
+        limits=PrintLimitsSpec(support_volume="50 mm^3", thickness="0.5 mm"),
+    )
+    case = SimpleNamespace(print=spec)
+    found = measure_printability(surface, surface, spec, wall_thickness(surface, rays=1000))
+    met = RunResult(status="met", lightest=True, reason="all holds", folder=tmp_path)
+    result = with_print_limits(met, case, found, None)
+    assert (result.status, result.lightest) == ("not_met", False)
+    # 8 x 2 mm of the bar, 4.5 mm up.
+    assert "all holds; but print support volume is 7" in result.reason
+    assert [row.passed for row in result.limits] == [True, False]
+    data = as_json(result)
+    assert data["measures"]["printability"]["islands"]["count"] == 0
+    assert from_json(json.loads(json.dumps(data))).limits == result.limits
+    page = render_report(result, {}, "")
+    for words in ("How it is printed", "print support volume", "BROKEN", "to first order"):
+        assert words in page
+    assert with_print_limits(met, case, None, None) == met
