@@ -12,7 +12,12 @@ from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
+from gradedesign.resolve.resolved_case import (
+    ResolvedCase,
+    analysable_lattice,
+    zone_bounds,
+    zone_cells,
+)
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
 
 #: Of a run that gets no explicit lattice.
@@ -100,7 +105,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     share = known.layout.points.shape[1] / max(inside, 1)
     able = analysable_lattice(
         known,
-        known.bounds,
+        zone_bounds(known),
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -120,7 +125,12 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
-        whole_s=whole_seconds(planned, grid.spacing, known.cell, low) if explicit else 0.0,
+        whole_s=max(
+            whole_seconds(planned, grid.spacing, cell, zone.bounds[0])
+            for cell, zone in zip(zone_cells(known), able.zones or (able,), strict=True)
+        )
+        if explicit
+        else 0.0,
         mesher_tets=remeshed_tets(
             case.run, size.surface_tets, planned, density, known.layout.typical
         ),
@@ -141,14 +151,15 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
 def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
     """Explicit grid for a mean density; graded designs reach the least density somewhere."""
     case = known.case
-    thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
-    wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
+    finest = []
+    for cell, zone in zip(zone_cells(known), able.zones or (able,), strict=True):
+        low = density if case.lattice.grading == "uniform" else zone.bounds[0]
+        thickness = case.lattice.wall or float(wall_mm(cell, low, size))
+        finest.append((thickness / zone.elements_per_wall, thickness, low))
+    element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer
-    spacings = {
-        f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
-        / able.elements_per_wall
-    }
+    spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
     if case.lattice.skin is not None:
         spacings[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / layer
     for keep in case.keep:

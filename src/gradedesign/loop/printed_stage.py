@@ -10,6 +10,7 @@ from gradedesign.cell.cell import Cell
 from gradedesign.loop.iteration import Analysed
 from gradedesign.mesh.printed_field import printed_field
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
@@ -90,5 +91,7 @@ def _first_spacing(setup: Setup, explicit: ExplicitResult) -> float:
     """Bricks as fine as the explicit analysis, mm."""
     if setup.problem.analysis.name == FINITE_CELLS.name:
         return explicit.mesh_size
-    cells, size = setup.cells, explicit.solved.division.surface_size
-    return size / bricks_per_grid_cell(cells.cell, cells.bounds[0])
+    size = explicit.solved.division.surface_size
+    return size / max(
+        bricks_per_grid_cell(cell, bounds[0]) for cell, bounds, _ in cells_in_zones(setup.cells)
+    )

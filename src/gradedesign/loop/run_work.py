@@ -12,6 +12,7 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
 from gradedesign.loop.printed_stage import whole_seconds
+from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
@@ -55,7 +56,10 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
-        whole_s=whole_seconds(planned, spacing, setup.cells.cell, setup.cells.bounds[0]),
+        whole_s=max(
+            whole_seconds(planned, spacing, cell, bounds[0])
+            for cell, bounds, _ in cells_in_zones(setup.cells)
+        ),
         mesher_tets=remeshed_tets(
             case.run, explicit.surface_tets, planned, density, setup.cells.layout.typical
         ),
@@ -86,9 +90,13 @@ def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> fl
     """
     problem, cells = setup.problem, setup.cells
     case = problem.case
-    thinnest = density if case.lattice.grading == "uniform" else cells.bounds[0]
-    wall = case.lattice.wall or float(wall_mm(cells.cell, thinnest, cells.layout.least))
-    follows = explicit_spacing_for(problem, cells, wall)
+    uniform, least = case.lattice.grading == "uniform", cells.layout.least
+    elements = []
+    for cell, bounds, per_wall in cells_in_zones(cells):
+        thinnest = density if uniform else bounds[0]
+        wall = case.lattice.wall or float(wall_mm(cell, thinnest, least))
+        elements.append(wall / per_wall)
+    follows = explicit_spacing_for(problem, min(elements))
     return problem.analysis.fitted_spacing(planned, follows, case.run.memory)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gradedesign.case.locate import locating
@@ -20,13 +21,19 @@ from gradedesign.layout.part_room import (
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.layout.zone_weights import zone_names
 from gradedesign.limits.kinds import require_possible, stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
-from gradedesign.resolve.analysable import Analysable, analysable_bounds, chosen_analysis
+from gradedesign.resolve.analysable import (
+    Analysable,
+    analysable_bounds,
+    analysable_together,
+    chosen_analysis,
+)
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
@@ -38,6 +45,7 @@ from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.workspace.progress import report_step
 
@@ -59,6 +67,8 @@ class ResolvedCase:
     solver : LinearSolver
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
+    zones : ResolvedZones or None
+        Where cells or densities differ; the first of them is what stands here.
     balances : tuple of LoadBalance
     mesher : Mesher
         Of the part.
@@ -84,6 +94,7 @@ class ResolvedCase:
     law: PlannedLaw
     solver: LinearSolver
     bounds: tuple[float, float]
+    zones: ResolvedZones | None
     balances: tuple[LoadBalance, ...]
     mesher: Mesher
     surface_mesher: Mesher
@@ -139,6 +150,16 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, layout.least)
+    report_step("zones")
+    zones = resolve_zones(
+        case,
+        registry,
+        ResolvedZone(name=zone_names(case)[0], case=case, cell=cell, law=law, bounds=bounds),
+        part,
+        layout,
+        domain.distance,
+        material.poissons_ratio,
+    )
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
@@ -150,6 +171,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         law=law,
         solver=solver,
         bounds=bounds,
+        zones=zones,
         balances=balances,
         mesher=mesher,
         surface_mesher=surface_mesher,
@@ -162,33 +184,52 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
             *size_warnings(case, part),
             *balance_warnings(balances),
         ),
-        narrowed=tuple(narrowed),
+        narrowed=(*narrowed, *(() if zones is None else zones.narrowed)),
     )
 
 
+def zone_bounds(known: ResolvedCase) -> tuple[tuple[float, float], ...]:
+    """Densities of every zone, before any law is computed; one without zones."""
+    return (known.bounds,) if known.zones is None else tuple(z.bounds for z in known.zones.zones)
+
+
+def zone_cells(known: ResolvedCase) -> tuple[Cell, ...]:
+    """Cell of every zone; one without zones."""
+    return (known.cell,) if known.zones is None else tuple(z.cell for z in known.zones.zones)
+
+
 def analysable_lattice(
-    known: ResolvedCase, bounds: tuple[float, float], *, latticed: float, solid: float
+    known: ResolvedCase,
+    bounds: Sequence[tuple[float, float]],
+    *,
+    latticed: float,
+    solid: float,
 ) -> Analysable:
     """The analysis that a case takes, with the density bounds that it can analyse.
 
     Parameters
     ----------
     known : ResolvedCase
-    bounds : (float, float)
-        Density window of user, cell, law and printer.
+    bounds : sequence of (float, float)
+        Density windows of user, cell, law and printer of every zone, one without zones.
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
     """
     return chosen_analysis(
         [
-            analysable_bounds(
-                known.case,
-                known.cell,
-                bounds,
-                known.layout.least,
-                analysis,
-                latticed=latticed,
-                solid=solid,
+            analysable_together(
+                [
+                    analysable_bounds(
+                        known.case,
+                        cell,
+                        window,
+                        known.layout.least,
+                        analysis,
+                        latticed=latticed,
+                        solid=solid,
+                    )
+                    for cell, window in zip(zone_cells(known), bounds, strict=True)
+                ]
             )
             for analysis in known.analyses
         ]
