@@ -48,7 +48,7 @@ class CellChoice:
 def cells_in_zones(
     cells: CellChoice,
 ) -> tuple[tuple[Cell, tuple[float, float], float], ...]:
-    """Cell, density bounds and elements per wall of every zone; of the one lattice without zones."""
+    """Cell, density bounds and elements per wall of every zone, or of the one lattice."""
     zoning = cells.zoning
     if zoning is None:
         return ((cells.cell, cells.bounds, cells.elements_per_wall),)
