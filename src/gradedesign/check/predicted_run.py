@@ -15,8 +15,7 @@ from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import (
     ResolvedCase,
     analysable_lattice,
-    zone_bounds,
-    zone_cells,
+    stated_zones,
 )
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
 
@@ -105,7 +104,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     share = known.layout.points.shape[1] / max(inside, 1)
     able = analysable_lattice(
         known,
-        zone_bounds(known),
+        [zone.bounds for zone in stated_zones(known)],
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -126,8 +125,8 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
         whole_s=max(
-            whole_seconds(planned, grid.spacing, cell, zone.bounds[0])
-            for cell, zone in zip(zone_cells(known), able.zones or (able,), strict=True)
+            whole_seconds(planned, grid.spacing, stated.cell, zone.bounds[0])
+            for stated, zone in zip(stated_zones(known), able.zones or (able,), strict=True)
         )
         if explicit
         else 0.0,
@@ -144,8 +143,14 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         raised=(*able.warnings, *((able.refusal,) if able.refusal else ())),
         cost=predict_cost(work),
         explicit=explicit,
-        law_s=60.0 * known.law.minutes[1],
+        law_s=60.0 * laws_minutes(known),
     )
+
+
+def laws_minutes(known: ResolvedCase) -> float:
+    """Minutes, at most, of computing the laws of all cells that have none yet."""
+    laws = {id(zone.cell): zone.law for zone in stated_zones(known)}
+    return sum(law.minutes[1] for law in laws.values())
 
 
 def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
@@ -153,9 +158,9 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     case = known.case
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
     finest = []
-    for cell, zone in zip(zone_cells(known), able.zones or (able,), strict=True):
+    for stated, zone in zip(stated_zones(known), able.zones or (able,), strict=True):
         low = density if case.lattice.grading == "uniform" else zone.bounds[0]
-        thickness = case.lattice.wall or float(wall_mm(cell, low, size))
+        thickness = case.lattice.wall or float(wall_mm(stated.cell, low, size))
         finest.append((thickness / zone.elements_per_wall, thickness, low))
     element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer

@@ -188,14 +188,15 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     )
 
 
-def zone_bounds(known: ResolvedCase) -> tuple[tuple[float, float], ...]:
-    """Densities of every zone, before any law is computed; one without zones."""
-    return (known.bounds,) if known.zones is None else tuple(z.bounds for z in known.zones.zones)
-
-
-def zone_cells(known: ResolvedCase) -> tuple[Cell, ...]:
-    """Cell of every zone; one without zones."""
-    return (known.cell,) if known.zones is None else tuple(z.cell for z in known.zones.zones)
+def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:
+    """Every zone, the first what lies in no other; that one alone without zones."""
+    if known.zones is not None:
+        return known.zones.zones
+    return (
+        ResolvedZone(
+            name="lattice", case=known.case, cell=known.cell, law=known.law, bounds=known.bounds
+        ),
+    )
 
 
 def analysable_lattice(
@@ -221,14 +222,14 @@ def analysable_lattice(
                 [
                     analysable_bounds(
                         known.case,
-                        cell,
+                        zone.cell,
                         window,
                         known.layout.least,
                         analysis,
                         latticed=latticed,
                         solid=solid,
                     )
-                    for cell, window in zip(zone_cells(known), bounds, strict=True)
+                    for zone, window in zip(stated_zones(known), bounds, strict=True)
                 ]
             )
             for analysis in known.analyses
