@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from gradedesign.layout.part_room import (
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
-from gradedesign.layout.zone_weights import zone_names
 from gradedesign.limits.kinds import require_possible, stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
@@ -69,8 +68,6 @@ class ResolvedCase:
     solver : LinearSolver
     bounds : (float, float)
         Densities that the user, the cell, the law and the printer have in common.
-    zones : ResolvedZones or None
-        Where cells or densities differ; the first of them is what stands here.
     balances : tuple of LoadBalance
     mesher : Mesher
         Of the part.
@@ -85,6 +82,8 @@ class ResolvedCase:
         Of reading, sizes and loads.
     narrowed : tuple of str
         Which window narrowed the user's.
+    zones : ResolvedZones or None
+        Where cells or densities differ; the first of them is what stands here.
     """
 
     case: Case
@@ -96,7 +95,6 @@ class ResolvedCase:
     law: PlannedLaw
     solver: LinearSolver
     bounds: tuple[float, float]
-    zones: ResolvedZones | None
     balances: tuple[LoadBalance, ...]
     mesher: Mesher
     surface_mesher: Mesher
@@ -105,6 +103,7 @@ class ResolvedCase:
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
+    zones: ResolvedZones | None = None
 
 
 def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
@@ -119,6 +118,24 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     ResourceError
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
+    known = _without_zones(case, registry)
+    report_step("zones")
+    zones = resolve_zones(
+        case,
+        registry,
+        stated_zones(known)[0],
+        known.part,
+        known.layout,
+        known.domain.distance,
+        known.material.poissons_ratio,
+    )
+    if zones is None:
+        return known
+    return replace(known, zones=zones, narrowed=(*known.narrowed, *zones.narrowed))
+
+
+def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
+    """The case as if it had no zones."""
     with locating(case, "material.name"):
         material = resolve_material(case.material, registry)
     with locating(case, "lattice.cell"):
@@ -152,16 +169,6 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, layout.least)
-    report_step("zones")
-    zones = resolve_zones(
-        case,
-        registry,
-        ResolvedZone(name=zone_names(case)[0], case=case, cell=cell, law=law, bounds=bounds),
-        part,
-        layout,
-        domain.distance,
-        material.poissons_ratio,
-    )
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
@@ -173,7 +180,6 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         law=law,
         solver=solver,
         bounds=bounds,
-        zones=zones,
         balances=balances,
         mesher=mesher,
         surface_mesher=surface_mesher,
@@ -186,7 +192,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
             *size_warnings(case, part),
             *balance_warnings(balances),
         ),
-        narrowed=(*narrowed, *(() if zones is None else zones.narrowed)),
+        narrowed=tuple(narrowed),
     )
 
 
