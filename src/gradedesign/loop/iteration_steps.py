@@ -190,26 +190,18 @@ def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> Densit
 
 def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
-    zoning = cells.zoning
-    if zoning is not None and zoning.mix is not None:
-        return LatticeDesign(
-            domain=problem.domain,
-            shape=zoning.mix.shape,
-            level_of=zoning.mix.level_of,
-            cell_map=cells.layout.cell_map,
-            cell_size=cells.layout.typical,
-            density=grid,
-            weights=partial(cell_weights, zoning),
-        )
+    cell, zoning = cells.cell, cells.zoning
+    mix = None if zoning is None else zoning.mix
     return LatticeDesign(
         domain=problem.domain,
-        shape=blamed_shape(cells.cell.family),
-        level_of=cells.cell.level_of,
+        shape=blamed_shape(cell.family) if mix is None else mix.shape,
+        level_of=cell.level_of if mix is None else mix.level_of,
         cell_map=cells.layout.cell_map,
         cell_size=cells.layout.typical,
         density=grid,
-        parameters=cells.cell.parameters,
-        axes=cells.cell.axes,
+        parameters=cell.parameters if mix is None else {},
+        weights=None if mix is None or zoning is None else partial(cell_weights, zoning),
+        axes=cell.axes if mix is None else None,
     )
 
 
