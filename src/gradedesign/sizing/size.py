@@ -110,7 +110,8 @@ def size(
     kept = keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
-        with stepping(f"sizing iteration {iteration + 1} of {max_iterations} at most"):
+        most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
+        with stepping(f"sizing iteration {iteration + 1} of {most} at most"):
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = _density_floor(problem, utilisations, state, allowances)
