@@ -23,6 +23,7 @@ SLOW = {
     "mbb-beam",
     "ramirez-cantilever",
     "size-graded",
+    "two-zones",
 }
 
 

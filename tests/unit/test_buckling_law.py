@@ -188,7 +188,7 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
             ),
             BucklingLimit(
                 key=LimitKey(kind="buckling"), name="buckling of cells", allowed=1.0,
-                law=buckling, required=factor,
+                law=model.law, required=factor,
             ),
         ),
         bounds=(0.06, 0.85),

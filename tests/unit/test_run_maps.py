@@ -116,7 +116,7 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     x, _, z = centroids(setup.problem.space.mesh) - [[12], [0], [-30]]
     # Dense below and light above, where cells are wider: the thinnest wall is in between.
     rho = np.where(z < 36, 0.5, 0.25)
-    grid = density_grid(setup.problem, rho)
+    grid = density_grid(setup.problem, setup.cells, rho)
     cube = explicit_spacing(setup.problem, setup.cells, grid)
     widest = 2 * np.pi * np.hypot(x, z) / 38
     own = wall_mm(calibrate(WALLS), 0.25, np.minimum(widest, 6.0)[z > 36].min())
@@ -239,7 +239,7 @@ def test_walls_stay_and_sizes_follow(tmp_path, registry):
     assert report["size"]["p5"] == pytest.approx(sizes[0], rel=0.1)
     assert report["size"]["p95"] == pytest.approx(sizes[1], rel=0.1)
     assert report["size_error"]["error"]["p95"] < 0.15
-    grid = density_grid(made.problem, rho)
+    grid = density_grid(made.problem, made.cells, rho)
     # The cube follows the wall that the map makes: 2 mm, less what sizes miss by.
     wall = explicit_spacing(made.problem, made.cells, grid) * setup.cells.elements_per_wall
     assert 1.7 < wall <= 2.0

@@ -16,6 +16,7 @@ _ANY = "*"
 _MOST_REGIONS = 300
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
+    ("zone", _ANY, "region"),
     ("load_case", _ANY, "fix", _ANY, "region"),
     ("load_case", _ANY, "load", _ANY, "region"),
     ("limits", _ANY, _ANY, "region"),
@@ -119,6 +120,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             what="defined",
         )
     yield from cell_map_problems(file.lattice, file.region)
+    yield from _zone_problems(file)
     yield from _box_problems(file)
 
 
@@ -145,6 +147,28 @@ def cell_map_problems(lattice: CellsSpec, regions: Mapping[str, Any]) -> Iterato
                 word=name,
                 choices=tuple(regions),
                 what="defined",
+            )
+
+
+def _zone_problems(file: CaseFile) -> Iterator[Problem]:
+    """Find what zones do not go with, and names that two of them have."""
+    if not file.zone:
+        return
+    lattice = file.lattice
+    for key, stated in (("grading", lattice.graded_size), ("orientation", lattice.orientation)):
+        if stated:
+            yield Problem(
+                key=("lattice", key),
+                message="does not go with [[zone]] yet: all zones share one grid of cells that no "
+                "design moves; leave one out",
+            )
+    names = Counter(zone.name for zone in file.zone if zone.name is not None)
+    for i, zone in enumerate(file.zone):
+        if zone.name is not None and (names[zone.name] > 1 or zone.name == "lattice"):
+            yield Problem(
+                key=("zone", i, "name"),
+                message=f"found {shown(zone.name)}, which is the name of another zone or of what "
+                f"lies in none",
             )
 
 

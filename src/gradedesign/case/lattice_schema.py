@@ -264,7 +264,8 @@ class LatticeSpec(CellsSpec):
                 raise key_error(
                     key,
                     "belongs to `gradedesign generate`; `gradedesign run` and `check` find the "
-                    "density themselves, in cells of one family: leave it out",
+                    "density themselves, and cells that differ from place to place are stated as "
+                    "[[zone]]: leave it out",
                 )
         return value
 

@@ -30,6 +30,7 @@ from gradedesign.case.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, Re
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.table import Table
 from gradedesign.case.value_types import Name, RegionName
+from gradedesign.case.zone_schema import ZoneSpec
 
 __all__ = [
     "BoxSpec",
@@ -55,6 +56,7 @@ __all__ = [
     "RunSpec",
     "ShapeSpec",
     "SolidMultiple",
+    "ZoneSpec",
     "schema_json",
 ]
 
@@ -77,6 +79,7 @@ class CaseFile(Table):
     load_case: tuple[LoadCaseSpec, ...]
     limits: LimitsSpec
     lattice: LatticeSpec
+    zone: tuple[ZoneSpec, ...] = ()
     print: PrintSpec | None = None
     run: RunSpec = Field(default_factory=RunSpec)
     output: OutputSpec = Field(default_factory=OutputSpec)
@@ -131,6 +134,7 @@ class Case(CaseIdentity):
     # Lists that kinds of limits brought are part of what is asked.
     limits: SerializeAsAny[LimitsSpec]
     lattice: LatticeSpec
+    zone: tuple[ZoneSpec, ...]
 
 
 def schema_json(

@@ -47,6 +47,9 @@ class CellFamily:
         False where the void is meant to be closed pores, or channels that do not lead through the
         cell in three directions: then only the solid must be connected, and powder or resin stays
         in the pores.
+    signed : callable, optional
+        ``signed(u, **parameters)`` of a sheet: `shape` is its absolute value, its sign tells the
+        two sides of the middle surface. Between two such sheets a transition stays a sheet.
     struts : callable, optional
         ``struts(**parameters) -> StrutAxes`` where the cell is made of round struts with the level
         as their radius; None where it is not, or not with these parameters.
@@ -67,6 +70,7 @@ class CellFamily:
     period: int = 1
     open_void: bool = True
     struts: Callable[..., StrutAxes | None] | None = None
+    signed: Callable[..., FloatArray] | None = None
 
     def __post_init__(self) -> None:
         if not (isinstance(self.period, int) and self.period >= 1):

@@ -10,6 +10,11 @@ weights the blend is sampled over a cell and its quantiles kept. The result is a
 which a point becomes solid, whatever the weight, and where the weight is 0 or 1 it is the rank of
 the one family alone, untouched.
 
+Two sheets that tell their sides (`CellFamily.signed`) are mixed with the sign of the side, and the
+absolute value of the mean is ranked: the mean of ``|f1|`` and ``|f2|`` is zero only where both
+surfaces cross, so that the mix would fall apart into struts around these curves, while
+``|mean of f1 and f2|`` is a sheet again.
+
 References
 ----------
 Raymont, thesis, Exeter 2011, section 4.4, eq. 4.9 (a mean of functions of one iso-value; its factor
@@ -29,7 +34,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.shape import evaluate_shape, spread_points
-from gradedesign.errors import DensityError
+from gradedesign.errors import DensityError, blaming
 from gradedesign.fields import gradient
 
 log = logging.getLogger(__name__)
@@ -78,6 +83,11 @@ class CellTransition:
         object.__setattr__(self, "weights", locked(self.weights, (None,), name="weights"))
         object.__setattr__(self, "values", locked(self.values, (None, None), name="values"))
 
+    @property
+    def sheets(self) -> bool:
+        """Whether the mix of two sheets is a sheet."""
+        return _both_sheets(self.first, self.second, self.scale)
+
     def shape(self, u: FloatArray) -> FloatArray:
         """Density at which points become solid, 0 to 1; the solid of density rho is ``<= rho``.
 
@@ -95,9 +105,9 @@ class CellTransition:
         result = np.zeros(flat.shape[1])
         start, end = weight <= 0, weight >= 1
         if start.any():
-            result[start] = _rank(self.first, flat[:3, start])
+            result[start] = rank(self.first, flat[:3, start])
         if end.any():
-            result[end] = _rank(self.second, _moved(flat[:3, end], self.shift))
+            result[end] = rank(self.second, _moved(flat[:3, end], self.shift))
         mixed = ~(start | end)
         if mixed.any():
             w = weight[mixed]
@@ -128,7 +138,10 @@ class CellTransition:
         start = _scaled(self.first, self.scale, self.reference, self.reach[0], u)
         moved = _moved(u, self.shift)
         two = _scaled(self.second, self.scale, self.reference, self.reach[1], moved)
-        return np.asarray((1 - weight) * start + weight * two)
+        if not self.sheets:
+            return np.asarray((1 - weight) * start + weight * two)
+        start, two = start * _side(self.first, u), two * _side(self.second, moved)
+        return np.abs((1 - weight) * start + weight * two)
 
     def _rank_of_blend(self, blend: FloatArray, weight: FloatArray) -> FloatArray:
         """Share of the cell that is solid at the level of each point."""
@@ -204,13 +217,18 @@ def _tabulated(
     reach = (1.0, 1.0)
     if scale == "distance":
         reach = (_slope(first, reference), _slope(second, reference))
+    moved = _moved(u, shift)
     start = _scaled(first, scale, reference, reach[0], u)
-    two = _scaled(second, scale, reference, reach[1], _moved(u, shift))
+    two = _scaled(second, scale, reference, reach[1], moved)
+    sheets = _both_sheets(first, second, scale)
+    if sheets:
+        start, two = start * _side(first, u), two * _side(second, moved)
     weights = np.linspace(0.0, 1.0, _WEIGHTS)
     position = np.clip(np.linspace(0.0, 1.0, _TABLE) * _SAMPLES - 0.5, 0, _SAMPLES - 1)
     values = np.zeros((_WEIGHTS, _TABLE))
     for n, weight in enumerate(weights):
-        samples = np.sort((1 - weight) * start + weight * two)
+        mean = (1 - weight) * start + weight * two
+        samples = np.sort(np.abs(mean) if sheets else mean)
         values[n] = np.interp(position, np.arange(_SAMPLES), samples)
     log.info("transition %s to %s by %s", first.family.name, second.family.name, scale)
     return CellTransition(
@@ -231,15 +249,30 @@ def _moved(u: FloatArray, shift: tuple[float, float, float]) -> FloatArray:
     return np.asarray(u - np.asarray(shift, dtype=u.dtype)[:, None])
 
 
-def _rank(cell: Cell, u: FloatArray) -> FloatArray:
-    """Density at which points of one family become solid."""
+def _both_sheets(first: Cell, second: Cell, scale: Scale) -> bool:
+    """Whether both families tell the sides of their middle surface, on a scale from it."""
+    signed = first.family.signed is not None and second.family.signed is not None
+    return signed and scale == "rank"
+
+
+def _side(cell: Cell, u: FloatArray) -> FloatArray:
+    """-1 and 1 on the two sides of the middle surface of a sheet."""
+    signed = cell.family.signed
+    if signed is None:
+        raise ValueError(f"cell '{cell.name}' does not tell the sides of a middle surface")
+    with blaming(f"cell '{cell.name}'"):
+        return np.sign(signed(u, **cell.parameters))
+
+
+def rank(cell: Cell, u: FloatArray) -> FloatArray:
+    """Density at which points ``(3, n)`` of one family become solid, ``(n,)``."""
     return cell.density_of(evaluate_shape(cell.family, cell.parameters, u))
 
 
 def _scaled(cell: Cell, scale: Scale, reference: float, reach: float, u: FloatArray) -> FloatArray:
     """One family's function on the common scale."""
     if scale == "rank":
-        return _rank(cell, u)
+        return rank(cell, u)
     g = evaluate_shape(cell.family, cell.parameters, u)
     return np.asarray((g - cell.level_of(reference)) / reach)
 

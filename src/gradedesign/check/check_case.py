@@ -17,7 +17,7 @@ from gradedesign.part.thickness import local_thickness
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.resolve_law import resolve_law
-from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case
+from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case, stated_zones
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
 from gradedesign.verify.phases import evaluated_at
 
@@ -78,14 +78,15 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     """
     known = resolve_case(case, registry)
     remarks = [*known.warnings, *known.narrowed]
-    if known.law.voxels == 0:
-        # Taken from the registry: nothing is computed.
-        remarks += resolve_law(
-            case,
-            registry,
-            known.cell,
-            poissons_ratio=known.material.poissons_ratio,
-        )[1]
+    for zone in stated_zones(known):
+        if zone.law.voxels == 0:
+            # Taken from the registry: nothing is computed.
+            remarks += resolve_law(
+                zone.case,
+                registry,
+                zone.cell,
+                poissons_ratio=known.material.poissons_ratio,
+            )[1]
     inside = inner_points(known.domain)
     thickness = part_thickness(known, inside)
     run = predicted_run(known, inside.shape[1])

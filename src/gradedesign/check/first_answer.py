@@ -121,7 +121,8 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
     least = density_for_stiffness if row.key.kind in stiff else density_for_strength
     try:
-        density = max(least(setup.cells.law, row.utilisation), setup.cells.bounds[0])
+        needed = [least(law, row.utilisation) for law in setup.model.law.laws]
+        density = max(*needed, setup.cells.bounds[0])
     except DensityError as error:
         return ConstantDensity(row=row, density=None, mass_g=None, reason=str(error))
     if density > setup.cells.bounds[1]:

@@ -11,7 +11,11 @@ from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cos
 from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
-from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
+from gradedesign.resolve.resolved_case import (
+    ResolvedCase,
+    analysable_lattice,
+    stated_zones,
+)
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
 from gradedesign.verify.whole_resolution import first_spacing, seconds, whole_estimates
 
@@ -100,7 +104,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     share = known.layout.points.shape[1] / max(inside, 1)
     able = analysable_lattice(
         known,
-        known.bounds,
+        [zone.bounds for zone in stated_zones(known)],
         latticed=known.part.volume * share,
         solid=known.part.volume * (1.0 - share),
     )
@@ -112,7 +116,10 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
-    first = first_spacing(able.analysis, grid.spacing, known.cell, low)
+    first = min(
+        first_spacing(able.analysis, grid.spacing, stated.cell, zone.bounds[0])
+        for stated, zone in zip(stated_zones(known), able.zones or (able,), strict=True)
+    )
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
@@ -135,21 +142,28 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         raised=(*able.warnings, *((able.refusal,) if able.refusal else ())),
         cost=predict_cost(work),
         explicit=explicit,
-        law_s=60.0 * known.law.minutes[1],
+        law_s=60.0 * laws_minutes(known),
     )
+
+
+def laws_minutes(known: ResolvedCase) -> float:
+    """Minutes, at most, of computing the laws of all cells that have none yet."""
+    laws = {id(zone.cell): zone.law for zone in stated_zones(known)}
+    return sum(law.minutes[1] for law in laws.values())
 
 
 def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
     """Explicit grid for a mean density; graded designs reach the least density somewhere."""
     case = known.case
-    thin = density if case.lattice.grading == "uniform" else able.bounds[0]
     size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
-    wall = case.lattice.wall or float(wall_mm(known.cell, thin, size))
+    finest = []
+    for stated, zone in zip(stated_zones(known), able.zones or (able,), strict=True):
+        low = density if case.lattice.grading == "uniform" else zone.bounds[0]
+        thickness = case.lattice.wall or float(wall_mm(stated.cell, low, size))
+        finest.append((thickness / zone.elements_per_wall, thickness, low))
+    element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer
-    spacings = {
-        f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": wall
-        / able.elements_per_wall
-    }
+    spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
     if case.lattice.skin is not None:
         spacings[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / layer
     for keep in case.keep:

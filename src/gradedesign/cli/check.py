@@ -11,7 +11,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.check.check_case import CaseCheck, check_case
-from gradedesign.cli.check_data import check_data, file_faces, stated_limits
+from gradedesign.cli.check_data import check_data, file_faces, stated_limits, zone_data
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
@@ -216,6 +216,16 @@ def _print_loads(checked: CaseCheck) -> None:
     print_table("Loads", columns, rows)
 
 
+def _zone_lines(checked: CaseCheck) -> Iterator[str]:
+    for name, zone in zone_data(checked).items():
+        low, high = zone["density_window"]
+        yield (
+            f"zone {name}: {zone['cell']}, {zone['share_of_lattice']:.0%} of the lattice, density "
+            f"{low:.3g} to {high:.3g}, law {zone['law']}"
+            + (" (to be computed)" if zone["to_be_computed"] else "")
+        )
+
+
 def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
     known, plan = checked.known, checked.known.law
     low, high = checked.run.bounds
@@ -231,6 +241,7 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
             for share, value, cells in walls
         )
     yield f"density window: {low:.3g} to {high:.3g}"
+    yield from _zone_lines(checked)
     if not plan.voxels:
         yield f"law: {plan.name}, installed"
     elif plan.known:

@@ -121,12 +121,30 @@ def _loads(checked: CaseCheck) -> list[dict[str, Any]]:
     ]
 
 
+def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
+    """Every zone of the case by its name; none without zones."""
+    zones = checked.known.zones
+    if zones is None:
+        return {}
+    return {
+        zone.name: {
+            "cell": zone.cell.name,
+            "law": zone.law.name,
+            "to_be_computed": not zone.law.known,
+            "density_window": list(zone.bounds),
+            "share_of_lattice": share,
+        }
+        for zone, share in zip(zones.zones, zones.volume_share, strict=True)
+    }
+
+
 def _lattice(checked: CaseCheck) -> dict[str, Any]:
     known, plan = checked.known, checked.known.law
     return {
         "size_mm": list(known.case.lattice.size),
         "cell_window": list(known.cell.window),
         "density_window": list(known.bounds),
+        "zones": zone_data(checked),
         "size_effects": {"mode": "periodic", "reason": checked.periodic}
         if checked.periodic
         else {"mode": "walls"},

@@ -39,6 +39,9 @@ class LatticeDesign:
         Relative density, graded or uniform.
     parameters : mapping of str to float
         Keyword arguments of ``shape``.
+    weights : callable, optional
+        Points ``(3, ...)`` mm to weights of several cells ``(n, ...)``, which ``shape`` then takes
+        behind the cell coordinates.
     axes : StrutAxes, optional
         Of which ``shape`` is the distance, where the cell is made of round struts.
     """
@@ -50,6 +53,7 @@ class LatticeDesign:
     cell_size: float
     density: DensityGrid | float
     parameters: Mapping[str, float] = field(default_factory=dict)
+    weights: Field | None = None
     axes: StrutAxes | None = None
 
     def __post_init__(self) -> None:
@@ -114,6 +118,8 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 
     def cell(points: FloatArray) -> FloatArray:
         u = design.cell_map(points)
+        if design.weights is not None:
+            u = np.concatenate([u, design.weights(points)])
         t = level if level is not None else design.level_of(density_at(design, points))
         g = design.shape(u.astype(np.float32) if single else u, **design.parameters)
         return scale * (g - t)

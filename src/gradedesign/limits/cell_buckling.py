@@ -16,7 +16,7 @@ from gradedesign.case.schema import Case
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
 from gradedesign.limits.state import HomogenisedState, Predicted
-from gradedesign.material.buckling_law import BucklingLaw
+from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 
@@ -27,12 +27,12 @@ class BucklingLimit(Limit):
 
     Attributes
     ----------
-    law : BucklingLaw
+    law : LawField
     required : float
         Required critical stress over the acting one.
     """
 
-    law: BucklingLaw
+    law: LawField
     required: float
 
     unit: ClassVar[str] = "of the critical stress"
@@ -50,9 +50,10 @@ class BucklingLimit(Limit):
         Clamped edges are not excluded: unlike a yielding point, a buckling cell spreads. In denser
         cells than the law knows its last critical stress is used, see `BucklingLaw`.
         """
+        density = state.effective_density
         utilisations = np.stack(
             [
-                self.required * self.law.at(state.buckling_profile(name), state.effective_density)
+                self.required * self.law.buckling(state.buckling_profile(name), density)
                 for name in state.load_cases
             ]
         )
@@ -70,7 +71,7 @@ class BucklingLimit(Limit):
         permitted = allowance * self.allowed / self.required
         effective = np.max(
             [
-                self.law.least_density(state.buckling_profile(name), permitted, state.law.window)
+                self.law.density_for_buckling(state.buckling_profile(name), permitted)
                 for name in state.load_cases
             ],
             axis=0,
@@ -79,13 +80,13 @@ class BucklingLimit(Limit):
 
     def notes(self, volumes: FloatArray, rho: FloatArray) -> tuple[str, ...]:
         """Share of a lattice that is thinner than buckling is known for."""
-        least = self.law.window[0]
+        least = self.law.buckling_floor
         share = float(volumes[rho < least * (1 - 1e-9)].sum() / volumes.sum())
         if share == 0:
             return ()
         return (
-            f"{share:.1%} of the lattice is thinner than relative density {least:g}, from which on "
-            f"buckling of its law was computed; below, its power law is extrapolated",
+            f"{share:.1%} of the lattice is thinner than relative density {np.min(least):g}, from "
+            f"which on buckling of its law was computed; below, its power law is extrapolated",
         )
 
     def basis(self) -> Mapping[str, float]:
@@ -109,14 +110,14 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
     required = required_factor(placed.case)
     if required is None:
         return (), ()
-    law = placed.law.buckling
-    if law is None:
-        return (), (unknown_warning(placed.law),)
+    unknown = [law for law in placed.law.laws if law.buckling is None]
+    if unknown:
+        return (), tuple(unknown_warning(law) for law in unknown)
     limit = BucklingLimit(
         key=LimitKey(kind=KIND.name),
         name="buckling of cells",
         allowed=1.0,
-        law=law,
+        law=placed.law,
         required=required,
     )
     return (limit,), ()

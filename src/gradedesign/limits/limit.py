@@ -21,8 +21,8 @@ from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
-from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.part.regions import Region
 
 
@@ -166,7 +166,7 @@ class PlacedCase:
     ----------
     case : Case
     material : Material
-    law : ScalingLaw
+    law : LawField
     evaluated : (M,) bool array
         Tetrahedra outside the exclusion radius around clamped regions.
     lattice_volumes : (M,) array, mm^3
@@ -178,7 +178,7 @@ class PlacedCase:
 
     case: Case
     material: Material
-    law: ScalingLaw
+    law: LawField
     evaluated: BoolArray
     lattice_volumes: FloatArray
     exclusion_radius: float

@@ -127,11 +127,12 @@ def _volume_percentile(
     else every tetrahedron counts with the one local stress it has, which is too high where the
     stress varies: half a per cent of a few cells is not half a per cent of the lattice.
     """
-    local, law = state.local_stress(load_case), state.law.local_stress
+    local = state.local_stress(load_case)
     used = (weights > 0) & (local > 0)
-    if law is None or not law.has_distribution or not used.any():
+    if not state.law.knows_distribution or not used.any():
         return weighted_percentile(local, weights, percentile)
-    density = np.clip(state.effective_density[used], *state.law.window)
+    law = state.law.among(used)
+    density = np.clip(state.effective_density[used], *law.window)
     some, weight = local[used], weights[used] / weights.sum()
 
     def excess(log_stress: float) -> float:
@@ -169,7 +170,7 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
     total = float(room.sum())
     share = float(room[~placed.evaluated].sum() / total) if total > 0 else 0.0
     return (limit,), (
-        *percentile_warnings(placed.law, percentile),
+        *(w for law in placed.law.laws for w in percentile_warnings(law, percentile)),
         *share_warnings(share, placed.exclusion_radius),
     )
 

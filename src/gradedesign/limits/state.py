@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray
-from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.material.law_field import LawField
 
 
 class HomogenisedState(Protocol):
@@ -41,8 +41,8 @@ class HomogenisedState(Protocol):
         """Centroids of the tetrahedra, ``(3, M)``, mm."""
 
     @property
-    def law(self) -> ScalingLaw:
-        """Law of stiffness and strength of the lattice."""
+    def law(self) -> LawField:
+        """Laws of stiffness and strength of the lattice."""
 
     def displacement(self, load_case: str) -> FloatArray:
         """Nodal displacements, ``(3, N)``, mm."""

@@ -30,6 +30,7 @@ from gradedesign.loop.iteration_steps import (
 )
 from gradedesign.loop.lesson import Lesson, Prior, learn
 from gradedesign.output.result import Iteration, LimitIteration
+from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.size import SizingResult, SizingStep
 from gradedesign.verify.analysis import Resolution
@@ -117,7 +118,7 @@ def analyse_cells(
     go down to.
     """
     problem, cells = setup.problem, setup.cells
-    grid = density_grid(problem, rho)
+    grid = density_grid(problem, cells, rho)
     design = build_design(problem, cells, grid)
     solid = printed_solid(problem, design)
     if spacing is not None:
@@ -256,8 +257,9 @@ def compared(
 
 def touches_lower_bound(setup: Setup, rho: FloatArray) -> bool:
     """Whether a density of the lattice is at its lower bound."""
-    low, active = setup.cells.bounds[0], setup.model.lattice_volumes > 0
-    return bool(rho[active].max(initial=low) <= low * (1 + AT_BOUND))
+    low, _ = element_bounds(setup.cells)
+    active = setup.model.lattice_volumes > 0
+    return bool((rho <= low * (1 + AT_BOUND))[active].all())
 
 
 def aim_of(previous: Sequence[DesignIteration]) -> float:

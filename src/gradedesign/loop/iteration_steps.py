@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -18,6 +19,7 @@ from gradedesign.lattice.density_grid import (
     density_grid_from_elements,
 )
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.sample import grid_points
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.local_stress import allowed_stress
@@ -30,6 +32,7 @@ from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.thinnest_wall import thinnest_wall
+from gradedesign.resolve.zoning import cell_weights, node_windows
 from gradedesign.sizing.filter import cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     homogenised_system,
@@ -147,6 +150,7 @@ def size_design(
         limits=tightened_limits(corrected_limits(setup.problem.limits, correction), factors),
         bounds=setup.cells.bounds,
         filter=matrix,
+        windows=None if setup.cells.zoning is None else setup.cells.zoning.windows,
         target=plan.target,
     )
     return stored_sizing(
@@ -160,25 +164,44 @@ def size_design(
     )
 
 
-def density_grid(problem: Problem, rho: FloatArray) -> DensityGrid:
-    """The density field from which the lattice is built."""
+def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> DensityGrid:
+    """The density field from which the lattice is built.
+
+    Where zones have different bounds, the place of every density between its bounds is what is
+    smoothed, so that the field keeps the bounds of the place.
+    """
     report_step("density field")
     cell = problem.case.lattice.cell_size
     spacing = min(cell / NODES_PER_CELL, problem.case.part.mesh_size)
-    return density_grid_from_elements(problem.space.mesh, rho, spacing=spacing, margin=0.5 * cell)
+    mesh, margin, zoning = problem.space.mesh, 0.5 * cell, cells.zoning
+    if zoning is None or zoning.windows is None:
+        return density_grid_from_elements(mesh, rho, spacing=spacing, margin=margin)
+    low, high = zoning.windows
+    # An element with one density says nothing about its neighbours: the middle.
+    height = np.full(rho.size, 0.5)
+    np.divide(rho - low, high - low, out=height, where=high > low)
+    heights = density_grid_from_elements(
+        mesh, np.clip(height, 0.0, 1.0), spacing=spacing, margin=margin
+    )
+    nodes = grid_points(heights.origin, (0, 0, 0), heights.values.shape, spacing)
+    below, above = node_windows(zoning, nodes)
+    return replace(heights, values=below + (above - below) * heights.values)
 
 
 def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> LatticeDesign:
     """The lattice of a density field."""
+    cell, zoning = cells.cell, cells.zoning
+    mix = None if zoning is None else zoning.mix
     return LatticeDesign(
         domain=problem.domain,
-        shape=blamed_shape(cells.cell.family),
-        level_of=cells.cell.level_of,
+        shape=blamed_shape(cell.family) if mix is None else mix.shape,
+        level_of=cell.level_of if mix is None else mix.level_of,
         cell_map=cells.layout.cell_map,
         cell_size=cells.layout.typical,
         density=grid,
-        parameters=cells.cell.parameters,
-        axes=cells.cell.axes,
+        parameters=cell.parameters if mix is None else {},
+        weights=None if mix is None or zoning is None else partial(cell_weights, zoning),
+        axes=cell.axes if mix is None else None,
     )
 
 
@@ -209,22 +232,25 @@ def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> 
     """
     case = problem.case
     report_step("thinnest wall")
-    thinnest = thinnest_wall(problem, cells, grid)
+    thinnest, element = thinnest_wall(problem, cells, grid)
     least = None if case.print is None else case.print.min_wall
     if least is not None and thinnest < least * (1 - 1e-6):
         raise LatticeError(
             f"the thinnest wall is {thinnest:.3g} mm, less than [print] min_wall "
             f"{least:g} mm; raise the lower density"
         )
-    return explicit_spacing_for(problem, cells, thinnest)
+    return explicit_spacing_for(problem, element)
 
 
-def explicit_spacing_for(problem: Problem, cells: CellChoice, thinnest: float) -> float:
-    """Element size that the case states, or that follows the thinnest wall or layer, mm."""
+def explicit_spacing_for(problem: Problem, element: float) -> float:
+    """Element size that the case states, or that follows the layers and walls, mm.
+
+    ``element``, mm, is what the thinnest wall asks for.
+    """
     case = problem.case
     if case.run.explicit_mesh_size is not None:
         return case.run.explicit_mesh_size
-    return float(grid_spacing(case, thinnest, cells.elements_per_wall, problem.analysis))
+    return float(grid_spacing(case, element, 1.0, problem.analysis))
 
 
 def predict(

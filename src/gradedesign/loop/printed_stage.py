@@ -9,6 +9,7 @@ import numpy as np
 from gradedesign.loop.iteration import Analysed
 from gradedesign.mesh.printed_field import printed_field
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
@@ -58,11 +59,14 @@ def printed_stage(
 
     return WholeStage(
         analyse=analyse,
-        spacing=first_spacing(
-            setup.problem.analysis,
-            analysed.result.mesh_size if own else division.surface_size,
-            setup.cells.cell,
-            setup.cells.bounds[0],
+        spacing=min(
+            first_spacing(
+                setup.problem.analysis,
+                analysed.result.mesh_size if own else division.surface_size,
+                cell,
+                bounds[0],
+            )
+            for cell, bounds, _ in cells_in_zones(setup.cells)
         ),
         ratio=RATIO,
         orders=ORDERS,

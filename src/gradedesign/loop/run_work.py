@@ -11,6 +11,7 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
+from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
@@ -47,7 +48,10 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     planned = PlannedSolid(box=(x, y, z), volume=volume, load_cases=len(case.load_case))
     spacing = predicted_spacing(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
-    first = first_spacing(setup.problem.analysis, spacing, setup.cells.cell, setup.cells.bounds[0])
+    first = min(
+        first_spacing(setup.problem.analysis, spacing, cell, bounds[0])
+        for cell, bounds, _ in cells_in_zones(setup.cells)
+    )
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
@@ -87,9 +91,13 @@ def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> fl
     """
     problem, cells = setup.problem, setup.cells
     case = problem.case
-    thinnest = density if case.lattice.grading == "uniform" else cells.bounds[0]
-    wall = case.lattice.wall or float(wall_mm(cells.cell, thinnest, cells.layout.least))
-    follows = explicit_spacing_for(problem, cells, wall)
+    uniform, least = case.lattice.grading == "uniform", cells.layout.least
+    elements = []
+    for cell, bounds, per_wall in cells_in_zones(cells):
+        thinnest = density if uniform else bounds[0]
+        wall = case.lattice.wall or float(wall_mm(cell, thinnest, least))
+        elements.append(wall / per_wall)
+    follows = explicit_spacing_for(problem, min(elements))
     return problem.analysis.fitted_spacing(planned, follows, case.run.memory)
 
 

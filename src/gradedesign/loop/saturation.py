@@ -14,6 +14,7 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, with_factors
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import corrected_limits, corrected_model, tightened_limits
+from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.responses import response_gradients
@@ -87,7 +88,7 @@ def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> flo
     """Share of a value that densities at their bounds could take away; None: unknown."""
     limit, rho = solved.limits[key], solved.state.rho
     if limit.by_gradient:
-        return density_gain(relative_slope(solved, limit), rho, setup.cells.bounds)
+        return density_gain(relative_slope(solved, limit), rho, element_bounds(setup.cells))
     (tight,) = tightened_limits([limit], factors)
     return 0.0 if needy_at_bound(tight.least_density(solved.state), rho, setup) else None
 
@@ -98,7 +99,9 @@ def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
     return response_gradients(solved.state, solved.system, [response])[0] / response.value
 
 
-def density_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]) -> float:
+def density_gain(
+    slope: FloatArray, rho: FloatArray, bounds: tuple[FloatArray | float, FloatArray | float]
+) -> float:
     """Share of a value that densities at the better of their bounds would take away.
 
     Parameters
@@ -106,7 +109,7 @@ def density_gain(slope: FloatArray, rho: FloatArray, bounds: tuple[float, float]
     slope : (M,) array
         Derivative of the value by every density, over the value.
     rho : (M,) array
-    bounds : (float, float)
+    bounds : two (M,) arrays or floats
 
     Notes
     -----
@@ -120,7 +123,8 @@ def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
     """Whether tetrahedra ask for more density than they have, and all are at the upper bound."""
     lattice = setup.model.solid_fraction < 1
     needy = lattice & (wanted > rho * (1 + AT_BOUND))
-    return bool(needy.any() and (rho[needy] >= setup.cells.bounds[1] * (1 - AT_BOUND)).all())
+    full = rho >= element_bounds(setup.cells)[1] * (1 - AT_BOUND)
+    return bool(needy.any() and full[needy].all())
 
 
 def sentence(setup: Setup, row: LimitRow, gain: float) -> str:

@@ -51,8 +51,7 @@ def iteration_key(setup: Setup, number: int) -> str:
         number,
         setup.problem.case.case_hash,
         setup.cells.cell.name,
-        setup.cells.law.name,
-        setup.cells.law.source,
+        repr([(law.name, law.source) for law in setup.model.law.laws]),
         setup.problem.space.mesh.points,
         setup.problem.space.mesh.tets,
     )

@@ -14,6 +14,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.limits.limit import Limit
+from gradedesign.sizing.problem import element_densities
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 from gradedesign.workspace.program_key import program_key
@@ -73,9 +74,12 @@ def sizing_key(
     limits = [
         (limit.key, limit.allowed, limit.factor, source_of(limit)) for limit in problem.limits
     ]
-    densities = np.linspace(*law.window, 33)
+    curves = []
+    for one in law.laws:
+        densities = np.linspace(*one.window, 33)
+        curves += [one.stiffness(densities), one.strength(densities)]
     words = case.model_dump_json(
-        include={"material", "keep", "load_case", "limits", "lattice", "print", "region"}
+        include={"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
     )
     correction = (model.stiffness_factor, model.stiffness_exponent, model.reference_density)
     return content_key(
@@ -85,9 +89,13 @@ def sizing_key(
         case.part.mesh_size,
         cell.name,
         repr(sorted(cell.parameters.items())),
-        repr((law.name, law.source, law.coefficients)),
-        law.stiffness(densities),
-        law.strength(densities),
+        repr([(one.name, one.source, one.coefficients) for one in law.laws]),
+        *curves,
+        *(
+            np.zeros(0) if values is None else values
+            for values in (law.weights, law.stiffness_factor, law.strength_factor)
+        ),
+        *(problem.windows or ()),
         model.space.mesh.points,
         model.space.mesh.tets,
         model.solid_fraction,
@@ -130,7 +138,7 @@ def _unpacked(problem: SizingProblem, stored: dict[str, FloatArray]) -> SizingRe
             SizingStep(iteration=number, utilisations=tuple(map(float, utilisations)), **fields)
         )
     return SizingResult(
-        rho=np.asarray(problem.filter @ stored["variables"]).ravel(),
+        rho=element_densities(problem, stored["variables"]),
         variables=stored["variables"],
         history=tuple(history),
         converged=bool(stored["flags"][0]),

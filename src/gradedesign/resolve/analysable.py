@@ -49,6 +49,8 @@ class Analysable:
     warnings : tuple of str
     refusal : str
         Why no density of the window fits the budget; empty where one does.
+    zones : tuple of Analysable
+        The same of every zone of the case; empty where it has none.
     """
 
     analysis: ExplicitAnalysis
@@ -58,6 +60,7 @@ class Analysable:
     memory_bytes: int
     warnings: tuple[str, ...] = ()
     refusal: str = ""
+    zones: tuple[Analysable, ...] = ()
 
 
 def solid_layers(case: Case) -> list[float]:
@@ -151,6 +154,21 @@ def analysable_bounds(
         memory_bytes=int(memory.min() if refusal else memory[least]),
         warnings=warnings,
         refusal=refusal,
+    )
+
+
+def analysable_together(zones: Sequence[Analysable]) -> Analysable:
+    """What one analysis can do with all zones of a part, whose thinnest walls set its grid."""
+    if len(zones) == 1:
+        return zones[0]
+    return replace(
+        zones[0],
+        bounds=(min(z.bounds[0] for z in zones), max(z.bounds[1] for z in zones)),
+        spacing=min(z.spacing for z in zones),
+        memory_bytes=max(z.memory_bytes for z in zones),
+        warnings=tuple(dict.fromkeys(w for z in zones for w in z.warnings)),
+        refusal=next((z.refusal for z in zones if z.refusal), ""),
+        zones=tuple(zones),
     )
 
 

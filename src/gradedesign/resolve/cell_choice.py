@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.local_cells import local_cells
@@ -11,6 +13,7 @@ from gradedesign.fe.element_points import element_points
 from gradedesign.fe.space import TetSpace
 from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.resolve.zoning import Zoning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,6 +29,9 @@ class CellChoice:
     elements_per_wall : float
         Elements of the explicit analysis across the thinnest wall.
     layout : CellLayout
+    zoning : Zoning or None
+        Zones whose cells or densities differ; cell, law and elements are then those of what lies
+        in no zone, ``bounds`` the least and the largest density of all.
     frames : callable, optional
         Rotations whose rows cells follow, points ``(3, ...)`` mm to ``(3, 3, ...)``.
     """
@@ -35,7 +41,25 @@ class CellChoice:
     bounds: tuple[float, float]
     elements_per_wall: float
     layout: CellLayout
+    zoning: Zoning | None = None
     frames: Field | None = None
+
+
+def cells_in_zones(
+    cells: CellChoice,
+) -> tuple[tuple[Cell, tuple[float, float], float], ...]:
+    """Cell, density bounds and elements per wall of every zone, or of the one lattice."""
+    zoning = cells.zoning
+    if zoning is None:
+        return ((cells.cell, cells.bounds, cells.elements_per_wall),)
+    return tuple((zoning.cells[z.cell], z.bounds, z.elements_per_wall) for z in zoning.zones)
+
+
+def element_bounds(cells: CellChoice) -> tuple[FloatArray, FloatArray]:
+    """Density bounds of the tetrahedra: two ``(M,)``, or scalars where all have the same."""
+    if cells.zoning is None or cells.zoning.windows is None:
+        return np.asarray(cells.bounds[0]), np.asarray(cells.bounds[1])
+    return cells.zoning.windows
 
 
 def cell_axes(layout: CellLayout, space: TetSpace) -> FloatArray:

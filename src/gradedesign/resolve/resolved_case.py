@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +29,12 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
-from gradedesign.resolve.analysable import Analysable, analysable_bounds, chosen_analysis
+from gradedesign.resolve.analysable import (
+    Analysable,
+    analysable_bounds,
+    analysable_together,
+    chosen_analysis,
+)
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.explicit_analysis import by_preference, explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
@@ -41,6 +47,7 @@ from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.print_checks import require_voxels_fit
 from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.workspace.progress import report_step
 
@@ -76,6 +83,8 @@ class ResolvedCase:
         Of reading, sizes and loads.
     narrowed : tuple of str
         Which window narrowed the user's.
+    zones : ResolvedZones or None
+        Where cells or densities differ; the first of them is what stands here.
     """
 
     case: Case
@@ -95,6 +104,7 @@ class ResolvedCase:
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
+    zones: ResolvedZones | None = None
 
 
 def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
@@ -109,6 +119,24 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     ResourceError
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
+    known = _without_zones(case, registry)
+    report_step("zones")
+    zones = resolve_zones(
+        case,
+        registry,
+        stated_zones(known)[0],
+        known.part,
+        known.layout,
+        known.domain.distance,
+        known.material.poissons_ratio,
+    )
+    if zones is None:
+        return known
+    return replace(known, zones=zones, narrowed=(*known.narrowed, *zones.narrowed))
+
+
+def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
+    """The case as if it had no zones."""
     with locating(case, "material.name"):
         material = resolve_material(case.material, registry)
     with locating(case, "lattice.cell"):
@@ -170,33 +198,53 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     )
 
 
+def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:
+    """Every zone, the first what lies in no other; that one alone without zones."""
+    if known.zones is not None:
+        return known.zones.zones
+    return (
+        ResolvedZone(
+            name="lattice", case=known.case, cell=known.cell, law=known.law, bounds=known.bounds
+        ),
+    )
+
+
 def analysable_lattice(
-    known: ResolvedCase, bounds: tuple[float, float], *, latticed: float, solid: float
+    known: ResolvedCase,
+    bounds: Sequence[tuple[float, float]],
+    *,
+    latticed: float,
+    solid: float,
 ) -> Analysable:
     """The analysis that a case takes, with the density bounds that it can analyse.
 
     Parameters
     ----------
     known : ResolvedCase
-    bounds : (float, float)
-        Density window of user, cell, law and printer.
+    bounds : sequence of (float, float)
+        Density windows of user, cell, law and printer of every zone, one without zones.
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
     """
     x, y, z = np.ptp(known.part.surface.vertices, axis=0).tolist()
     return chosen_analysis(
         [
-            analysable_bounds(
-                known.case,
-                known.cell,
-                bounds,
-                known.layout.least,
-                analysis,
-                latticed=latticed,
-                solid=solid,
-                box=(x, y, z),
+            analysable_together(
+                [
+                    analysable_bounds(
+                        known.case,
+                        zone.cell,
+                        window,
+                        known.layout.least,
+                        analysis,
+                        latticed=latticed,
+                        solid=solid,
+                        box=(x, y, z),
+                    )
+                    for zone, window in zip(stated_zones(known), bounds, strict=True)
+                ]
             )
-            for analysis in by_preference(known.analyses, known.cell, bounds[0])
+            for analysis in by_preference(known.analyses, known.cell, bounds[0][0])
         ]
     )
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.locate import locating
@@ -16,8 +16,8 @@ from gradedesign.layout.cell_layout import layout_warnings
 from gradedesign.limits.kinds import made_limits
 from gradedesign.limits.limit import LimitKind, PlacedCase
 from gradedesign.limits.row import LimitRow
-from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.mesh.tet_mesh import centroids, signed_volumes
+from gradedesign.material.law_field import LawField
+from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
@@ -32,6 +32,8 @@ from gradedesign.resolve.resolved_case import (
     analysable_lattice,
     resolve_case,
 )
+from gradedesign.resolve.zone_laws import ZoneLaws, zone_laws, zoning
+from gradedesign.resolve.zoning import zone_windows, zoned_laws
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.phases import evaluated_at
@@ -69,11 +71,13 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(case, registry, known.cell, on_event, poissons_ratio=nu)
     bounds, narrowed = density_bounds(case, known.cell, law, known.layout.least)
+    laws = zone_laws(known, registry, law, on_event)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, known.part, known.mesher)
     report_step("supports, loads and solid volume fractions of the part")
     shares = solid_fraction(known.domain, mesh)
-    analysable = affordable(known, bounds, signed_volumes(mesh), shares)
+    windows = (bounds,) if laws is None else laws.bounds
+    analysable = affordable(known, windows, signed_volumes(mesh), shares)
     cells = CellChoice(
         cell=known.cell,
         law=law,
@@ -81,8 +85,12 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         elements_per_wall=analysable.elements_per_wall,
         layout=known.layout,
     )
+    field = LawField(laws=(law,))
+    zone_warnings: tuple[str, ...] = ()
+    if laws is not None:
+        cells, field, zone_warnings = with_zones(known, cells, laws, analysable, mesh, on_event)
     problem, limit_warnings = placed_problem(
-        known, analysable.analysis, law, tet_space(mesh, 2), shares, registry.limits
+        known, analysable.analysis, field, tet_space(mesh, 2), shares, registry.limits
     )
     return Setup(
         problem=problem,
@@ -91,21 +99,47 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             problem.space,
             shares,
             problem.material,
-            law,
+            field,
             problem.loads,
             rotation=cell_axes(cells.layout, problem.space),
             solver=problem.solver,
         ),
         warnings=(
             *analysable.warnings,
-            *(*known.warnings, *law_warnings, *narrowed, *limit_warnings),
+            *(*known.warnings, *law_warnings, *narrowed, *zone_warnings, *limit_warnings),
             *layout_warnings(cells.layout, law.name),
         ),
     )
 
 
+def with_zones(
+    known: ResolvedCase,
+    cells: CellChoice,
+    laws: ZoneLaws,
+    able: Analysable,
+    mesh: TetMesh,
+    on_event: Listener,
+) -> tuple[CellChoice, LawField, tuple[str, ...]]:
+    """Cells with their zones, the laws of every tetrahedron, and warnings."""
+    centres = centroids(mesh)
+    made, warnings = zoning(known, laws, able, centres, on_event)
+    low, high = zone_windows(made, centres)
+    bounds = float(low.min()), float(high.max())
+    if known.case.lattice.grading == "uniform":
+        # One density for all zones: what all of them allow.
+        bounds = float(low.max()), float(high.min())
+    return (
+        replace(cells, zoning=made, bounds=bounds),
+        zoned_laws(made, centres),
+        (*laws.warnings, *warnings),
+    )
+
+
 def affordable(
-    known: ResolvedCase, bounds: tuple[float, float], volumes: FloatArray, shares: FloatArray
+    known: ResolvedCase,
+    bounds: Sequence[tuple[float, float]],
+    volumes: FloatArray,
+    shares: FloatArray,
 ) -> Analysable:
     """Density bounds whose lattice the memory of the case can analyse.
 
@@ -128,7 +162,7 @@ def affordable(
 def placed_problem(
     known: ResolvedCase,
     analysis: ExplicitAnalysis,
-    law: ScalingLaw,
+    law: LawField,
     space: TetSpace,
     shares: FloatArray,
     kinds: Mapping[str, LimitKind],

@@ -14,6 +14,7 @@ from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.part.part import Part
 from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.zones import zone_case
 from gradedesign.size_effects.density_beside_passive import density_beside_passive
 from gradedesign.size_effects.wall_cells import (
     RESOLUTIONS,
@@ -52,6 +53,9 @@ def why_periodic(
         return "the case switches size effects off"
     if lattice.skin is not None:
         return "a skin ties the cells at the faces, and only free faces are computed"
+    own = [zone_case(case, k).lattice for k in range(len(case.zone))]
+    if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):
+        return "cells differ from zone to zone, and only walls of one cell are computed"
     if lattice.cell_map is not None or lattice.warp or lattice.orientation or len(lattice.size) > 1:
         return "only cubic cells of one size in a straight grid are computed"
     if heated:

@@ -8,14 +8,25 @@ from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.problem import Problem
+from gradedesign.resolve.zoning import thinnest_feature
 
 
-def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
-    """Thinnest wall or strut of a density field, mm.
+def thinnest_wall(problem: Problem, cells: CellChoice, grid: DensityGrid) -> tuple[float, float]:
+    """Thinnest wall or strut of a density field and the same over its elements, both mm.
 
     Equal cells: that of the least density. Otherwise the thinnest over the tetrahedra that hold
-    lattice, each with its own density and the shortest extent of its own cells.
+    lattice, each with its own density and the shortest extent of its own cells. Zones of different
+    cells: that of every cell where it is, and of their mixes.
     """
+    if cells.zoning is not None and cells.zoning.mix is not None:
+        points = cells.layout.points
+        return thinnest_feature(cells.zoning, points, evaluate(grid, points), cells.layout.least)
+    wall = _thinnest(problem, cells, grid)
+    return wall, wall / cells.elements_per_wall
+
+
+def _thinnest(problem: Problem, cells: CellChoice, grid: DensityGrid) -> float:
+    """Thinnest wall or strut of one cell, mm."""
     layout = cells.layout
     if layout.cell_map.name == "uniform":
         least = float(grid.values.min())

@@ -11,6 +11,7 @@ from gradedesign.resolve.problem import Problem, part_volume
 from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.size_effects import why_periodic
+from gradedesign.results.zones import zone_data
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 
 #: Libraries whose versions the report names.
@@ -59,6 +60,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
             "cell_source": cells.cell.family.source,
             "cell_window": list(cells.cell.window),
             "density_bounds": list(cells.bounds),
+            **zone_data(setup),
             "material": problem.material.name,
             "material_source": problem.material.source,
         },

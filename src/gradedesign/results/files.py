@@ -217,7 +217,7 @@ def _unjudged_lattice(
     files: dict[str, str],
 ) -> tuple[str, ...]:
     """Surface of a design that no analysis has judged."""
-    design = build_design(problem, cells, density_grid(problem, rho))
+    design = build_design(problem, cells, density_grid(problem, cells, rho))
     step = cells.layout.least / 24
     raw = trimmed_surface(design, problem.part.surface, step)
     surface, islands = remove_islands(

@@ -21,6 +21,7 @@ from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.results.printable import thickness_data
+from gradedesign.results.zones import zone_measures
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
 from gradedesign.verify.body_comparison import comparison_warnings
@@ -83,7 +84,8 @@ def partial_result(
                 "converged": sized.converged,
                 "feasible": sized.feasible,
                 "density": [float(sized.rho.min()), float(sized.rho.max())],
-            }
+            },
+            **zone_measures(setup, sized.rho),
         }
         predicted = predict(model, setup.problem.limits, Correction(), sized.rho).values
         rows = tuple(predicted_row(limit, predicted[limit.key]) for limit in setup.problem.limits)
@@ -150,6 +152,7 @@ def verdict_result(
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
+            **zone_measures(setup, design.rho),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
         },
         printed=printed_data(printed),

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.sizing.homogenised import solid_slope
-from gradedesign.sizing.problem import SizingProblem
+from gradedesign.sizing.problem import SizingProblem, density_slope
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,7 +22,7 @@ class FeltVariables:
     cost : (n,) array, mm^3
         Solid volume per unit of each variable.
     filter : (M, m) sparse matrix
-        Columns of the active ones.
+        Derivative of the densities by the active ones.
     sums : (n,) array
         Column sums of the whole filter.
     """
@@ -37,14 +37,16 @@ def felt_variables(problem: SizingProblem) -> FeltVariables:
     """Which variables lattice feels, and what they cost."""
     weights = problem.model.lattice_volumes
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
-    middle = np.full(weights.shape, np.sqrt(problem.bounds[0] * problem.bounds[1]))
-    per_asked = solid_slope(problem.model, middle)
-    cost = np.asarray(problem.filter.T @ (weights * per_asked)).ravel()
+    low, high = problem.windows or problem.bounds
+    slope = density_slope(problem)
+    per_asked = solid_slope(problem.model, np.sqrt(low * high) * np.ones_like(slope))
+    cost = np.asarray(problem.filter.T @ (weights * per_asked * slope)).ravel()
     active = cost > 0
+    matrix = problem.filter if problem.windows is None else diags(slope) @ problem.filter
     return FeltVariables(
         active=active,
         cost=cost,
-        filter=problem.filter if active.all() else problem.filter[:, active],
+        filter=matrix if active.all() else csr_matrix(matrix)[:, active],
         sums=np.asarray(problem.filter.sum(axis=0)).ravel(),
     )
 

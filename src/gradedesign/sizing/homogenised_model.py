@@ -19,6 +19,7 @@ from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.space import TetSpace
+from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.mesh.tet_mesh import signed_volumes
@@ -38,7 +39,7 @@ class HomogenisedModel:
     solid_fraction : (M,) array
         Share of each tetrahedron that stays fully dense, 0 to 1.
     material : Material
-    law : ScalingLaw
+    law : LawField
     rotation : (6, 6) or (6, 6, 4, M) array
         Bond matrix that takes the law's stiffness from cell axes to global axes: one, or one at
         each Gauss point of every tetrahedron.
@@ -61,7 +62,7 @@ class HomogenisedModel:
     volumes: FloatArray
     solid_fraction: FloatArray
     material: Material
-    law: ScalingLaw
+    law: LawField
     rotation: FloatArray
     cases: tuple[PartLoadCase, ...]
     pattern: AssemblyPattern
@@ -93,7 +94,7 @@ def homogenised_model(
     space: TetSpace,
     solid_fraction: FloatArray,
     material: Material,
-    law: ScalingLaw,
+    law: ScalingLaw | LawField,
     cases: Sequence[PartLoadCase],
     *,
     rotation: FloatArray | None = None,
@@ -106,7 +107,7 @@ def homogenised_model(
         volumes=signed_volumes(space.mesh),
         solid_fraction=solid_fraction,
         material=material,
-        law=law,
+        law=law if isinstance(law, LawField) else LawField(laws=(law,)),
         rotation=bond_matrix(np.eye(3) if rotation is None else rotation),
         cases=tuple(cases),
         pattern=assembly_pattern(space),

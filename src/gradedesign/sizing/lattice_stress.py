@@ -10,7 +10,6 @@ import numpy as np
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stress import element_stress, element_von_mises
-from gradedesign.material.density_from_stress import density_from_stress
 from gradedesign.sizing.homogenised_model import (
     HomogenisedModel,
     effective_density,
@@ -31,9 +30,9 @@ class LatticeStress:
     Attributes
     ----------
     demand : (k, M) array, MPa
-        Means over the tetrahedron's quadrature points. Where the law knows the local stress under
-        any macroscopic one, its profile over the k densities of the law; else one row, the
-        macroscopic von Mises stress.
+        Means over the tetrahedron's quadrature points, of every law in turn. Where a law knows the
+        local stress under any macroscopic one, its profile over the densities of the law; else one
+        row, the macroscopic von Mises stress.
     buckling : (b, M) array
         Utilisation of the resistance against buckling at the b densities of the law of buckling,
         mean over the quadrature points; no rows without such a law.
@@ -72,17 +71,15 @@ def lattice_stress(
         displacement = by_name[case.name].displacement
         strain = thermal * case.temperature_change
         buckling = np.zeros((0, len(rho)))
-        if model.law.local_stress is not None or model.law.buckling is not None:
+        turned = macro = None
+        if model.law.knows_local_stress or model.law.knows_buckling:
             tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
             turned = in_cell_axes(model, tensor[_VOIGT])
-        if model.law.buckling is not None:
-            relative = turned / model.material.youngs_modulus
-            buckling = model.law.buckling.profile(relative).mean(axis=-1)
-        if model.law.local_stress is None:
+        if turned is not None and model.law.knows_buckling:
+            buckling = model.law.buckling_profile(turned / model.material.youngs_modulus)
+        if model.law.needs_von_mises:
             macro = element_von_mises(model.space, stiffness, displacement, thermal_strain=strain)
-            demand = macro.mean(axis=1)[None]
-        else:
-            demand = model.law.local_stress.profile(turned).mean(axis=-1)
+        demand = model.law.stress_profile(turned, macro)
         stresses.append(LatticeStress(demand=demand, buckling=buckling))
     return tuple(stresses)
 
@@ -105,10 +102,7 @@ def local_stress_at(model: HomogenisedModel, stress: LatticeStress, rho: FloatAr
     """Local von Mises stress in the solid at given densities, macroscopic stress held, ``(M,)``."""
     effective = effective_density(model, rho)
     inside = np.clip(effective, *model.law.window) if model.effective is not None else effective
-    if model.law.local_stress is None:
-        local = stress.demand[0] / model.law.strength(inside)
-    else:
-        local = model.law.local_stress.at(stress.demand, inside)
+    local = model.law.local_stress(stress.demand, inside)
     # Beyond the law's window, which only trimmed cells leave: in proportion to the solid.
     return local * (inside / effective)
 
@@ -118,9 +112,4 @@ def least_density(model: HomogenisedModel, stress: LatticeStress, permitted: flo
 
     ``(M,)``; the top of the law's window where that is not enough.
     """
-    if model.law.local_stress is None:
-        effective = density_from_stress(model.law, stress.demand[0], permitted, above="limit")
-    else:
-        window = model.law.window
-        effective = model.law.local_stress.least_density(stress.demand, permitted, window)
-    return nominal_density(model, effective)
+    return nominal_density(model, model.law.density_for_stress(stress.demand, permitted))

@@ -45,10 +45,16 @@ class SizingProblem:
     model : HomogenisedModel
     limits : tuple of Limit
     bounds : (float, float)
-        Density bounds: the intersection of user, family and law.
+        Of every design variable; where ``windows`` is None, density bounds: the intersection of
+        user, family and law.
     filter : (M, n) sparse matrix
         From design variables to element densities, rows summing to 1. One column is a uniform
         density.
+    windows : ((M,) array, (M,) array) or None
+        Density bounds of every element, where they differ. A filtered variable then says how far
+        from the lower to the upper of its element's bounds the density lies, as far as it lies
+        itself between ``bounds``: no density leaves its element's bounds, and none jumps where
+        they do not.
     target : float
         Utilisation of the governing limit that sizing aims at, just below 1.
 
@@ -65,6 +71,7 @@ class SizingProblem:
     limits: tuple[Limit, ...]
     bounds: tuple[float, float]
     filter: csr_matrix
+    windows: tuple[FloatArray, FloatArray] | None = None
     target: float = 1.0
 
     def __post_init__(self) -> None:
@@ -73,12 +80,44 @@ class SizingProblem:
             raise DensityError(
                 f"density bounds [{lo:g}, {hi:g}] are empty; expected 0 < lo <= hi < 1"
             )
+        if self.windows is not None and not (
+            lo < hi and (self.windows[0] > 0).all() and (self.windows[0] <= self.windows[1]).all()
+        ):
+            raise DensityError("density bounds of some elements are empty; expected lo <= hi")
         for limit in self.limits:
             if not limit.allowed > 0:
                 raise ValueError(
                     f"limit on {limit.name} ({limit.key.load_case}) is {limit.allowed:g} "
                     f"{limit.unit}; expected a positive value"
                 )
+
+
+def element_densities(problem: SizingProblem, x: FloatArray) -> FloatArray:
+    """Densities ``(M,)`` of design variables ``(n,)``."""
+    filtered = np.asarray(problem.filter @ x).ravel()
+    if problem.windows is None:
+        return filtered
+    low, slope = problem.windows[0], density_slope(problem)
+    return np.clip(low + slope * (filtered - problem.bounds[0]), *problem.windows)
+
+
+def density_slope(problem: SizingProblem) -> FloatArray:
+    """Derivative of every element's density by its filtered variable, ``(M,)``."""
+    if problem.windows is None:
+        return np.ones(problem.filter.shape[0])
+    lo, hi = problem.bounds
+    return np.asarray((problem.windows[1] - problem.windows[0]) / (hi - lo))
+
+
+def filtered_for(problem: SizingProblem, rho: FloatArray) -> FloatArray:
+    """Filtered variables of densities ``(M,)``, within the bounds; the lower for a fixed one."""
+    lo, hi = problem.bounds
+    if problem.windows is None:
+        return np.clip(rho, lo, hi)
+    slope = density_slope(problem)
+    over = np.zeros_like(rho)
+    np.divide(rho - problem.windows[0], slope, out=over, where=slope > 0)
+    return np.clip(lo + over, lo, hi)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,7 +129,7 @@ class SizingResult:
     rho : (M,) array
         Density of every tetrahedron.
     variables : (n,) array
-        Design variables: ``rho = filter @ variables``.
+        Design variables, see `element_densities`.
     history : tuple of SizingStep
         The last step is that of ``rho``.
     converged : bool
@@ -118,7 +157,7 @@ def sizing_result(
     """Result for design variables ``(n,)`` that the last step of the history evaluated."""
     log.info("sizing ended after %d iterations, converged=%s", len(history), converged)
     return SizingResult(
-        rho=np.asarray(problem.filter @ x).ravel(),
+        rho=element_densities(problem, x),
         variables=x,
         history=tuple(history),
         converged=converged,

@@ -25,6 +25,8 @@ from gradedesign.sizing.problem import (
     SizingProblem,
     SizingResult,
     SizingStep,
+    element_densities,
+    filtered_for,
     sizing_result,
 )
 from gradedesign.sizing.responses import response_gradients
@@ -107,7 +109,7 @@ def size(
     calm = np.ones(x.shape)
     kept = keep * x
     for iteration in range(INSISTENCE * max_iterations):
-        rho = np.asarray(problem.filter @ x).ravel()
+        rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
         with stepping(f"sizing iteration {iteration + 1} of {most} at most"):
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
@@ -186,15 +188,14 @@ def _density_floor(
     state: SolvedState,
     allowances: list[float],
 ) -> FloatArray:
-    """Least density ``(M,)`` that the limits without gradient ask for; steers ``allowances``."""
-    lo, hi = problem.bounds
-    floor = np.full(state.rho.shape, lo)
+    """Least filtered variables ``(M,)`` that limits without gradient ask for; steers allowances."""
+    floor = np.zeros(state.rho.shape)
     for k, (limit, utilisation) in enumerate(zip(problem.limits, utilisations, strict=True)):
         if not limit.by_gradient:
             allowances[k] = _next_allowance(limit, allowances[k], problem.target, utilisation)
             wanted = limit.least_density(state, allowances[k])
-            floor = np.maximum(floor, np.clip(wanted, lo, hi))
-    return floor
+            floor = np.maximum(floor, wanted)
+    return filtered_for(problem, floor)
 
 
 def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:

@@ -13,7 +13,7 @@ from gradedesign.fe.element_means import body_force_work
 from gradedesign.fe.load_case import PartLoadCase, mechanical_force
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.limit import Limit
-from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.material.law_field import LawField
 from gradedesign.mesh.tet_mesh import centroids
 from gradedesign.sizing.homogenised import mass_density, solid_slope, solve_homogenised
 from gradedesign.sizing.homogenised_model import (
@@ -73,8 +73,8 @@ class SolvedState:
         return centroids(self.model.space.mesh)
 
     @property
-    def law(self) -> ScalingLaw:
-        """Law of the lattice."""
+    def law(self) -> LawField:
+        """Laws of the lattice."""
         return self.model.law
 
     def displacement(self, load_case: str) -> FloatArray:

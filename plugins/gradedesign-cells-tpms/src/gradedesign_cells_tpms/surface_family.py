@@ -65,8 +65,11 @@ def surface_families(
 
         return periodic_distance_to_level_set(surface, resolution=resolution)
 
+    def signed_wall(u: FloatArray, **values: float) -> FloatArray:
+        return distance(tuple(sorted(values.items())))(u)
+
     def wall(u: FloatArray, **values: float) -> FloatArray:
-        return np.abs(distance(tuple(sorted(values.items())))(u))
+        return np.abs(signed_wall(u, **values))
 
     given = dict(parameters or {})
 
@@ -84,6 +87,7 @@ def surface_families(
             source=f"|f| <= t, f = {source}",
             parameters=given,
             sides=2,
+            signed=function,
         ),
         *networks,
         CellFamily(
@@ -93,5 +97,6 @@ def surface_families(
             parameters=given,
             distance=True,
             sides=2,
+            signed=signed_wall,
         ),
     )

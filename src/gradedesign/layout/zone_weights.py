@@ -1,0 +1,178 @@
+"""How much each zone of a case counts at a point, from the places that the case states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.formula import parse_formula
+from gradedesign.case.locate import locating
+from gradedesign.case.regions_schema import direction_vector
+from gradedesign.case.schema import Case, ZoneSpec
+from gradedesign.errors import CaseError
+from gradedesign.fields import gradient
+from gradedesign.lattice.formula_density import formula_field
+from gradedesign.part.part import Part
+from gradedesign.part.signed_distance import region_distance
+
+#: Width of a transition that the case does not state, cells; its least one.
+USUAL_WIDTH, LEAST_WIDTH = 2.0, 0.5
+#: Step of the differences that make a distance of a formula, in cells.
+_STEP = 1e-3
+
+
+def zone_names(case: Case) -> tuple[str, ...]:
+    """Names of what lies in no zone and of every zone, ``(Z,)``."""
+    numbers = range(1, len(case.zone) + 1)
+    return (
+        "lattice",
+        *(zone.name or f"zone {k}" for k, zone in zip(numbers, case.zone, strict=True)),
+    )
+
+
+def zone_widths(case: Case) -> tuple[float, ...]:
+    """Width of every zone's transition, mm.
+
+    Raises
+    ------
+    CaseError
+        If a transition is shorter than `LEAST_WIDTH` cells.
+    """
+    size, widths = case.lattice.cell_size, []
+    for k, zone in enumerate(case.zone):
+        width = USUAL_WIDTH * size if zone.transition is None else zone.transition
+        if width < LEAST_WIDTH * size:
+            raise CaseError(
+                f"{case.where(f'zone[{k}].transition')}: found {width:g} mm, less than half a "
+                f"cell: cells cannot pass into each other in it; expected "
+                f"{LEAST_WIDTH * size:g} mm at least, better {USUAL_WIDTH * size:g} mm"
+            )
+        widths.append(width)
+    return tuple(widths)
+
+
+def zone_weights(case: Case, part: Part, distance: Field) -> Field:
+    """Weights of what lies in no zone and of every zone.
+
+    Over a transition, which lies to equal parts on both sides of a zone's border, its weight rises
+    by ``3 s^2 - 2 s^3``. A zone takes its weight from those before it.
+
+    Parameters
+    ----------
+    case : Case
+    part : Part
+    distance : callable
+        Signed distance of the part.
+
+    Returns
+    -------
+    callable
+        Points ``(3, ...)`` mm to weights ``(Z, ...)``, each from 0 to 1, together 1.
+
+    Raises
+    ------
+    CaseError
+        If a transition is too short.
+    """
+    widths = zone_widths(case)
+    borders = [_border(case, zone, part, distance) for zone in case.zone]
+
+    def weights(points: FloatArray) -> FloatArray:
+        points = np.asarray(points, dtype=np.float64)
+        values = np.zeros((1 + len(borders), *points.shape[1:]))
+        values[0] = 1.0
+        for k, (border, width) in enumerate(zip(borders, widths, strict=True), start=1):
+            s = np.clip(0.5 - border(points) / width, 0.0, 1.0)
+            share = s * s * (3 - 2 * s)
+            values[:k] *= 1 - share
+            values[k] = share
+        return values
+
+    return weights
+
+
+def require_zones_used(case: Case, names: Sequence[str], weights: FloatArray) -> None:
+    """Refuse a zone that no place of the lattice lies in, and places where three would mix.
+
+    Parameters
+    ----------
+    case : Case
+    names : sequence of str
+    weights : (Z, n) array
+        At points that fill the lattice.
+
+    Raises
+    ------
+    CaseError
+    """
+    for k in range(1, len(names)):
+        if not (weights[k] > 0.5).any():
+            raise CaseError(
+                f"{case.where(f'zone[{k - 1}]')}: no place of the lattice lies in it; expected one "
+                f"that covers some cells: is its place in mm, and not covered by a later zone?"
+            )
+    mixed = (weights > 0).sum(axis=0) > 2
+    if mixed.any():
+        at = int(np.argmax(mixed))
+        present = [name for name, w in zip(names, weights[:, at], strict=True) if w > 0]
+        raise CaseError(
+            f"{case.where('zone')}: the transitions of {', '.join(present)} overlap in "
+            f"{mixed.mean():.1%} of the lattice, and only two cells can mix; move the zones apart "
+            f"or make their transitions shorter"
+        )
+
+
+def _border(case: Case, zone: ZoneSpec, part: Part, distance: Field) -> Field:
+    """Distance from the border of a zone, negative inside, mm."""
+    if zone.box is not None:
+        lower, upper = np.array(zone.box.lower), np.array(zone.box.upper)
+        return lambda points: _box_distance(points, lower, upper)
+    if zone.cylinder is not None:
+        centre, radius = np.array(zone.cylinder.point), zone.cylinder.radius
+        axis = np.array(direction_vector(zone.cylinder.axis))
+
+        def from_axis(points: FloatArray) -> FloatArray:
+            apart = points - centre.reshape(3, *(1,) * (points.ndim - 1))
+            along = np.tensordot(axis, apart, axes=1)
+            square = (apart**2).sum(axis=0) - along**2
+            return np.asarray(np.sqrt(np.maximum(square, 0.0)) - radius)
+
+        return from_axis
+    if zone.region is not None and zone.within is not None:
+        away, within = region_distance(part.regions[zone.region].corners), zone.within
+        return lambda points: np.asarray(away(points) - within)
+    return _formula_border(case, zone, distance)
+
+
+def _box_distance(points: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Signed distance to a box, mm."""
+    shape = (3, *(1,) * (points.ndim - 1))
+    middle, half = (0.5 * (lower + upper)).reshape(shape), (0.5 * (upper - lower)).reshape(shape)
+    beyond = np.abs(points - middle) - half
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=0)
+    return np.asarray(outside + np.minimum(beyond.max(axis=0), 0.0))
+
+
+def _formula_border(case: Case, zone: ZoneSpec, distance: Field) -> Field:
+    """Value of a formula over the length of its gradient: a distance to first order, mm."""
+    number = next(k for k, other in enumerate(case.zone) if other is zone)
+    with locating(case, f"zone[{number}].formula"):
+        value = formula_field(parse_formula(zone.formula or ""), distance)
+    step = _STEP * case.lattice.cell_size
+
+    def border(points: FloatArray) -> FloatArray:
+        flat = points.reshape(3, -1)
+        slope = np.linalg.norm(gradient(value, flat, step), axis=0)
+        there = np.asarray(value(flat), dtype=np.float64)
+        if not np.isfinite(there).all():
+            raise CaseError(
+                f"{case.where(f'zone[{number}].formula')}: is not finite everywhere in the part"
+            )
+        # Where a formula is flat, no border is near.
+        far = np.where(there < 0, -np.inf, np.inf)
+        near = np.divide(there, slope, out=far, where=slope > 0)
+        return near.reshape(points.shape[1:])
+
+    return border

@@ -1,0 +1,254 @@
+"""The zones of a case: their cells, laws and densities, and the transitions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.locate import locating
+from gradedesign.case.schema import Case
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_mix import CellMix, largest_two
+from gradedesign.cell.family import CellFamily
+from gradedesign.cell.neck import joining_shift, measure_neck
+from gradedesign.cell.transition import CellTransition, cell_transition
+from gradedesign.errors import CaseError, LatticeError
+from gradedesign.layout.cell_layout import CellLayout
+from gradedesign.layout.zone_weights import (
+    require_zones_used,
+    zone_names,
+    zone_weights,
+    zone_widths,
+)
+from gradedesign.part.part import Part
+from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.resolve.resolve import cell_parameters, density_bounds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedZone:
+    """What a case states for one zone.
+
+    Attributes
+    ----------
+    name : str
+    case : Case
+        The case with what the zone states in place of what ``[lattice]`` does.
+    cell : Cell
+    law : PlannedLaw
+    bounds : (float, float)
+    """
+
+    name: str
+    case: Case
+    cell: Cell
+    law: PlannedLaw
+    bounds: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResolvedZones:
+    """The zones of a case, their weights, and how their cells join.
+
+    Attributes
+    ----------
+    zones : tuple of ResolvedZone
+        The first is what lies in no other.
+    weights : callable
+        Points ``(3, ...)`` mm to ``(Z, ...)``.
+    volume_share : tuple of float
+        Of every zone in the lattice.
+    cells : tuple of Cell
+        Different ones.
+    mix : CellMix or None
+        None where all zones have one cell.
+    narrowed : tuple of str
+        Which windows narrowed the user's.
+    """
+
+    zones: tuple[ResolvedZone, ...]
+    weights: Field
+    volume_share: tuple[float, ...]
+    cells: tuple[Cell, ...]
+    mix: CellMix | None
+    narrowed: tuple[str, ...]
+
+    def number_of(self, zone: ResolvedZone) -> int:
+        """Number of a zone's cell."""
+        return next(n for n, cell in enumerate(self.cells) if cell is zone.cell)
+
+
+def zone_case(case: Case, number: int) -> Case:
+    """The case with what its zone of a number states in place of what ``[lattice]`` does."""
+    zone, lattice = case.zone[number], case.lattice
+    same = zone.cell in (None, lattice.cell)
+    parameters = zone.parameters
+    if parameters is None:
+        parameters = lattice.parameters if same else {}
+    changed = not same or parameters != lattice.parameters
+    stated = {
+        "cell": lattice.cell if zone.cell is None else zone.cell,
+        "parameters": parameters,
+        "law": zone.law or ("auto" if changed else lattice.law),
+        "density": lattice.density if zone.density is None else zone.density,
+    }
+    lines = {
+        f"lattice.{key}": case.lines[f"zone[{number}].{key}"]
+        for key in stated
+        if f"zone[{number}].{key}" in case.lines
+    }
+    return case.model_copy(
+        update={
+            "lattice": lattice.model_copy(update=stated),
+            "zone": (),
+            "lines": {**case.lines, **lines},
+        }
+    )
+
+
+def resolve_zones(
+    case: Case,
+    registry: Registry,
+    first: ResolvedZone,
+    part: Part,
+    layout: CellLayout,
+    distance: Field,
+    poissons_ratio: float,
+) -> ResolvedZones | None:
+    """Zones of a case; None where it has none.
+
+    Parameters
+    ----------
+    case : Case
+    registry : Registry
+    first : ResolvedZone
+        What lies in no zone.
+    part : Part
+    layout : CellLayout
+    distance : callable
+        Signed distance of the part.
+    poissons_ratio : float
+        Of the base material.
+
+    Raises
+    ------
+    CaseError, DensityError, LatticeError, PluginError
+        As for the cells of ``[lattice]``; if a zone is empty, three of them mix somewhere, or two
+        cells do not join.
+    """
+    if not case.zone:
+        return None
+    names, weights = zone_names(case), zone_weights(case, part, distance)
+    at_points = weights(layout.points)
+    require_zones_used(case, names, at_points)
+    zones, narrowed = [first], []
+    for k, name in enumerate(names[1:]):
+        with locating(case, f"zone[{k}]"):
+            zone, remarks = _resolved_zone(
+                zone_case(case, k), name, registry, layout.least, poissons_ratio
+            )
+        zones.append(zone)
+        narrowed += [f"zone {name!r}: {remark}" for remark in remarks]
+    cells = tuple(dict.fromkeys(zone.cell for zone in zones))
+    _require_one_law(case, zones)
+    mix = None
+    if len(cells) > 1:
+        number = [cells.index(zone.cell) for zone in zones]
+        with locating(case, "zone"):
+            mix = _joined(case, zones, cells, number, at_points)
+    return ResolvedZones(
+        zones=tuple(zones),
+        weights=weights,
+        volume_share=tuple(float(w) for w in at_points.mean(axis=1)),
+        cells=cells,
+        mix=mix,
+        narrowed=tuple(narrowed),
+    )
+
+
+def _resolved_zone(
+    case: Case, name: str, registry: Registry, least: float, poissons_ratio: float
+) -> tuple[ResolvedZone, list[str]]:
+    """Cell, planned law and densities of a zone's own case."""
+    family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+    cell = calibrate(family, cell_parameters(case, family))
+    density_bounds(case, cell, None, least)
+    law = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
+    bounds, narrowed = density_bounds(case, cell, law, least)
+    return ResolvedZone(name=name, case=case, cell=cell, law=law, bounds=bounds), narrowed
+
+
+def _require_one_law(case: Case, zones: Sequence[ResolvedZone]) -> None:
+    """Refuse two laws of one cell."""
+    for one, two in pairwise(sorted(zones, key=lambda zone: id(zone.cell))):
+        if one.cell is two.cell and one.law.name != two.law.name:
+            raise CaseError(
+                f"{case.where('zone')}: zones {one.name!r} and {two.name!r} have the same cell, "
+                f"but the laws '{one.law.name}' and '{two.law.name}'; name one law for both"
+            )
+
+
+def meeting_cells(weights: FloatArray) -> list[tuple[int, int]]:
+    """Pairs of cells, the lower number first, that mix anywhere; weights are ``(n, m)``."""
+    first, second, share = largest_two(weights)
+    at = (share > 0) & (share < 1)
+    return sorted({*zip(first[at].tolist(), second[at].tolist(), strict=True)})
+
+
+def _joined(
+    case: Case,
+    zones: Sequence[ResolvedZone],
+    cells: tuple[Cell, ...],
+    number: Sequence[int],
+    weights: FloatArray,
+) -> CellMix:
+    """Transitions of the cells that meet, moved so that they join.
+
+    Raises
+    ------
+    LatticeError
+        If a transition falls apart.
+    """
+    by_cell = np.zeros((len(cells), weights.shape[1]))
+    for n, weight in zip(number, weights, strict=True):
+        by_cell[n] += weight
+    length = min(zone_widths(case)) / case.lattice.cell_size
+    shifts: dict[int, tuple[float, float, float]] = {0: (0.0, 0.0, 0.0)}
+    transitions: dict[tuple[int, int], CellTransition] = {}
+    for i, j in meeting_cells(by_cell):
+        one, two = cells[i], cells[j]
+        low = max(one.window[0], two.window[0])
+        least = max(
+            low, min(z.bounds[0] for z, n in zip(zones, number, strict=True) if n in (i, j))
+        )
+        start = shifts.setdefault(i, (0.0, 0.0, 0.0))
+        if j not in shifts:
+            moved = joining_shift(one, two, least, length=length)
+            shifts[j] = _plus(start, moved, 1.0)
+        apart = _plus(shifts[j], start, -1.0)
+        transitions[i, j] = cell_transition(one, two, shift=apart)
+        neck = measure_neck(transitions[i, j], least, length=length, resolution=24)
+        if neck.pieces > 1 or neck.width == 0:
+            raise LatticeError(
+                f"a transition of {length:.3g} cells from '{one.name}' to '{two.name}' at density "
+                f"{least:.3g} falls apart; use a higher density, a longer transition, other cells, "
+                f"or zones that do not touch"
+            )
+    return CellMix(
+        cells=cells,
+        shifts=tuple(shifts.get(n, (0.0, 0.0, 0.0)) for n in range(len(cells))),
+        transitions=transitions,
+    )
+
+
+def _plus(
+    a: tuple[float, float, float], b: tuple[float, float, float], sign: float
+) -> tuple[float, float, float]:
+    x, y, z = (p + sign * q for p, q in zip(a, b, strict=True))
+    return x, y, z
