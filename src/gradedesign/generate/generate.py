@@ -30,6 +30,7 @@ from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
+from gradedesign.layout.skin_room import skin_warnings
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.stages import default_folder, open_stages
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -228,6 +229,7 @@ def generated_result(
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
+    warnings += skin_warnings(case, made.part, made.design.domain)
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")
     slabs = made.slabs[0]

@@ -20,6 +20,7 @@ from gradedesign.layout.part_room import (
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.layout.skin_room import skin_warnings
 from gradedesign.limits.kinds import require_possible, stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
@@ -160,6 +161,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
             *case.warnings,
             *part.report.warnings,
             *size_warnings(case, part),
+            *skin_warnings(case, part, domain),
             *balance_warnings(balances),
         ),
         narrowed=tuple(narrowed),

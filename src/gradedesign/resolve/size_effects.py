@@ -50,7 +50,7 @@ def why_periodic(
     heated = [load.name for load in case.load_case if load.temperature_change]
     if not lattice.size_effects:
         return "the case switches size effects off"
-    if lattice.skin is not None:
+    if lattice.skin:
         return "a skin ties the cells at the faces, and only free faces are computed"
     if lattice.cell_map is not None or lattice.warp or lattice.orientation or len(lattice.size) > 1:
         return "only cubic cells of one size in a straight grid are computed"

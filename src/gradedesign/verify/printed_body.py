@@ -81,7 +81,7 @@ def phase_volumes(
     Shares are counted on one random point in each of equal cubes; the sum is exact.
     """
     volume = enclosed_volume(surface)
-    if domain.skin is None and not domain.passive:
+    if domain.lattice_only:
         return {PHASES[LATTICE]: volume}
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     step = float(np.prod(upper - lower) / samples) ** (1 / 3)
