@@ -24,6 +24,7 @@ from gradedesign.generate.stated_density import stated_density
 from gradedesign.generate.stated_map import stated_map
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
@@ -156,6 +157,8 @@ def _generate(
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
     result = generated_result(case, registry, made, report)
+    if joints := result.measures["joints_mm3"]:
+        announce.say("lattice", f"joints add {joints:.4g} mm^3")
     material = None if case.material is None else resolve_material(case.material, registry)
     lattice = printed_lattice(case, part.surface, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
@@ -260,6 +263,7 @@ def generated_result(
             "transition": dict(made.built.transition),
             **overhang_data(case, made.surface),
             "volume_mm3": volume,
+            "joints_mm3": joint_volume(made.design),
         },
         repairs=made.part.report.changes,
         warnings=tuple(dict.fromkeys(warnings)),

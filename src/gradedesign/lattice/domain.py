@@ -114,10 +114,14 @@ def solid_fraction(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     """Solid volume fraction of every tetrahedron, counted on interior points, ``(M,)``."""
     if domain.lattice_only:
         return np.zeros(mesh.tets.shape[1])
-    corners = mesh.points[:, mesh.tets]
-    points = np.einsum("dcm,qc->dqm", corners, _interior_weights(FRACTION_SAMPLES))
-    solid = phase_at(domain, points) != LATTICE
+    solid = phase_at(domain, interior_points(mesh)) != LATTICE
     return np.asarray(solid.mean(axis=0), dtype=np.float64)
+
+
+def interior_points(mesh: TetMesh) -> FloatArray:
+    """Points that fill every tetrahedron evenly, ``(3, q, M)``, mm."""
+    weights = _interior_weights(FRACTION_SAMPLES)
+    return np.asarray(np.einsum("dcm,qc->dqm", mesh.points[:, mesh.tets], weights))
 
 
 def grown(domain: DesignDomain, overhang: float) -> DesignDomain:

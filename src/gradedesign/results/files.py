@@ -11,6 +11,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
 from gradedesign.lattice.islands import remove_islands
+from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.local_stress import allowed_stress
@@ -88,8 +89,11 @@ def shown_of(rho: FloatArray, analysed: Analysed, surface: SurfaceMesh) -> Shown
         analysed=analysed,
         surface=surface,
         fields=fields,
-        printed=measure_printed(
-            surface, fields.surface, solved.division.surface_size, analysed.design.domain
+        printed=replace(
+            measure_printed(
+                surface, fields.surface, solved.division.surface_size, analysed.design.domain
+            ),
+            joints_mm3=joint_volume(analysed.design),
         ),
     )
 

@@ -162,6 +162,7 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
     thickness, comparison = printed.thickness, printed.comparison
     return {
         "volumes_mm3": dict(printed.volumes_mm3),
+        "joints_mm3": printed.joints_mm3,
         "thickness_percentiles_mm": dict(thickness.percentiles_mm),
         "thickness_method": thickness.method,
         "thickness_rays": thickness.rays,
