@@ -1,4 +1,4 @@
-"""Skins on chosen faces and of varying thickness, and joints: fields, case keys, generated parts."""
+"""Skins on chosen faces and of varying thickness, and joints: fields, case keys, files."""
 
 import json
 
@@ -99,27 +99,23 @@ def made(folder, more):
 
 
 def test_generated_skins_and_joints_are_in_the_file_and_said(tmp_path):
-    plain, skinned, joined = (
-        made(path, more)
-        for path, more in (
-            (tmp_path / "a", ""),
-            (tmp_path / "b", 'skin = [{thickness = "1 mm", faces = "top"}]\n'),
-            (
-                tmp_path / "c",
-                'skin = [{thickness = "1 mm", faces = "top"}]\njoint_radius = "1 mm"\n',
-            ),
-        )
-        if not path.mkdir()
+    folders = [tmp_path / name for name in ("sharp", "joined")]
+    for folder in folders:
+        folder.mkdir()
+    skin = 'skin = [{thickness = "1 mm", faces = "top"}]\n'
+    sharp, joined = (
+        made(folder, skin + more)
+        for folder, more in zip(folders, ("", 'joint_radius = "1 mm"\n'), strict=True)
     )
-    surface = lambda r: r.measures["volume_mm3"]  # noqa: E731
-    # The top layer of 1 mm of 12 x 8 mm is solid now, of which the lattice was a share.
-    layer = 96.0 * (1 - 0.3)
-    assert surface(skinned) - surface(plain) == pytest.approx(layer, rel=0.15)
-    assert plain.measures["joints_mm3"] == skinned.measures["joints_mm3"] == 0.0
-    added = surface(joined) - surface(skinned)
+    # 1 of 8 mm is solid, the rest a lattice of 0.3.
+    density = sharp.measures["density"]
+    assert density["target"] == pytest.approx((1.0 + 7 * 0.3) / 8, abs=0.002)
+    assert density["field"] == pytest.approx(density["target"], abs=0.015)
+    assert sharp.measures["joints_mm3"] == 0.0
+    added = joined.measures["volume_mm3"] - sharp.measures["volume_mm3"]
     assert added > 1.0
     assert joined.measures["joints_mm3"] == pytest.approx(added, rel=0.05)
-    result = json.loads((tmp_path / "c" / "out" / "result.json").read_text())
+    result = json.loads((folders[1] / "out" / "result.json").read_text())
     assert result["measures"]["joints_mm3"] == joined.measures["joints_mm3"]
 
 

@@ -8,12 +8,11 @@ from itertools import combinations
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
-from gradedesign.fields.algebra import gradient
 
 #: Reach of distances that a joint needs, in its radii: its own, and the way over which the cell's
 #: values pass from one scale to another.
 REACH = 2.0
-#: Steps of numerical gradients, in radii.
+#: Step of numerical gradients, in radii: the curvature of cells is far below its inverse.
 _STEP = 1e-3
 #: Cosine of the normals from which two faces count as parallel, and have no corner.
 _PARALLEL = 0.999
@@ -82,7 +81,7 @@ def joined(
     values = [result, *(value for value, _ in solids)]
     slopes = np.zeros((3, points.shape[1]))
     if near.any():
-        slope = gradient(cell[1], points[:, near], _STEP * radius)
+        slope = _slope(cell[1], points[:, near], _STEP * radius)
         length = np.maximum(np.linalg.norm(slope, axis=0), _FLAT)
         share = np.clip(nearest[near] / radius - 1.0, 0.0, 1.0)
         values[0] = result.copy()
@@ -106,6 +105,12 @@ def joined(
     return union
 
 
+def _slope(function: _Values, points: FloatArray, step: float) -> FloatArray:
+    """Gradient by forward differences, which ask for fewer values than central ones, ``(3, n)``."""
+    base, shifts = function(points), step * np.eye(3)[:, :, None]
+    return np.stack([function(points + shift) - base for shift in shifts]) / step
+
+
 def _any(pairs: Sequence[tuple[int, int, BoolArray]], number: int) -> BoolArray:
     """Points at which some pair needs the normal of one of its members."""
     return np.asarray(np.any([both for i, j, both in pairs if number in (i, j)], axis=0))
@@ -115,6 +120,6 @@ def _normals(function: _Values, points: FloatArray, where: BoolArray, step: floa
     """Unit gradients where they are needed, ``(3, n)``."""
     normals = np.zeros((3, points.shape[1]))
     if where.any():
-        slope = gradient(function, points[:, where], step)
+        slope = _slope(function, points[:, where], step)
         normals[:, where] = slope / np.maximum(np.linalg.norm(slope, axis=0), _FLAT)
     return normals

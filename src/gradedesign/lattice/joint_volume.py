@@ -15,7 +15,7 @@ from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.workspace.progress import report_step
 
 #: Points of the part's box: the volume of joints of 1 % of it is then right to about 1 %.
-POINTS = 1_000_000
+POINTS = 200_000
 _BATCH = 1 << 18
 
 

@@ -61,7 +61,7 @@ def skin_thickness(skin: Skin, points: FloatArray) -> FloatArray:
     return np.clip(skin.varying(points), skin.least, skin.thickness)
 
 
-def skin_value(skin: Skin, points: FloatArray, distance: FloatArray) -> FloatArray:
+def skin_value(skin: Skin, points: FloatArray, distance: FloatArray | None) -> FloatArray:
     """Signed distance to the inner face of a skin, mm, negative in the skin and beyond the part.
 
     Of a varying thickness t to first order in its slope: ``(depth - t) / sqrt(1 + |grad t|^2)``,
@@ -72,9 +72,9 @@ def skin_value(skin: Skin, points: FloatArray, distance: FloatArray) -> FloatArr
     skin : Skin
     points : (3, ...) array, mm
     distance : (...) array, mm
-        Signed distance of the part there.
+        Signed distance of the part there, of which a skin on some faces has no need.
     """
-    depth = -distance if skin.faces is None else skin.faces(points)
+    depth = -np.asarray(distance) if skin.faces is None else skin.faces(points)
     if skin.varying is None:
         return np.asarray(depth - skin.thickness)
     flat = np.asarray(points, dtype=np.float64).reshape(3, -1)

@@ -18,8 +18,9 @@ from gradedesign.lattice.skin import Skin, skin_value
 #: Coarse grid of the banded distances, in bands.
 _COARSE = 4.0
 
-#: Points ``(3, ...)`` mm and the part's distance there, to the distance of a solid layer, mm.
-SolidLayer: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+#: Points ``(3, ...)`` mm and the part's distance there, where it is known, to the distance of a
+#: solid layer, mm.
+SolidLayer: TypeAlias = Callable[[FloatArray, FloatArray | None], FloatArray]
 
 
 def solid_layers(
@@ -41,7 +42,8 @@ def solid_layers(
     """
     if band is None:
         passive = (_passive(_less(p.distance, p.margin)) for p in domain.passive)
-        return domain.distance, (*(_skin(skin) for skin in domain.skins), *passive)
+        part = domain.distance
+        return part, (*(_skin(skin, part) for skin in domain.skins), *passive)
     if not band > 0:
         raise LatticeError(f"band is {band:g} mm, expected a positive reach")
     reach = max(band, REACH * domain.joint_radius)
@@ -57,12 +59,12 @@ def solid_layers(
     layers: list[SolidLayer] = []
     for skin in domain.skins:
         if skin.faces is None:
-            layers.append(_skin(skin))
+            layers.append(_skin(skin, part))
             continue
         # Bounds of the distance to the faces become bounds of that to the inner face.
         spread = skin.thickness - skin.least
         faces = banded(_less(skin.faces, skin.thickness), reach + spread, reach)
-        layers.append(_skin(replace(skin, faces=_less(faces, -skin.thickness))))
+        layers.append(_skin(replace(skin, faces=_less(faces, -skin.thickness)), part))
     for region in domain.passive:
         layers.append(_passive(banded(_less(region.distance, region.margin), reach, reach)))
     return part, tuple(layers)
@@ -95,7 +97,7 @@ def united(
         cells = np.asarray(cell(points), dtype=np.float64)
         if not radius or not values:
             return np.asarray(np.minimum.reduce([cells, *values]))
-        functions = [_function(domain, layer) for layer in layers]
+        functions = [_alone(layer) for layer in layers]
         joint = joined(
             points.reshape(3, -1),
             (cells.ravel(), exact),
@@ -107,12 +109,16 @@ def united(
     return union
 
 
-def _function(domain: DesignDomain, layer: SolidLayer) -> Field:
-    return lambda points: layer(points, domain.distance(points))
+def _alone(layer: SolidLayer) -> Field:
+    return lambda points: layer(points, None)
 
 
-def _skin(skin: Skin) -> SolidLayer:
-    return lambda points, distance: skin_value(skin, points, distance)
+def _skin(skin: Skin, part: Field) -> SolidLayer:
+    if skin.faces is not None:
+        return lambda points, _: skin_value(skin, points, None)
+    return lambda points, distance: skin_value(
+        skin, points, part(points) if distance is None else distance
+    )
 
 
 def _passive(distance: Field) -> SolidLayer:
