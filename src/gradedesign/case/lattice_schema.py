@@ -7,6 +7,7 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import Field, model_validator
 
 from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
+from gradedesign.case.drain_schema import DrainSpec
 from gradedesign.case.orientation_schema import OrientationSpec
 from gradedesign.case.own_cell_schema import OwnCellSpec
 from gradedesign.case.skin_schema import SkinSpecs
@@ -139,6 +140,8 @@ class CellsSpec(Table):
     """Name of a scaling law, or auto."""
     skin: SkinSpecs = ()
     """Solid layers below the part's surface: one thickness such as "2 mm", a table, or several."""
+    drain: DrainSpec | None = None
+    """Holes by which powder leaves voids that skins close."""
     joint_radius: Distance = 0.0
     """Of the fillets where lattice, skins and passive regions meet, mm."""
     filter_radius: Annotated[float, Number(at_least=0.0, at_most=100.0)] = 1.0

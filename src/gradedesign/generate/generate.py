@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.drains import drain_data, drain_warnings, drained
 from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
 from gradedesign.layout.skin_room import skin_warnings
@@ -186,7 +187,10 @@ def _design(
         parameters=built.parameters,
         axes=cells.families[0].axes if len(cells.families) == 1 else None,
     )
-    return design, built, report
+    holes = drained(case, part, design, case.lattice.cell_size)
+    design = replace(design, domain=replace(domain, drains=holes.drains))
+    warnings = (*skin_warnings(case, part, domain), *drain_warnings(case, holes))
+    return design, built, {"cell_map": report, "warnings": warnings}
 
 
 def build(
@@ -232,7 +236,7 @@ def generated_result(
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
-    warnings += skin_warnings(case, made.part, made.design.domain)
+    warnings += report["warnings"]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")
     slabs = made.slabs[0]
@@ -259,7 +263,12 @@ def generated_result(
         measures={
             "density": density,
             "cell": cell,
-            "cell_map": dict(report),
+            "cell_map": dict(report["cell_map"]),
+            "drains": drain_data(made.design.domain.drains),
+            "closed_voids": {
+                "count": made.islands.pockets,
+                "volume_mm3": made.islands.pocket_volume,
+            },
             "transition": dict(made.built.transition),
             **overhang_data(case, made.surface),
             "volume_mm3": volume,

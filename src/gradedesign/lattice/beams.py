@@ -88,10 +88,10 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
             "beams are round struts, which this cell is not made of; expected a strut cell such "
             'as bcc, write "3mf" instead'
         )
-    if design.domain.joint_radius:
+    if design.domain.joint_radius or design.domain.drains:
         raise LatticeError(
-            f"beams have no joints of radius {design.domain.joint_radius:g} mm; write "
-            f'"3mf", which holds their surface, or leave out [lattice] joint_radius'
+            "beams have no joints of a radius and no drain holes; write "
+            '"3mf", which holds their surface, or leave out [lattice] joint_radius and drain'
         )
     cell_map, size = _cubes(design)
     segments = _repeated(design, cell_map, axes)

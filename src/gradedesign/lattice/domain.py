@@ -8,6 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
 from gradedesign.errors import LatticeError
+from gradedesign.lattice.drain import Drain, drain_value
 from gradedesign.lattice.skin import Skin, skin_value, thicker
 from gradedesign.mesh.tet_mesh import TetMesh
 
@@ -47,6 +48,8 @@ class DesignDomain:
         Solid layers below its faces.
     passive : tuple of PassiveRegion
         Regions that stay solid.
+    drains : tuple of Drain
+        Holes that cut lattice, skins and passive regions.
     joint_radius : float, mm
         Of the fillets where lattice, skins and passive regions meet; 0: none.
     bodies : int
@@ -63,6 +66,7 @@ class DesignDomain:
     upper: FloatArray
     skins: tuple[Skin, ...] = ()
     passive: tuple[PassiveRegion, ...] = ()
+    drains: tuple[Drain, ...] = ()
     joint_radius: float = 0.0
     bodies: int = 1
 
@@ -114,7 +118,10 @@ def solid_fraction(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     """Solid volume fraction of every tetrahedron, counted on interior points, ``(M,)``."""
     if domain.lattice_only:
         return np.zeros(mesh.tets.shape[1])
-    solid = phase_at(domain, interior_points(mesh)) != LATTICE
+    points = interior_points(mesh)
+    solid = phase_at(domain, points) != LATTICE
+    for drain in domain.drains:
+        solid &= drain_value(drain, points) >= 0
     return np.asarray(solid.mean(axis=0), dtype=np.float64)
 
 

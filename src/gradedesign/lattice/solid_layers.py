@@ -12,6 +12,7 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.banded_distance import banded_distance
 from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.drain import drain_value
 from gradedesign.lattice.joint import REACH, joined
 from gradedesign.lattice.skin import Skin, skin_value
 
@@ -73,7 +74,7 @@ def solid_layers(
 def united(
     domain: DesignDomain, layers: tuple[SolidLayer, ...], cell: Field, exact: Field
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """Union of cells, skins and passive regions with the joints that a domain states, about mm.
+    """Union of cells, skins and passive regions with joints, less drain holes, about mm.
 
     Parameters
     ----------
@@ -93,6 +94,12 @@ def united(
     radius = domain.joint_radius
 
     def union(points: FloatArray, distance: FloatArray) -> FloatArray:
+        value = whole(points, distance)
+        for drain in domain.drains:
+            value = np.maximum(value, -drain_value(drain, points))
+        return value
+
+    def whole(points: FloatArray, distance: FloatArray) -> FloatArray:
         values = [layer(points, distance) for layer in layers]
         cells = np.asarray(cell(points), dtype=np.float64)
         if not radius or not values:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
@@ -41,7 +43,7 @@ def require_stated_thickness(
         Naming the value and the place.
     """
     least, most = spec.thickness
-    points, inward = _places(part, spec)
+    points, inward = face_places(part, spec.faces)
     for depth in (0.0, most):
         places = points + depth * inward
         values = thickness(places)
@@ -61,7 +63,7 @@ def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -
     """Say where skins meet across the part, so that nothing of it is lattice there."""
     warnings = []
     for spec, skin in zip(case.lattice.skin, domain.skins, strict=True):
-        points, inward = _places(part, spec)
+        points, inward = face_places(part, spec.faces)
         depth = skin_thickness(skin, points) * (1.0 if spec.faces else 2.0)
         share = float((domain.distance(points + depth * inward) > 0).mean())
         if share > _LITTLE:
@@ -74,11 +76,14 @@ def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -
     return tuple(warnings)
 
 
-def _places(part: Part, spec: SkinSpec) -> tuple[FloatArray, FloatArray]:
-    """Even random points on the faces of a skin and the inward normals there, ``(3, n)``, mm."""
+def face_places(part: Part, faces: Sequence[str] = ()) -> tuple[FloatArray, FloatArray]:
+    """Even random points on regions, or on the whole surface, and the inward normals there.
+
+    Both ``(3, n)``, mm.
+    """
     corners = (
-        np.concatenate([part.regions[name].corners for name in spec.faces])
-        if spec.faces
+        np.concatenate([part.regions[name].corners for name in faces])
+        if faces
         else corner_points(part.surface)
     )
     a, b, c = np.moveaxis(corners, 1, 0)

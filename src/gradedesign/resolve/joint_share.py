@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.cell.shape import blamed_shape
 from gradedesign.lattice.domain import solid_fraction
 from gradedesign.lattice.joint_volume import joint_fraction
-from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.mesh.tet_mesh import TetMesh
-from gradedesign.resolve.analysable import EXPECTED_SHARE
+from gradedesign.resolve.expected_design import expected_density, expected_design
 from gradedesign.resolve.resolved_case import ResolvedCase
 
 
@@ -25,14 +23,6 @@ def solid_shares(known: ResolvedCase, bounds: tuple[float, float], mesh: TetMesh
     solid = solid_fraction(known.domain, mesh)
     if not known.domain.joint_radius:
         return solid
-    density = bounds[0] + EXPECTED_SHARE * (bounds[1] - bounds[0])
-    design = LatticeDesign(
-        domain=known.domain,
-        shape=blamed_shape(known.cell.family),
-        level_of=known.cell.level_of,
-        cell_map=known.layout.cell_map,
-        cell_size=known.layout.typical,
-        density=density,
-        parameters=known.cell.parameters,
-    )
-    return np.minimum(solid + joint_fraction(design, mesh) / (1.0 - density), 1.0)
+    design = expected_design(known.domain, known.cell, known.layout, bounds)
+    void = 1.0 - expected_density(bounds)
+    return np.minimum(solid + joint_fraction(design, mesh) / void, 1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
@@ -13,6 +13,7 @@ from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.layout.cell_layout import CellLayout, cell_layout
 from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.drains import drain_warnings, drained
 from gradedesign.layout.graded_map import require_one_thickness
 from gradedesign.layout.part_room import (
     require_cells_fit,
@@ -29,6 +30,7 @@ from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.analysable import Analysable, analysable_bounds, chosen_analysis
 from gradedesign.resolve.build_volume import require_fits
+from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
@@ -140,6 +142,8 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, layout.least)
+    drains = drained(case, part, expected_design(domain, cell, layout, bounds), layout.least)
+    domain = replace(domain, drains=drains.drains)
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
@@ -162,6 +166,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
             *part.report.warnings,
             *size_warnings(case, part),
             *skin_warnings(case, part, domain),
+            *drain_warnings(case, drains),
             *balance_warnings(balances),
         ),
         narrowed=tuple(narrowed),
