@@ -199,6 +199,12 @@ class CellsSpec(Table):
         return self
 
     @model_validator(mode="after")
+    def _net_alone(self) -> CellsSpec:
+        if self.joint_radius and any(skin.net for skin in self.skin):
+            raise key_error("joint_radius", "does not go with a net-skin yet; leave one out")
+        return self
+
+    @model_validator(mode="after")
     def _orientation_alone(self) -> CellsSpec:
         if self.orientation is None:
             return self

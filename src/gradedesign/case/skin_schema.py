@@ -9,7 +9,15 @@ from pydantic import BeforeValidator, Field, model_validator
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import JsonSchema, Quantity, Reader, Refused, RegionNames
+from gradedesign.case.value_types import (
+    Flag,
+    JsonSchema,
+    Quantity,
+    Reader,
+    Refused,
+    RegionNames,
+    Size,
+)
 from gradedesign.errors import CaseError
 
 #: What a formula of a skin's thickness may speak of, in mm.
@@ -71,10 +79,18 @@ class SkinSpec(Table):
     """Thickness in mm, in x, y and z, in mm."""
     faces: RegionNames = ()
     """Regions that carry the skin; the whole surface without."""
+    net: Annotated[bool, Flag()] = False
+    """Whether only the struts below the surface are laid onto it, instead of a closed layer."""
+    net_depth: Size | None = None
+    """Depth down to which struts are laid onto the surface, mm; one cell without."""
 
     @model_validator(mode="after")
     def _range_with_formula(self) -> SkinSpec:
         varying = self.thickness[0] < self.thickness[1]
+        if self.net_depth is not None and not self.net:
+            raise key_error("net_depth", "needs net = true")
+        if self.net and self.formula is not None:
+            raise key_error("formula", "a net-skin has one thickness; leave the formula out")
         if self.formula is None and varying:
             raise key_error("thickness", "a range needs a formula, or expected one length")
         if self.formula is not None and not varying:

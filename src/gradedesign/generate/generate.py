@@ -32,7 +32,7 @@ from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_data, drain_warnings, drained
 from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
-from gradedesign.layout.skin_room import skin_warnings
+from gradedesign.layout.skin_room import require_struts, skin_warnings
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.stages import default_folder, open_stages
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -173,6 +173,8 @@ def _design(
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
+    for used in cells.families:
+        require_struts(case, used.family.name, struts=used.axes is not None)
     points = lattice_points(domain)
     require_lattice_left(case, points, domain)
     cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, points)

@@ -88,10 +88,11 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
             "beams are round struts, which this cell is not made of; expected a strut cell such "
             'as bcc, write "3mf" instead'
         )
-    if design.domain.joint_radius or design.domain.drains:
+    domain = design.domain
+    if domain.joint_radius or domain.drains or domain.nets:
         raise LatticeError(
-            "beams have no joints of a radius and no drain holes; write "
-            '"3mf", which holds their surface, or leave out [lattice] joint_radius and drain'
+            "beams have no joints of a radius, drain holes or net-skins; write "
+            '"3mf", which holds their surface, or leave these out of [lattice]'
         )
     cell_map, size = _cubes(design)
     segments = _repeated(design, cell_map, axes)

@@ -9,6 +9,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.drain import Drain, drain_value
+from gradedesign.lattice.net_skin import NetSkin
 from gradedesign.lattice.skin import Skin, skin_value, thicker
 from gradedesign.mesh.tet_mesh import TetMesh
 
@@ -46,6 +47,8 @@ class DesignDomain:
         Box around the part.
     skins : tuple of Skin
         Solid layers below its faces.
+    nets : tuple of NetSkin
+        Struts laid onto its faces; they count as lattice.
     passive : tuple of PassiveRegion
         Regions that stay solid.
     drains : tuple of Drain
@@ -65,6 +68,7 @@ class DesignDomain:
     lower: FloatArray
     upper: FloatArray
     skins: tuple[Skin, ...] = ()
+    nets: tuple[NetSkin, ...] = ()
     passive: tuple[PassiveRegion, ...] = ()
     drains: tuple[Drain, ...] = ()
     joint_radius: float = 0.0
@@ -138,6 +142,15 @@ def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
         domain,
         distance=lambda points: inner(points) - overhang,
         skins=tuple(thicker(skin, overhang) for skin in domain.skins),
+        nets=tuple(
+            replace(
+                net,
+                thickness=net.thickness + overhang,
+                reach=net.reach + overhang,
+                start=net.start + overhang,
+            )
+            for net in domain.nets
+        ),
         lower=domain.lower - overhang,
         upper=domain.upper + overhang,
     )

@@ -1,4 +1,4 @@
-"""Material that blended joints add, measured."""
+"""Material that blended joints and net-skins add to the lattice, measured."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _BATCH = 1 << 18
 
 
 def joint_volume(design: LatticeDesign) -> float:
-    """Volume that the joints of a design add to its lattice, skins and passive regions, mm^3."""
-    if not design.domain.joint_radius:
+    """Volume that joints and net-skins add to lattice, skins and passive regions, mm^3."""
+    if not design.domain.joint_radius and not design.domain.nets:
         return 0.0
     report_step("volume of the joints")
     added = _added(design)
@@ -35,9 +35,9 @@ def joint_volume(design: LatticeDesign) -> float:
 
 
 def joint_fraction(design: LatticeDesign, mesh: TetMesh) -> FloatArray:
-    """Share of every tetrahedron that is joint, counted on interior points, ``(M,)``."""
+    """Share of every tetrahedron that is joint or net-skin, by interior points, ``(M,)``."""
     count = mesh.tets.shape[1]
-    if not design.domain.joint_radius:
+    if not design.domain.joint_radius and not design.domain.nets:
         return np.zeros(count)
     report_step("volume fractions of the joints")
     added = _added(design)
@@ -50,10 +50,11 @@ def joint_fraction(design: LatticeDesign, mesh: TetMesh) -> FloatArray:
 
 
 def _added(design: LatticeDesign) -> Callable[[FloatArray], BoolArray]:
-    """Whether points ``(3, ...)`` mm are solid through a joint alone."""
-    radius = design.domain.joint_radius
-    plain = replace(design, domain=replace(design.domain, joint_radius=0.0))
-    with_joints, without = (lattice_field(d, band=radius) for d in (design, plain))
+    """Whether points ``(3, ...)`` mm are solid through a joint or a net-skin alone."""
+    domain = design.domain
+    band = max([domain.joint_radius, *(net.thickness for net in domain.nets)])
+    plain = replace(design, domain=replace(domain, joint_radius=0.0, nets=()))
+    with_joints, without = (lattice_field(d, band=band) for d in (design, plain))
 
     def added(points: FloatArray) -> BoolArray:
         solid = with_joints(points) < 0

@@ -122,7 +122,7 @@ def body_field(design: LatticeDesign) -> Field:
     """Cells, skins and passive regions before the part trims them, negative inside, about mm."""
     cell = cell_field(design)
     part, layers = solid_layers(design.domain)
-    union = united(design.domain, layers, cell, cell)
+    union = united(design.domain, layers, cell, cell, design.cell_size)
     return lambda points: union(points, part(points))
 
 
@@ -151,7 +151,9 @@ def lattice_field(
         Points ``(3, ...)`` mm to values ``(...)``; its zero set does not depend on ``band``.
     """
     part, layers = solid_layers(design.domain, band)
-    union = united(design.domain, layers, cell_field(design, single=single), cell_field(design))
+    exact = cell_field(design)
+    cell = cell_field(design, single=True) if single else exact
+    union = united(design.domain, layers, cell, exact, design.cell_size)
     reach = np.inf if band is None else band
 
     def lattice(points: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from gradedesign.lattice.banded_distance import banded_distance
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.drain import drain_value
 from gradedesign.lattice.joint import REACH, joined
+from gradedesign.lattice.net_skin import net_value
 from gradedesign.lattice.skin import Skin, skin_value
 
 #: Coarse grid of the banded distances, in bands.
@@ -55,7 +56,8 @@ def solid_layers(
             distance, lower, upper, spacing=_COARSE * reach, inner=inner, outer=outer
         )
 
-    deepest = max((s.thickness for s in domain.skins if s.faces is None), default=0.0)
+    whole = [skin.thickness for skin in domain.skins if skin.faces is None]
+    deepest = max([*whole, *(2 * net.thickness for net in domain.nets)], default=0.0)
     part = banded(domain.distance, reach + deepest, band)
     layers: list[SolidLayer] = []
     for skin in domain.skins:
@@ -72,7 +74,11 @@ def solid_layers(
 
 
 def united(
-    domain: DesignDomain, layers: tuple[SolidLayer, ...], cell: Field, exact: Field
+    domain: DesignDomain,
+    layers: tuple[SolidLayer, ...],
+    cell: Field,
+    exact: Field,
+    size: float,
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """Union of cells, skins and passive regions with joints, less drain holes, about mm.
 
@@ -85,6 +91,8 @@ def united(
         Field of the infinite lattice, negative inside.
     exact : callable
         The same in double precision, of which gradients are taken.
+    size : float, mm
+        Of a cell.
 
     Returns
     -------
@@ -102,6 +110,10 @@ def united(
     def whole(points: FloatArray, distance: FloatArray) -> FloatArray:
         values = [layer(points, distance) for layer in layers]
         cells = np.asarray(cell(points), dtype=np.float64)
+        for net in domain.nets:
+            flat = points.reshape(3, -1)
+            struts = net_value(net, flat, distance.ravel(), domain.distance, (cell, size))
+            cells = np.minimum(cells, struts.reshape(cells.shape))
         if not radius or not values:
             return np.asarray(np.minimum.reduce([cells, *values]))
         functions = [_alone(layer) for layer in layers]

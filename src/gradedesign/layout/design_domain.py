@@ -10,6 +10,7 @@ from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
 from gradedesign.case.skin_schema import PLACE, SkinSpec
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.net_skin import NetSkin
 from gradedesign.lattice.skin import Skin
 from gradedesign.layout.skin_room import require_stated_thickness
 from gradedesign.part.part import Part
@@ -30,7 +31,16 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
         distance=distance,
         lower=points.min(axis=0),
         upper=points.max(axis=0),
-        skins=tuple(_skin(case, part, spec) for spec in case.lattice.skin),
+        skins=tuple(_skin(case, part, spec) for spec in case.lattice.skin if not spec.net),
+        nets=tuple(
+            NetSkin(
+                thickness=spec.thickness[1],
+                reach=spec.net_depth or max(case.lattice.edges),
+                faces=_faces(part, spec),
+            )
+            for spec in case.lattice.skin
+            if spec.net
+        ),
         passive=tuple(
             PassiveRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
             for k in case.keep
@@ -42,14 +52,19 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
 
 def _skin(case: Case | GenerateCase, part: Part, spec: SkinSpec) -> Skin:
     least, most = spec.thickness
-    faces = None
-    if spec.faces:
-        faces = region_distance(np.concatenate([part.regions[f].corners for f in spec.faces]))
+    faces = _faces(part, spec)
     if spec.formula is None:
         return Skin(thickness=most, faces=faces)
     varying = _thickness(parse_formula(spec.formula, variables=PLACE))
     require_stated_thickness(case, part, spec, varying)
     return Skin(thickness=most, thinnest=least, varying=varying, faces=faces)
+
+
+def _faces(part: Part, spec: SkinSpec) -> Field | None:
+    """Distance to the faces that carry a skin, if not all do."""
+    if not spec.faces:
+        return None
+    return region_distance(np.concatenate([part.regions[f].corners for f in spec.faces]))
 
 
 def _thickness(formula: Formula) -> Field:

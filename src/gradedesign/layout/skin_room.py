@@ -59,10 +59,25 @@ def require_stated_thickness(
             )
 
 
+def require_struts(case: Case | GenerateCase, cell: str, *, struts: bool) -> None:
+    """Refuse a net-skin of a cell without struts: projected walls nearly close the surface.
+
+    Raises
+    ------
+    CaseError
+    """
+    if not struts and any(spec.net for spec in case.lattice.skin):
+        raise CaseError(
+            f"{case.where('lattice.skin')}: a net-skin lays struts on the surface, and cell "
+            f"'{cell}' has none; expected a strut cell such as bcc, or a skin without net"
+        )
+
+
 def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -> tuple[str, ...]:
     """Say where skins meet across the part, so that nothing of it is lattice there."""
     warnings = []
-    for spec, skin in zip(case.lattice.skin, domain.skins, strict=True):
+    closed = [spec for spec in case.lattice.skin if not spec.net]
+    for spec, skin in zip(closed, domain.skins, strict=True):
         points, inward = face_places(part, spec.faces)
         depth = skin_thickness(skin, points) * (1.0 if spec.faces else 2.0)
         share = float((domain.distance(points + depth * inward) > 0).mean())

@@ -21,7 +21,7 @@ def solid_shares(known: ResolvedCase, bounds: tuple[float, float], mesh: TetMesh
     solid, whose length hardly depends on the density.
     """
     solid = solid_fraction(known.domain, mesh)
-    if not known.domain.joint_radius:
+    if not known.domain.joint_radius and not known.domain.nets:
         return solid
     design = expected_design(known.domain, known.cell, known.layout, bounds)
     void = 1.0 - expected_density(bounds)

@@ -21,7 +21,7 @@ from gradedesign.layout.part_room import (
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
-from gradedesign.layout.skin_room import skin_warnings
+from gradedesign.layout.skin_room import require_struts, skin_warnings
 from gradedesign.limits.kinds import require_possible, stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
@@ -134,6 +134,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
+    require_struts(case, family.name, struts=cell.axes is not None)
     report_step("distance field and cell map")
     domain = design_domain(case, part)
     layout = placed_layout(case, part, domain)
