@@ -12,6 +12,8 @@ from gradedesign.fields.algebra import gradient
 
 #: Depths at which struts are looked for, along a cell.
 _PER_CELL = 24
+#: How often the distance of these depths is halved about the best one.
+_HALVINGS = 3
 #: Step of the gradient that is the normal, mm.
 _STEP = 1e-4
 _BATCH = 1 << 16
@@ -97,8 +99,29 @@ def net_value(
         outward = gradient(part, points[:, some], _STEP)
         outward /= np.maximum(np.linalg.norm(outward, axis=0), 1e-3)
         foot = points[:, some] - distance[some] * outward
-        struts = np.full(len(some), np.inf)
-        for depth in depths:
-            np.minimum(struts, field(foot - depth * outward), out=struts)
-        value[some] = np.maximum(layer[some], struts)
+        value[some] = np.maximum(layer[some], _projected(field, foot, outward, depths))
     return value
+
+
+def _projected(
+    field: Field, foot: FloatArray, outward: FloatArray, depths: FloatArray
+) -> FloatArray:
+    """Least value of a field below feet ``(3, n)``, ``(n,)``: of samples, then about the best."""
+    least: FloatArray = np.full(foot.shape[1], np.inf)
+    best = np.zeros(foot.shape[1])
+
+    def look(at: FloatArray) -> None:
+        at = np.clip(at, depths[0], depths[-1])
+        found = field(foot - at * outward)
+        better = found < least
+        least[better], best[better] = found[better], at[better]
+
+    for depth in depths:
+        look(np.full(best.shape, depth))
+    step = depths[1] - depths[0]
+    for _ in range(_HALVINGS):
+        step /= 2
+        middle = best.copy()
+        look(middle - step)
+        look(middle + step)
+    return least
