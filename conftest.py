@@ -4,6 +4,9 @@ import os
 
 import hypothesis
 
+# As the command does: several processes of several threads share the cores here.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
 # The same examples in every run, so that a change is to blame for a failure. `make test-all`, or
 # HYPOTHESIS_PROFILE=explore, looks for new ones.
 hypothesis.settings.register_profile("repeatable", derandomize=True)

@@ -7,14 +7,15 @@ import pytest
 from small_parts import box_part, held_bar
 
 import gradedesign
+from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.fe.solution import Balance
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.stress import von_mises
 from gradedesign.material.material import Material
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry
-from gradedesign.resolve.explicit_analysis import explicit_analyses
+from gradedesign.plugin.registry import build_registry, lookup
+from gradedesign.resolve.explicit_analysis import by_preference, explicit_analyses
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.tet_fields import TetFields
@@ -43,7 +44,12 @@ def load(tmp_path, words):
 def test_a_case_names_its_analysis(tmp_path):
     registry = build_registry()
     allowed = explicit_analyses(load(tmp_path, ""), registry)
-    assert [analysis.name for analysis in allowed] == ["tets", "finite-cells"]
+    assert {analysis.name for analysis in allowed} == {"tets", "finite-cells"}
+    cells = {
+        name: calibrate(lookup(registry, "cell_families", name)) for name in ("bcc", "gyroid-sheet")
+    }
+    assert by_preference(allowed, cells["bcc"], 0.2)[0].name == "tets"
+    assert by_preference(allowed, cells["gyroid-sheet"], 0.2)[0].name == "finite-cells"
     (named,) = explicit_analyses(load(tmp_path, 'analysis = "finite-cells"\n'), registry)
     assert named.name == "finite-cells"
     with pytest.raises(

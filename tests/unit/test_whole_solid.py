@@ -71,6 +71,18 @@ def test_a_wide_band_that_holds_the_limit_is_refined_until_it_decides():
     assert row.value == pytest.approx(1.0)
 
 
+def test_a_wide_band_just_beyond_its_limit_is_refined_for_what_it_teaches():
+    # 0.891 to 1.145 breaks 0.85 by less than its width: the far end would ask for a third more.
+    stand = Stand(slope=0.2)
+    (row,) = stand.judge(0.85).rows
+    assert stand.tried == [1.0, 0.6667, 0.4444]
+    assert (row.passed, row.undecided) == (False, False)
+    assert row.decisive == pytest.approx(1.0, abs=0.02)
+    far = Stand(slope=0.2)
+    far.judge(0.6)
+    assert len(far.tried) == 2
+
+
 def test_a_narrow_band_that_holds_the_limit_is_left_to_the_next_design():
     stand = Stand(slope=0.02)
     (row,) = stand.judge(1.001).rows

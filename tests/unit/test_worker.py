@@ -32,6 +32,7 @@ WORKERS = {
     "fails": "sys.exit('the hole is too large')",
     "eats": "x = np.zeros(2**28)",
     "eats_in_cpp": "sys.stderr.write('what():  std::bad_alloc\\n'); sys.stderr.flush(); os.abort()",
+    "eats_in_blas": "sys.exit('OpenBLAS error: Memory allocation still failed after 10 retries')",
     "oom_killed": "os.kill(os.getpid(), signal.SIGKILL)",
     "fills_and_is_killed": "x = bytearray(175 * [1]) * 10**6; os.kill(os.getpid(), signal.SIGKILL)",
     "hangs": "open(options['pids'], 'w').write(str(os.getpid())); time.sleep(600)",
@@ -132,7 +133,7 @@ def test_a_broken_worker_is_a_mesh_error_that_says_why(name, message):
         run(name)
 
 
-@pytest.mark.parametrize("name", ["eats", "eats_in_cpp"])
+@pytest.mark.parametrize("name", ["eats", "eats_in_cpp", "eats_in_blas"])
 def test_memory_is_a_resource_error(name):
     # "eats" asks for 2 GiB with a limit of 1 GiB.
     with pytest.raises(ResourceError, match=r"more memory than its limit of 1\.07 GB"):

@@ -70,7 +70,7 @@ def assert_even(sample, expected):
 def assert_balanced(solid, spacing, exact):
     """The exact displacement satisfies the discrete equations: the patch test proper."""
     elements = cut_elements(solid.field, fit_grid(solid.lower, solid.upper, spacing))
-    space = brick_space(elements.position, 2)
+    space = brick_space(elements)
     places = {n: region_points(elements, solid.field, r) for n, r in solid.regions.items()}
     lame = lame_constants(STEEL.youngs_modulus, STEEL.poissons_ratio)
     held = held_by(elements, space, solid.cases[0], solid.regions, places, lame[0] + 2 * lame[1])

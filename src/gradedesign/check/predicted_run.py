@@ -8,12 +8,12 @@ import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cost
-from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import ResolvedCase, analysable_lattice
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
+from gradedesign.verify.whole_resolution import first_spacing, seconds, whole_estimates
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -112,6 +112,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
+    first = first_spacing(able.analysis, grid.spacing, known.cell, low)
     work = RunWork(
         part_dofs=predicted_part_dofs(case, known.part),
         load_cases=len(case.load_case),
@@ -120,7 +121,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
-        whole_s=whole_seconds(planned, grid.spacing, known.cell, low) if explicit else 0.0,
+        whole_s=sum(map(seconds, whole_estimates(planned, first))) if explicit else 0.0,
         mesher_tets=remeshed_tets(
             case.run, size.surface_tets, planned, density, known.layout.typical
         ),

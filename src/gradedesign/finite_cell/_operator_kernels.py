@@ -27,7 +27,7 @@ def add_product(
     Parameters
     ----------
     nodes : (n, 27) int32 array
-    colours : (9,) int array
+    colours : (c + 1,) int array
         First element of each colour.
     first : int
         Element of the first row of weights.
@@ -47,7 +47,7 @@ def add_product(
     lam = lame[0]
     mu = lame[1]
     two = u.dtype.type(2.0)
-    for c in range(8):
+    for c in range(colours.size - 1):
         begin = colours[c]
         end = colours[c + 1]
         batches = (end - begin + LANES - 1) // LANES
@@ -183,12 +183,12 @@ def add_dense(nodes: Any, which: Any, colours: Any, blocks: Any, u: Any, y: Any)
     nodes : (n, 27) int32 array
     which : (k,) int array
         Elements.
-    colours : (9,) int array
+    colours : (c + 1,) int array
         First entry of `which` of each colour.
     blocks : (k, 81, 81) array
     u, y : (N, 3) array
     """
-    for c in range(8):
+    for c in range(colours.size - 1):
         for r in prange(colours[c], colours[c + 1]):
             e = which[r]
             for a in range(27):

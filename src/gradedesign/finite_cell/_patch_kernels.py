@@ -52,6 +52,8 @@ def assemble_patches(
                     z = place[own[j], 2] - 2 * position[other, 2]
                     inside = 0 <= x <= 2 and 0 <= y <= 2 and 0 <= z <= 2
                     local[j] = x + 3 * y + 9 * z if inside else -1
+                    if inside and nodes[other, local[j]] != own[j]:
+                        local[j] = -1
                 m = row_of[other]
                 for j in range(size):
                     if local[j] >= 0:
@@ -72,7 +74,7 @@ def add_patches(
     `inverse` holds the upper triangles of symmetric matrices row by row, `offsets` where each
     begins.
     """
-    for c in range(8):
+    for c in range(colours.size - 1):
         for p in prange(colours[c], colours[c + 1]):
             e = chosen[p]
             f = np.zeros(81, r.dtype)

@@ -49,6 +49,72 @@ def _join(parent: Any, i: int, j: int) -> None:
 
 
 @njit(cache=True, nogil=True)
+def number_nodes(
+    bricks: Any, order: Any, position: Any, shape: Any, faces: Any, opposite: Any, nodes: Any,
+    count: int,
+) -> Any:  # fmt: skip
+    """Number nodes so that neighbours share those of their face where solid goes through it.
+
+    Parameters
+    ----------
+    bricks, order : (n,) int arrays
+        Flat places of the elements in ascending order, and the elements there.
+    position : (n, 3) int32 array
+    shape : (3,) int array
+        Of the grid.
+    faces : (n, 6) int array
+        Of `Elements`.
+    opposite : (3, 2, 9) int array
+        Local nodes of the far and the near face across each axis.
+    nodes : (n, 27) int32 array
+        Number of every place; the first set of nodes at a place keeps it, others are numbered
+        from `count` on.
+
+    Returns
+    -------
+    (m,) int array
+        Place of every further node.
+    """
+    n = position.shape[0]
+    sets = np.arange(27 * n).astype(np.int32)
+    strides = np.array([shape[1] * shape[2], shape[2], 1])
+    for axis in range(3):
+        at = 0
+        for k in range(n):
+            e = order[k]
+            if position[e, axis] + 1 >= shape[axis]:
+                continue
+            beyond = bricks[k] + strides[axis]
+            while at < n and bricks[at] < beyond:
+                at += 1
+            m = at
+            while m < n and bricks[m] == beyond:
+                other = order[m]
+                if faces[e, 2 * axis + 1] & faces[other, 2 * axis]:
+                    for q in range(9):
+                        _join(
+                            sets, 27 * e + opposite[axis, 0, q], 27 * other + opposite[axis, 1, q]
+                        )
+                m += 1
+    taken = np.zeros(count, np.bool_)
+    flat = nodes.reshape(-1)
+    further = []
+    for i in range(27 * n):
+        r = _root(sets, i)
+        if r != i:
+            flat[i] = flat[r]
+        elif taken[flat[i]]:
+            further.append(flat[i])
+            flat[i] = count + len(further) - 1
+        else:
+            taken[flat[i]] = True
+    places = np.zeros(len(further), np.int64)
+    for k in range(len(further)):
+        places[k] = further[k]
+    return places
+
+
+@njit(cache=True, nogil=True)
 def _numbered(parent: Any, out: Any) -> int:
     """Number the sets in the order of their first members; returns how many."""
     number = np.full(parent.size, -1, np.int32)

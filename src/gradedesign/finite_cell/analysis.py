@@ -124,7 +124,7 @@ def divide(problem: Problem, spacing: float) -> tuple[Elements, BrickSpace]:
         If nothing is solid, or the solid falls apart.
     """
     elements = cut_elements(problem.field, brick_grid(problem, spacing), bodies=problem.bodies)
-    return elements, brick_space(elements.position, 2)
+    return elements, brick_space(elements)
 
 
 def solve_divided(
@@ -231,13 +231,16 @@ def _start(
         return None
     report_step("first guess")
     points = node_points(elements, space)
-    # A node lies between elements: look slightly towards the middle of one that it belongs to.
+    # A node lies between elements: look slightly towards the solid of one that it belongs to.
     owner = np.zeros(points.shape[1], np.int64)
     owner[space.nodes] = np.arange(len(space.nodes))[:, None]
     grid = elements.grid
-    middle = grid.lower[:, None] + grid.edges[:, None] * (elements.position[owner].T + 0.5)
-    inner = points + 1e-6 * (middle - points)
-    element: IntArray = locate(start.elements, element_table(start.elements), inner)
+    share = elements.share / elements.share.sum(axis=1, keepdims=True)
+    middle = np.full((len(elements.position), 3), 0.5)
+    middle[elements.whole :] = (share[:, :, None] * elements.centre).sum(axis=1)
+    solid = grid.lower[:, None] + grid.edges[:, None] * (elements.position + middle)[owner].T
+    inner = points + 1e-6 * (solid - points)
+    element: IntArray = locate(start.elements, element_table(start.elements), inner, solid)
     known = element >= 0
     u = np.zeros((points.shape[1], 3))
     u[known] = displacement_in(

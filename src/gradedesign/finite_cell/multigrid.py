@@ -31,7 +31,7 @@ from gradedesign.finite_cell.basis import (
 from gradedesign.finite_cell.elements import Elements, soft_weights
 from gradedesign.finite_cell.operator import Operator, apply, single
 from gradedesign.finite_cell.patches import OVERLAP, Patches, build_patches
-from gradedesign.finite_cell.space import BrickSpace, brick_space
+from gradedesign.finite_cell.space import BrickSpace, linear_space
 from gradedesign.finite_cell.tree import linear_shapes, rows_of, tree_hierarchy
 from gradedesign.workspace.progress import report_step
 
@@ -99,7 +99,7 @@ def build_preconditioner(
     inverse = _inverse_diagonal(elements, space, stiffness, softness, fixed)
     if patches is not None:
         inverse[patches.weak] = 0.0
-    linear = brick_space(elements.position, 1)
+    linear = linear_space(space)
     prolong = _prolongation(space, linear)
     coarse_keep = np.ones((len(linear.place), 3), np.float32)
     entries = prolong.tocoo()

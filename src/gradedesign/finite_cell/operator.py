@@ -23,7 +23,7 @@ class Springs:
     ----------
     element : (k,) int array
         By colour.
-    colours : (9,) int array
+    colours : (c + 1,) int array
         First of each colour.
     blocks : (k, 81, 81) array, N/mm
     """

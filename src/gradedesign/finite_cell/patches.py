@@ -24,7 +24,7 @@ from gradedesign.finite_cell.basis import (
     gradients_at,
     point_stiffness,
 )
-from gradedesign.finite_cell.elements import Elements, solid_fraction
+from gradedesign.finite_cell.elements import Elements, solid_fraction, sorted_by_colour
 from gradedesign.finite_cell.operator import Operator
 from gradedesign.finite_cell.space import BrickSpace
 
@@ -51,7 +51,7 @@ class Patches:
     weak : (N,) bool array
     chosen : (k,) int array
         Elements with weak nodes, by colour.
-    colours : (9,) int array
+    colours : (c + 1,) int array
     offsets : (k + 1,) int array
     inverse : (total,) float32 array
         Upper triangles row by row.
@@ -84,7 +84,7 @@ def build_patches(
     keep : (N, 3) float32 array
     """
     weak = _weak_nodes(elements, space, stiffness)
-    chosen, colours = _by_colour(elements, np.asarray(weak[space.nodes].any(axis=1)))
+    chosen, colours = sorted_by_colour(elements, np.flatnonzero(weak[space.nodes].any(axis=1)))
     if not len(chosen):
         return None
     counts = weak[space.nodes[chosen]].sum(axis=1)
@@ -171,15 +171,6 @@ def _blocks(position: NDArray[np.int32]) -> Iterator[tuple[IntArray, IntArray]]:
 
 #: Steps to the 27 blocks around a block.
 _AROUND = [(z, y, x) for z in (-1, 0, 1) for y in (-1, 0, 1) for x in (-1, 0, 1)]
-
-
-def _by_colour(elements: Elements, chosen: BoolArray) -> tuple[IntArray, IntArray]:
-    """Chosen elements by colour."""
-    index = np.flatnonzero(chosen)
-    x, y, z = elements.position[index].T
-    colour = (x & 1) + 2 * (y & 1) + 4 * (z & 1)
-    start = np.concatenate([[0], np.cumsum(np.bincount(colour, minlength=8))])
-    return index[np.argsort(colour, kind="stable")], start
 
 
 def _elements_of_weak(

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray
+from gradedesign.finite_cell import _stress_kernels as kernels
 from gradedesign.finite_cell.basis import gauss_places
 from gradedesign.finite_cell.elements import Elements, solid_fraction
 from gradedesign.finite_cell.space import BrickSpace
-from gradedesign.finite_cell.stress import CHUNK, SolidPoints, select_points, stress_at
+from gradedesign.finite_cell.stress import SolidPoints
 
 #: Gauss points along an edge at which quadratic bricks have their most accurate stress.
 BARLOW = 2
 #: Share of solid from which an element counts as well filled. In others the points may lie in the
 #: void, far from the solid.
 WELL_FILLED = 0.5
+#: Where a symmetric tensor has xx, yy, zz, yz, zx, xy.
+_FULL = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 
 
 def recovered_stress(
@@ -28,8 +31,9 @@ def recovered_stress(
     """Cauchy stress at points of the solid, ``(3, 3, m)``, MPa.
 
     In elements that are at least half solid it is the trilinear function through the stress at
-    their 2 x 2 x 2 Gauss points; elsewhere that of `stress_at`. Elements are not averaged with
-    their neighbours: a brick is wider than a wall, so that a patch would mix both of its faces.
+    their 2 x 2 x 2 Gauss points; elsewhere that of their displacements. Elements are not averaged
+    with their neighbours: a brick is wider than a wall, so that a patch would mix both of its
+    faces.
 
     Parameters
     ----------
@@ -46,37 +50,19 @@ def recovered_stress(
     J. Barlow (1976), Optimal stress locations in finite element models, Int. J. Numer. Methods
     Eng. 10, 243-251.
     """
-    filled = solid_fraction(elements)[at.element] >= WELL_FILLED
-    stress = np.zeros((3, 3, at.volume.size))
-    poor = np.flatnonzero(~filled)
-    stress[:, :, poor] = stress_at(
-        elements, space, u, lame, select_points(at, poor), thermal_strain
+    m = at.volume.size
+    changes = np.flatnonzero(np.diff(at.element)) + 1
+    values = np.zeros((6, m))
+    kernels.stress_in_elements(
+        space.nodes,
+        u,
+        elements.grid.edges,
+        np.array([*lame, thermal_strain]),
+        solid_fraction(elements) >= WELL_FILLED,
+        gauss_places(BARLOW)[0, :BARLOW],
+        np.concatenate([[0], changes, [m]]) if m else np.zeros(1, np.int64),
+        at.element,
+        at.reference,
+        values,
     )
-    index = np.flatnonzero(filled)
-    for k in range(0, index.size, CHUNK):
-        part = index[k : k + CHUNK]
-        own, row = np.unique(at.element[part], return_inverse=True)
-        sampled = stress_at(elements, space, u, lame, _barlow_points(own), thermal_strain)
-        corners = sampled.reshape(3, 3, own.size, BARLOW**3)
-        weights = _trilinear(at.reference[:, part])
-        stress[:, :, part] = np.einsum("mq,ijmq->ijm", weights, corners[:, :, np.ravel(row)])
-    return stress
-
-
-def _barlow_points(element: IntArray) -> SolidPoints:
-    """Gauss points of elements, x fastest, element after element."""
-    reference = np.tile(gauss_places(BARLOW), element.size)
-    return SolidPoints(
-        points=reference,
-        volume=np.zeros(reference.shape[1]),
-        element=np.repeat(element, BARLOW**3),
-        reference=reference,
-    )
-
-
-def _trilinear(reference: FloatArray) -> FloatArray:
-    """Weights of the eight Gauss points at places ``(3, m)`` of elements, ``(m, 8)``."""
-    low, high = gauss_places(BARLOW)[0, :BARLOW]
-    share = (reference - low) / (high - low)
-    x, y, z = (np.stack([1.0 - s, s], axis=-1) for s in share)
-    return np.einsum("mk,mj,mi->mkji", z, y, x).reshape(-1, BARLOW**3)
+    return values[_FULL]

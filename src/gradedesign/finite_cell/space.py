@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
+from gradedesign.finite_cell import _tree_kernels as kernels
 from gradedesign.finite_cell.elements import Elements
 
 
@@ -31,17 +32,19 @@ class BrickSpace:
     place: NDArray[np.int32]
 
 
-def brick_space(position: NDArray[np.int32], order: int) -> BrickSpace:
-    """Number the nodes of elements at places of a grid, x fastest."""
-    side = np.arange(order + 1)
-    dims = order * (position.max(axis=0).astype(np.int64) + 1) + 1
+def brick_space(elements: Elements) -> BrickSpace:
+    """Number the quadratic nodes of elements, x fastest; further nodes at a place come last.
+
+    Neighbours share the nodes of their face where the solid goes through it.
+    """
+    position = elements.position
+    dims = 2 * (position.max(axis=0).astype(np.int64) + 1) + 1
     if int(np.prod(dims)) >= 2**31:
         raise ResourceError(
             f"a grid of {'x'.join(map(str, dims))} nodes is beyond what can be numbered; use a "
             "larger spacing"
         )
-    first = order * position.astype(np.int64)
-    x, y, z = (first[:, [d]] + side for d in range(3))
+    x, y, z = (2 * position[:, [d]].astype(np.int64) + np.arange(3) for d in range(3))
     key = (z[:, :, None, None] * dims[1] + y[:, None, :, None]) * dims[0] + x[:, None, None, :]
     key = key.reshape(len(position), -1)
     used = np.zeros(int(np.prod(dims)), dtype=bool)
@@ -49,7 +52,34 @@ def brick_space(position: NDArray[np.int32], order: int) -> BrickSpace:
     number = np.cumsum(used, dtype=np.int32) - 1
     keys = np.flatnonzero(used)
     place = np.stack([keys % dims[0], keys // dims[0] % dims[1], keys // (dims[0] * dims[1])], 1)
-    return BrickSpace(order=order, nodes=number[key].astype(np.int32), place=place.astype(np.int32))
+    nodes = number[key]
+    del key, used, number
+    bricks = np.ravel_multi_index(tuple(position.T), elements.grid.shape)
+    order = np.argsort(bricks, kind="stable")
+    further = kernels.number_nodes(
+        bricks[order], order, position, np.array(elements.grid.shape), elements.faces,
+        _opposite_nodes(), nodes, len(keys),
+    )  # fmt: skip
+    return BrickSpace(
+        order=2, nodes=nodes, place=np.concatenate([place, place[further]]).astype(np.int32)
+    )
+
+
+def linear_space(space: BrickSpace) -> BrickSpace:
+    """The corners of quadratic elements."""
+    corners = space.nodes[:, [0, 2, 6, 8, 18, 20, 24, 26]]
+    used = np.zeros(len(space.place), dtype=bool)
+    used[corners] = True
+    number = np.cumsum(used, dtype=np.int32) - 1
+    return BrickSpace(order=1, nodes=number[corners], place=space.place[used] // 2)
+
+
+def _opposite_nodes() -> IntArray:
+    """Nodes of the far and the near face across each axis, ``(3, 2, 9)``, place by place."""
+    local = np.stack([np.arange(27) % 3, np.arange(27) // 3 % 3, np.arange(27) // 9])
+    return np.stack(
+        [[np.flatnonzero(local[d] == 2), np.flatnonzero(local[d] == 0)] for d in range(3)]
+    )
 
 
 def node_points(elements: Elements, space: BrickSpace) -> FloatArray:

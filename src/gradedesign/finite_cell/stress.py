@@ -1,4 +1,4 @@
-"""Strain and stress in the solid, and displacement at points."""
+"""Points of the solid, von Mises stress, and displacement at points."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.finite_cell.basis import gradients_at, shapes_at
+from gradedesign.finite_cell import _stress_kernels as kernels
 from gradedesign.finite_cell.elements import BLOCKS, Elements
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.surface import reference_of
-
-#: Points worked on at once.
-CHUNK = 2**15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,40 +58,6 @@ def select_points(at: SolidPoints, chosen: slice | IntArray) -> SolidPoints:
     )
 
 
-def stress_at(
-    elements: Elements,
-    space: BrickSpace,
-    u: FloatArray,
-    lame: tuple[float, float],
-    at: SolidPoints,
-    thermal_strain: float = 0.0,
-) -> FloatArray:
-    """Cauchy stress at points of the solid, ``(3, 3, m)``, MPa.
-
-    Parameters
-    ----------
-    elements : Elements
-    space : BrickSpace
-    u : (N, 3) array, mm
-    lame : (float, float), MPa
-    at : SolidPoints
-    thermal_strain : float
-        Free expansion, subtracted from the strain.
-    """
-    first, shear = lame
-    stress = np.zeros((3, 3, at.volume.size))
-    for k in range(0, at.volume.size, CHUNK):
-        part = slice(k, k + CHUNK)
-        gradients = gradients_at(at.reference[:, part], elements.grid.edges)
-        own = u[space.nodes[at.element[part]]]
-        slope = np.einsum("mda,mac->cdm", gradients, own, optimize=True)
-        strain = (slope + np.swapaxes(slope, 0, 1)) / 2.0
-        strain[range(3), range(3)] -= thermal_strain
-        stress[:, :, part] = 2.0 * shear * strain
-        stress[range(3), range(3), part] += first * np.einsum("ccm->m", strain)
-    return stress
-
-
 def von_mises(stress: FloatArray) -> FloatArray:
     """Von Mises stress of ``(3, 3, ...)``, ``(...)``, MPa."""
     deviator = stress - np.einsum("cc...->...", stress) / 3.0 * np.eye(3).reshape(
@@ -108,8 +71,6 @@ def displacement_at(
 ) -> FloatArray:
     """Displacement at points ``(3, m)`` in given elements, ``(3, m)``, mm."""
     values = np.zeros(points.shape)
-    for k in range(0, points.shape[1], CHUNK):
-        part = slice(k, k + CHUNK)
-        shapes = shapes_at(reference_of(elements, element[part], points[:, part]))
-        values[:, part] = np.einsum("ma,mac->cm", shapes, u[space.nodes[element[part]]])
+    reference = reference_of(elements, element, points)
+    kernels.displacement_in_elements(space.nodes, u, element, reference, values)
     return values

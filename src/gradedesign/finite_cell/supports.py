@@ -13,15 +13,10 @@ from gradedesign.fe.load_case import LoadCaseSpecification, Support
 from gradedesign.fe.rigid_modes import free_modes
 from gradedesign.fe.supports import AGREEMENT
 from gradedesign.finite_cell.basis import shapes_at
-from gradedesign.finite_cell.elements import Elements
+from gradedesign.finite_cell.elements import Elements, sorted_by_colour
 from gradedesign.finite_cell.operator import Springs
 from gradedesign.finite_cell.space import BrickSpace, node_points
-from gradedesign.finite_cell.surface import (
-    SurfacePoints,
-    element_table,
-    locate,
-    split_by_grid,
-)
+from gradedesign.finite_cell.surface import SurfacePoints, brick_of, split_by_grid
 from gradedesign.part.regions import Region
 
 #: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element.
@@ -118,7 +113,7 @@ def covered_faces(elements: Elements, region: Region) -> IntArray:
     triangles = split_by_grid(region.corners, grid.lower, grid.edges)
     across = 0.5 * np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(across, axis=1)
-    table = element_table(elements)
+    bricks = np.ravel_multi_index(tuple(elements.position.T), grid.shape)
     codes = [np.zeros(0, np.int64)]
     for axis in range(3):
         level = (triangles[:, :, axis] - grid.lower[axis]) / grid.edges[axis]
@@ -130,12 +125,13 @@ def covered_faces(elements: Elements, region: Region) -> IntArray:
                 continue
             middle = triangles[own].mean(axis=1).T
             middle[axis] -= (1e-3 if side else -1e-3) * grid.edges[axis]
-            element = locate(elements, table, middle)
-            inside = element >= 0
+            brick = brick_of(elements.grid, middle)
             sums = np.bincount(
-                element[inside], weights=area[own][inside], minlength=len(elements.position)
+                brick[brick >= 0], weights=area[own][brick >= 0], minlength=int(bricks.max()) + 1
             )
-            codes.append(6 * np.flatnonzero(sums >= COVERED * face) + 2 * axis + side)
+            reached = elements.faces[:, 2 * axis + side] != 0
+            covered = np.flatnonzero(reached & (sums[bricks] >= COVERED * face))
+            codes.append(6 * covered + 2 * axis + side)
     return np.concatenate(codes)
 
 
@@ -203,13 +199,10 @@ def _collected(elements: Elements, blocks: Mapping[int, FloatArray]) -> Springs 
     """Springs of elements, by colour."""
     if not blocks:
         return None
-    element = np.array(sorted(blocks), dtype=np.int64)
-    x, y, z = elements.position[element].T
-    colour = (x & 1) + 2 * (y & 1) + 4 * (z & 1)
-    element = element[np.argsort(colour, kind="stable")]
+    element, colours = sorted_by_colour(elements, np.array(sorted(blocks), dtype=np.int64))
     return Springs(
         element=element,
-        colours=np.concatenate([[0], np.cumsum(np.bincount(colour, minlength=8))]),
+        colours=colours,
         blocks=np.stack([blocks[int(e)].reshape(81, 81) for e in element]),
     )
 

@@ -10,6 +10,7 @@ from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
 from gradedesign.finite_cell._cut_kernels import RULE
 from gradedesign.finite_cell.elements import Elements
+from gradedesign.finite_cell.grid import Grid
 from gradedesign.part.regions import Region
 
 #: How deep below a region the field is asked whether the solid reaches it, over the shortest edge
@@ -43,23 +44,67 @@ class SurfacePoints:
 
 
 def element_table(elements: Elements) -> IntArray:
-    """Element of every brick of the grid, ``(nx, ny, nz)``, -1 where there is none."""
+    """First element of every brick of the grid, ``(nx, ny, nz)``, -1 where there is none."""
     table = np.full(elements.grid.shape, -1)
-    table[tuple(elements.position.T)] = np.arange(len(elements.position))
+    # In reverse, so that the one that was numbered first stands at last.
+    order = np.argsort(-elements.copy, kind="stable")
+    table[tuple(elements.position[order].T)] = order
     return table
 
 
-def locate(elements: Elements, table: IntArray, points: FloatArray) -> IntArray:
-    """Element that holds each point ``(3, m)``, -1 for none."""
-    grid = elements.grid
+def brick_of(grid: Grid, points: FloatArray) -> IntArray:
+    """Brick of the grid that holds each point ``(3, m)``, as a flat index; -1 for none."""
     shape = np.array(grid.shape)[:, None]
     place = (points - grid.lower[:, None]) / grid.edges[:, None]
     # The far faces of the grid belong to the last bricks.
     index = np.where(place == shape, shape - 1, np.floor(place)).astype(np.int64)
     inside = ((index >= 0) & (index < shape)).all(axis=0)
-    element = np.full(points.shape[1], -1)
-    element[inside] = table[tuple(index[:, inside])]
+    brick = np.full(points.shape[1], -1)
+    brick[inside] = np.ravel_multi_index(tuple(index[:, inside]), grid.shape)
+    return brick
+
+
+def locate(
+    elements: Elements, table: IntArray, points: FloatArray, solid: FloatArray | None = None
+) -> IntArray:
+    """Element that holds each point ``(3, m)``, -1 for none.
+
+    In a brick of several elements it is the one whose solid is nearest to the point, or to another
+    one in its place, ``solid`` of the same shape.
+    """
+    near = points if solid is None else solid
+    brick = brick_of(elements.grid, points)
+    element = np.where(brick >= 0, table.ravel()[brick], -1)
+    further = np.flatnonzero(elements.copy)
+    if not len(further):
+        return element
+    bricks = np.ravel_multi_index(tuple(elements.position[further].T), elements.grid.shape)
+    shared = np.flatnonzero((element >= 0) & np.isin(brick, bricks))
+    best = _distance_in(elements, element[shared], near[:, shared])
+    for number in range(1, int(elements.copy.max()) + 1):
+        own = elements.copy[further] == number
+        order = np.argsort(bricks[own])
+        known, of = bricks[own][order], further[own][order]
+        at = np.searchsorted(known, brick[shared]).clip(max=len(known) - 1)
+        has = np.flatnonzero(known[at] == brick[shared])
+        other = of[at[has]]
+        distance = _distance_in(elements, other, near[:, shared[has]])
+        nearer = distance < best[has]
+        best[has[nearer]] = distance[nearer]
+        element[shared[has[nearer]]] = other[nearer]
     return element
+
+
+def _distance_in(elements: Elements, element: IntArray, points: FloatArray) -> FloatArray:
+    """Least squared distance of points from the solid's centroids in sub-cells of cut elements."""
+    distance = np.zeros(element.size)
+    for k in range(0, element.size, POINTS // 64):
+        part = slice(k, k + POINTS // 64)
+        own = element[part] - elements.whole
+        at = reference_of(elements, element[part], points[:, part]).T[:, None]
+        apart = ((elements.centre[own] - at) ** 2).sum(axis=2)
+        distance[part] = np.where(elements.share[own] > 0.0, apart, np.inf).min(axis=1)
+    return distance
 
 
 def reference_of(elements: Elements, element: IntArray, points: FloatArray) -> FloatArray:

@@ -6,23 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.cell.cell import Cell
 from gradedesign.loop.iteration import Analysed
 from gradedesign.mesh.printed_field import printed_field
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
-from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS, bricks_per_grid_cell
+from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
+from gradedesign.verify.whole_resolution import RATIO, TIME_SHARE, first_spacing, seconds
 from gradedesign.verify.whole_solid import WholeStage
 from gradedesign.workspace.progress import Event, Listener
 
-#: One spacing over the next finer one.
-RATIO = 1.5
 #: The field is exact within this many elements of the surface.
 BAND = 2.0
-#: Share of the stated time that one analysis may be predicted to take, beyond the first.
-TIME_SHARE = 1.0 / 6.0
 
 
 def printed_stage(
@@ -33,6 +29,8 @@ def printed_stage(
     The first spacing resolves walls and struts as the explicit analysis does.
     """
     run, solid = setup.problem.case.run, analysed.solid
+    own = setup.problem.analysis.name == FINITE_CELLS.name
+    division = analysed.result.solved.division
     x, y, z = np.ptp(setup.problem.part.surface.vertices, axis=0).tolist()
     planned = PlannedSolid(
         box=(x, y, z),
@@ -42,11 +40,10 @@ def printed_stage(
 
     def need(spacing: float) -> tuple[bool, str]:
         size = FINITE_CELLS.estimate(planned, spacing)
-        seconds = size.mesh_s + size.solve_s
-        fits = size.memory_bytes <= run.memory and seconds <= TIME_SHARE * run.time
+        fits = size.memory_bytes <= run.memory and seconds(size) <= TIME_SHARE * run.time
         return fits, (
             f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "
-            f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds:.0f} s of "
+            f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds(size):.0f} s of "
             f"{TIME_SHARE * run.time:.0f} s, a sixth of [run] time"
         )
 
@@ -61,34 +58,14 @@ def printed_stage(
 
     return WholeStage(
         analyse=analyse,
-        spacing=_first_spacing(setup, analysed.result),
+        spacing=first_spacing(
+            setup.problem.analysis,
+            analysed.result.mesh_size if own else division.surface_size,
+            setup.cells.cell,
+            setup.cells.bounds[0],
+        ),
         ratio=RATIO,
         orders=ORDERS,
         judged_by="finite cells on the whole printed surface",
         need=need,
     )
-
-
-def whole_seconds(planned: PlannedSolid, spacing: float, cell: Cell, rho: float) -> float:
-    """Seconds of the first two resolutions, s.
-
-    Parameters
-    ----------
-    planned : PlannedSolid
-    spacing : float, mm
-        Of the explicit analysis, as tetrahedra take it.
-    cell : Cell
-    rho : float
-        Least relative density.
-    """
-    first = spacing / bricks_per_grid_cell(cell, rho)
-    sizes = [FINITE_CELLS.estimate(planned, size) for size in (first, first / RATIO)]
-    return sum(size.mesh_s + size.solve_s for size in sizes)
-
-
-def _first_spacing(setup: Setup, explicit: ExplicitResult) -> float:
-    """Bricks as fine as the explicit analysis, mm."""
-    if setup.problem.analysis.name == FINITE_CELLS.name:
-        return explicit.mesh_size
-    cells, size = setup.cells, explicit.solved.division.surface_size
-    return size / bricks_per_grid_cell(cells.cell, cells.bounds[0])

@@ -11,11 +11,11 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
-from gradedesign.loop.printed_stage import whole_seconds
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.submodel_choice import BUFFERS
+from gradedesign.verify.whole_resolution import first_spacing, seconds, whole_estimates
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
@@ -47,6 +47,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     planned = PlannedSolid(box=(x, y, z), volume=volume, load_cases=len(case.load_case))
     spacing = predicted_spacing(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
+    first = first_spacing(setup.problem.analysis, spacing, setup.cells.cell, setup.cells.bounds[0])
     return RunWork(
         part_dofs=setup.problem.space.dof_count,
         load_cases=len(case.load_case),
@@ -55,7 +56,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
-        whole_s=whole_seconds(planned, spacing, setup.cells.cell, setup.cells.bounds[0]),
+        whole_s=sum(map(seconds, whole_estimates(planned, first))),
         mesher_tets=remeshed_tets(
             case.run, explicit.surface_tets, planned, density, setup.cells.layout.typical
         ),

@@ -1,8 +1,9 @@
-"""The least density whose walls the explicit analysis can resolve within the memory budget.
+"""The least density whose walls can be resolved and judged within the budgets of a case.
 
 A density window may begin where walls are a fiftieth of a cell: a part of some hundred cells with
 such walls has more unknowns than any budget holds, so sizing would end in a design that nobody can
-judge. The lower bound is raised to where the analysis fits, and the result says so.
+judge. The lower bound is raised to where the finer of the two resolutions of acceptance fits the
+memory and its share of the stated time, and the result says so.
 """
 
 from __future__ import annotations
@@ -17,6 +18,12 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
+from gradedesign.verify.whole_resolution import (
+    TIME_SHARE,
+    first_spacing,
+    seconds,
+    whole_estimates,
+)
 
 #: Densities at which the window is looked at.
 SAMPLES = 400
@@ -27,7 +34,7 @@ EXPECTED_SHARE = 1 / 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysable:
-    """Density bounds whose lattice the memory budget can analyse.
+    """Density bounds whose lattice the budgets hold.
 
     Attributes
     ----------
@@ -76,8 +83,9 @@ def analysable_bounds(
     *,
     latticed: float,
     solid: float,
+    box: tuple[float, float, float],
 ) -> Analysable:
-    """Raise the lower density bound to what the memory budget can analyse.
+    """Raise the lower density bound to what the budgets can analyse and judge.
 
     Parameters
     ----------
@@ -91,12 +99,15 @@ def analysable_bounds(
     analysis : ExplicitAnalysis
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
+    box : (float, float, float), mm
+        Edges of the part's box.
 
     Returns
     -------
     Analysable
         With the bounds as they were where the case asks for no explicit analysis, states its grid,
-        or states the thickness of its walls, and where nothing fits.
+        or states the thickness of its walls, and where nothing fits. Where no density lets the
+        finer resolution of acceptance fit, the iterations alone decide.
     """
     run = case.run
     low, high = bounds
@@ -104,7 +115,10 @@ def analysable_bounds(
     stated = case.lattice.wall
     walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
     mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
-    volume = solid + latticed * mean
+    planned = [
+        PlannedSolid(box=box, volume=float(volume), load_cases=len(case.load_case))
+        for volume in solid + latticed * mean
+    ]
     least, per_wall = 0, run.elements_per_wall or analysis.elements_per_wall(cell, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
     refusal = ""
@@ -112,38 +126,70 @@ def analysable_bounds(
         spacings = grid_spacing(case, walls, per_wall, analysis)
         if run.explicit_mesh_size:
             spacings = np.full(SAMPLES, run.explicit_mesh_size)
-        need = np.array(
-            [
-                analysis.estimate(
-                    PlannedSolid(box=(0, 0, 0), volume=solid_volume, load_cases=1), spacing
-                ).memory_bytes
-                for solid_volume, spacing in zip(volume, spacings, strict=True)
-            ]
-        )
-        fits = need <= run.memory
+        first = first_spacing(analysis, 1.0, cell, float(rho[least]))
+        needs = [
+            _need(analysis, to_build, float(spacing), first)
+            for to_build, spacing in zip(planned, spacings, strict=True)
+        ]
+        memory = np.array([need.memory for need in needs])
+        iterates = memory <= run.memory
+        judged = iterates & [need.judged(run.memory, run.time) for need in needs]
+        fits = judged if judged.any() else iterates
         if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
             break
         if not fits.any():
-            refusal = _refusal(case, walls, spacings, need, analysis)
+            refusal = _refusal(case, walls, spacings, memory, analysis)
             break
         least = int(np.argmax(fits))
         per_wall = run.elements_per_wall or analysis.elements_per_wall(cell, float(rho[least]))
-    warnings: tuple[str, ...] = ()
-    if least:
-        warnings = (
-            f"lower density raised from {low:.3g} to {rho[least]:.3g}: walls thinner than "
-            f"{walls[least]:.3g} mm need a finer grid than [run] memory {run.memory / 1e9:.3g} GB "
-            f"can analyse ({need[0] / 1e9:.3g} GB at density {low:.3g}); more memory or larger "
-            f"cells let it fall",
-        )
+    warnings = _raised(case, (low, rho[least]), walls[least], needs[0]) if least else ()
     return Analysable(
         analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
         spacing=float(spacings[least]),
-        memory_bytes=int(need.min() if refusal else need[least]),
+        memory_bytes=int(memory.min() if refusal else memory[least]),
         warnings=warnings,
         refusal=refusal,
+    )
+
+
+def _raised(case: Case, bounds: tuple[float, float], wall: float, need: _Need) -> tuple[str, ...]:
+    """Sentence on a lower density that was raised, and what it would have taken before."""
+    run, (low, raised) = case.run, bounds
+    return (
+        f"lower density raised from {low:.3g} to {raised:.3g}: walls thinner than {wall:.3g} mm "
+        f"need finer grids than [run] memory {run.memory / 1e9:.3g} GB and time "
+        f"{run.time / 60:.3g} min hold (at density {low:.3g} {need.words()}); more of both or "
+        f"larger cells let it fall",
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Need:
+    """Of a density: bytes of an iteration, bytes and seconds of the finer one of acceptance."""
+
+    memory: int
+    finer_memory: int
+    finer_seconds: float
+
+    def judged(self, memory: float, time: float) -> bool:
+        """Whether the budgets hold the finer resolution of acceptance."""
+        return self.finer_memory <= memory and self.finer_seconds <= TIME_SHARE * time
+
+    def words(self) -> str:
+        """The larger of both in GB, and the time."""
+        most = max(self.memory, self.finer_memory)
+        return f"{most / 1e9:.3g} GB, {self.finer_seconds / 60:.2g} min an analysis"
+
+
+def _need(analysis: ExplicitAnalysis, planned: PlannedSolid, spacing: float, first: float) -> _Need:
+    """Needs of a spacing; ``first`` is the first spacing of acceptance over it."""
+    _, finer = whole_estimates(planned, first * spacing)
+    return _Need(
+        memory=analysis.estimate(planned, spacing).memory_bytes,
+        finer_memory=finer.memory_bytes,
+        finer_seconds=seconds(finer),
     )
 
 
@@ -175,7 +221,7 @@ def chosen_analysis(candidates: Sequence[Analysable]) -> Analysable:
     if lower.bounds[0] < best.bounds[0]:
         words = (
             f'[run] analysis = "{lower.analysis.name}" holds densities down to '
-            f"{lower.bounds[0]:.3g} in the same memory, in more time"
+            f"{lower.bounds[0]:.3g} within the same budgets"
         )
         return replace(best, warnings=(*best.warnings, words))
     return best

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import calibrate
@@ -31,7 +33,7 @@ from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.analysable import Analysable, analysable_bounds, chosen_analysis
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.expected_design import expected_design
-from gradedesign.resolve.explicit_analysis import explicit_analyses
+from gradedesign.resolve.explicit_analysis import by_preference, explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
@@ -187,6 +189,7 @@ def analysable_lattice(
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
     """
+    x, y, z = np.ptp(known.part.surface.vertices, axis=0).tolist()
     return chosen_analysis(
         [
             analysable_bounds(
@@ -197,8 +200,9 @@ def analysable_lattice(
                 analysis,
                 latticed=latticed,
                 solid=solid,
+                box=(x, y, z),
             )
-            for analysis in known.analyses
+            for analysis in by_preference(known.analyses, known.cell, bounds[0])
         ]
     )
 

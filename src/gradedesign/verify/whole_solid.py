@@ -76,6 +76,9 @@ class WholeJudgement:
 def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
     """Analyse a solid at two resolutions, and at finer ones while a wide band does not decide.
 
+    A wide band that breaks its limit by less than its own width is refined too: the next design
+    learns from its unfavourable end, which would ask for more than what is missing.
+
     The resolutions follow from the stated budgets, never from the time that is left.
 
     Raises
@@ -94,7 +97,7 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
         goes_on = analyses.attempt(stage.spacing / stage.ratio**2)
     if analyses.result is None:
         raise LatticeError(f"the whole solid was not analysed: {'; '.join(analyses.refused)}")
-    while goes_on and _undecided(analyses.rows()) and len(analyses.values) < MOST:
+    while goes_on and any(map(_unclear, analyses.rows())) and len(analyses.values) < MOST:
         goes_on = analyses.attempt(analyses.values[-1][0] / stage.ratio)
     rows, finer = analyses.rows(), analyses.values[-1][0] / stage.ratio
     return WholeJudgement(
@@ -157,6 +160,15 @@ class _Analyses:
         if len(values) < 2:
             return row
         return row.banded(banded(values, self.stage.orders if row.converges else None))
+
+
+def _unclear(row: LimitRow) -> bool:
+    """A wide band that does not decide, or that breaks its limit by less than its own width."""
+    if row.band is None or row.band.half_width <= NARROW:
+        return False
+    low, high = row.band.low, row.band.high
+    beyond = low - row.limit if row.unfavourable == "high" else row.limit - high
+    return row.undecided or 0.0 < beyond < high - low
 
 
 def _undecided(rows: Sequence[LimitRow]) -> list[tuple[LimitRow, Banded]]:

@@ -25,6 +25,7 @@ _OUT_OF_MEMORY = (
     "failed to map segment",
     "pthread_create has failed",
     "pthread_create failed",
+    "Memory allocation still failed",  # OpenBLAS, as numpy is imported
     "RuntimeError: Resource temporarily unavailable",  # a thread of the mesher
 )
 _LAST_BYTES = 4096

@@ -1,0 +1,125 @@
+"""Displacement and stress at points of quadratic bricks, element after element."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+
+@njit(cache=True, nogil=True)
+def _quadratic(t: float, values: Any, slopes: Any) -> None:
+    """Functions of the nodes at 0, 1/2 and 1, and their derivatives."""
+    values[0], values[1], values[2] = (1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)
+    slopes[0], slopes[1], slopes[2] = 4 * t - 3, 4 - 8 * t, 4 * t - 1
+
+
+@njit(cache=True, nogil=True)
+def _stress(
+    u: Any, x: float, y: float, z: float, edges: Any, lame: Any, work: Any, out: Any
+) -> None:
+    """Stress xx, yy, zz, yz, zx, xy at a reference point from nodal displacements ``(27, 3)``."""
+    _quadratic(x, work[0], work[3])
+    _quadratic(y, work[1], work[4])
+    _quadratic(z, work[2], work[5])
+    g = np.zeros((3, 3))
+    for k in range(3):
+        for j in range(3):
+            yz, syz, ysz = work[1, j] * work[2, k], work[4, j] * work[2, k], work[1, j] * work[5, k]
+            for i in range(3):
+                a = 9 * k + 3 * j + i
+                dx, dy, dz = work[3, i] * yz, work[0, i] * syz, work[0, i] * ysz
+                for c in range(3):
+                    g[c, 0] += dx * u[a, c]
+                    g[c, 1] += dy * u[a, c]
+                    g[c, 2] += dz * u[a, c]
+    for c in range(3):
+        for d in range(3):
+            g[c, d] /= edges[d]
+    # Free expansion is no stress; lame[2] is its strain.
+    dilation = lame[0] * (g[0, 0] + g[1, 1] + g[2, 2] - 3.0 * lame[2])
+    for c in range(3):
+        out[c] = dilation + 2.0 * lame[1] * (g[c, c] - lame[2])
+    out[3] = lame[1] * (g[1, 2] + g[2, 1])
+    out[4] = lame[1] * (g[2, 0] + g[0, 2])
+    out[5] = lame[1] * (g[0, 1] + g[1, 0])
+
+
+@njit(parallel=True, cache=True, nogil=True)
+def stress_in_elements(
+    nodes: Any, u: Any, edges: Any, lame: Any, filled: Any, gauss: Any, starts: Any, element: Any,
+    reference: Any, out: Any,
+) -> None:  # fmt: skip
+    """Stress at points; well-filled elements interpolate that of their Gauss points.
+
+    Parameters
+    ----------
+    nodes : (n, 27) int32 array
+    u : (N, 3) array, mm
+    edges : (3,) array, mm
+    lame : (3,) array
+        Lamé's constants, MPa, and the strain of free expansion.
+    filled : (n,) bool array
+        Elements whose stress is the trilinear function through eight Gauss points.
+    gauss : (2,) array
+        Reference coordinates of these along an edge.
+    starts : (g + 1,) int array
+        First of each run of points of one element.
+    element : (m,) int array
+    reference : (3, m) array
+    out : (6, m) array
+        Written: xx, yy, zz, yz, zx, xy.
+    """
+    for r in prange(starts.size - 1):
+        e = element[starts[r]]
+        own = np.zeros((27, 3))
+        for a in range(27):
+            for c in range(3):
+                own[a, c] = u[nodes[e, a], c]
+        work = np.zeros((6, 3))
+        value = np.zeros(6)
+        corners = np.zeros((8, 6))
+        if filled[e]:
+            for k in range(8):
+                _stress(
+                    own, gauss[k & 1], gauss[(k >> 1) & 1], gauss[k >> 2], edges, lame, work,
+                    corners[k],
+                )  # fmt: skip
+        for q in range(starts[r], starts[r + 1]):
+            if filled[e]:
+                value[:] = 0.0
+                span = gauss[1] - gauss[0]
+                x = (reference[0, q] - gauss[0]) / span
+                y = (reference[1, q] - gauss[0]) / span
+                z = (reference[2, q] - gauss[0]) / span
+                for k in range(8):
+                    w = (x if k & 1 else 1.0 - x) * (y if k & 2 else 1.0 - y)
+                    w *= z if k & 4 else 1.0 - z
+                    for c in range(6):
+                        value[c] += w * corners[k, c]
+            else:
+                _stress(
+                    own, reference[0, q], reference[1, q], reference[2, q], edges, lame, work, value
+                )
+            for c in range(6):
+                out[c, q] = value[c]
+
+
+@njit(parallel=True, cache=True, nogil=True)
+def displacement_in_elements(nodes: Any, u: Any, element: Any, reference: Any, out: Any) -> None:
+    """Displacement at points ``(3, m)`` of elements, written to out ``(3, m)``."""
+    chunk = 1024
+    for b in prange((element.size + chunk - 1) // chunk):
+        work = np.zeros((6, 3))
+        for q in range(b * chunk, min((b + 1) * chunk, element.size)):
+            for d in range(3):
+                _quadratic(reference[d, q], work[d], work[3 + d])
+                out[d, q] = 0.0
+            for k in range(3):
+                for j in range(3):
+                    for i in range(3):
+                        w = work[2, k] * work[1, j] * work[0, i]
+                        node = nodes[element[q], 9 * k + 3 * j + i]
+                        for c in range(3):
+                            out[c, q] += w * u[node, c]

@@ -1,0 +1,61 @@
+"""Stress and displacement at points of finite cells, against plain array expressions."""
+
+import numpy as np
+
+from gradedesign.finite_cell.basis import gauss_places, gradients_at, shapes_at
+from gradedesign.finite_cell.elements import cut_elements, solid_fraction
+from gradedesign.finite_cell.grid import fit_grid
+from gradedesign.finite_cell.recovery import WELL_FILLED, recovered_stress
+from gradedesign.finite_cell.space import brick_space
+from gradedesign.finite_cell.stress import displacement_at, select_points, solid_points
+
+LAME, EXPANSION = (120e3, 80e3), 2e-4
+
+
+def plain_stress(elements, space, u, element, reference):
+    """Stress of the displacements themselves, ``(3, 3, m)``."""
+    gradients = gradients_at(reference, elements.grid.edges)
+    slope = np.einsum("mda,mac->cdm", gradients, u[space.nodes[element]])
+    strain = (slope + np.swapaxes(slope, 0, 1)) / 2.0
+    strain[range(3), range(3)] -= EXPANSION
+    stress = 2.0 * LAME[1] * strain
+    stress[range(3), range(3)] += LAME[0] * np.einsum("ccm->m", strain)
+    return stress
+
+
+def trilinear(elements, space, u, element, reference):
+    """The function through the stress at eight Gauss points of one element, at one place."""
+    corners = plain_stress(elements, space, u, np.full(8, element), gauss_places(2))
+    low, high = gauss_places(2)[0, :2]
+    x, y, z = (reference - low) / (high - low)
+    weights = [
+        (x if k & 1 else 1 - x) * (y if k & 2 else 1 - y) * (z if k & 4 else 1 - z)
+        for k in range(8)
+    ]
+    return corners @ np.array(weights)
+
+
+def ball(points):
+    return np.sqrt((points**2).sum(axis=0)) - 0.8
+
+
+def test_stress_and_displacement_equal_plain_expressions():
+    elements = cut_elements(ball, fit_grid([-1] * 3, [1, 1, 1.1], 0.5))
+    space = brick_space(elements)
+    u = np.random.default_rng(3).normal(size=(len(space.place), 3)) * 1e-3
+    every = solid_points(elements)
+    order = np.random.default_rng(4).permutation(every.volume.size)
+    for at in (every, select_points(every, order[:300]), select_points(every, order[:0])):
+        found = recovered_stress(elements, space, u, LAME, at, EXPANSION)
+        assert found.shape == (3, 3, at.volume.size)
+        filled = solid_fraction(elements)[at.element] >= WELL_FILLED
+        plain = plain_stress(elements, space, u, at.element, at.reference)
+        np.testing.assert_allclose(found[:, :, ~filled], plain[:, :, ~filled], atol=1e-9)
+        for k in np.flatnonzero(filled)[:50]:
+            wanted = trilinear(elements, space, u, at.element[k], at.reference[:, k])
+            np.testing.assert_allclose(found[:, :, k], wanted, atol=1e-9)
+        moved = displacement_at(elements, space, u, at.element, at.points)
+        shapes = shapes_at(at.reference)
+        wanted = np.einsum("ma,mac->cm", shapes, u[space.nodes[at.element]])
+        np.testing.assert_allclose(moved, wanted, atol=1e-12)
+    assert filled.size == 0
