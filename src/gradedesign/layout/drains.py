@@ -37,14 +37,11 @@ class DrainReport:
     Attributes
     ----------
     drains : tuple of Drain
-    opened_mm3 : tuple of float
-        Volume of the voids that were closed before and are not with the holes.
     closed_mm3 : tuple of float
         Volume of the voids that stay closed.
     """
 
     drains: tuple[Drain, ...] = ()
-    opened_mm3: tuple[float, ...] = ()
     closed_mm3: tuple[float, ...] = ()
 
 
@@ -87,10 +84,8 @@ def drained(
         return DrainReport()
     holed = replace(design, domain=replace(design.domain, drains=drains))
     after = closed_voids(holed, cell, least)
-    still = np.bincount(before.label[after.label > 0], minlength=len(before.volumes) + 1)[1:] > 0
     return DrainReport(
         drains=drains,
-        opened_mm3=tuple(before.volumes[~still].tolist()),
         closed_mm3=tuple(after.volumes.tolist()),
     )
 

@@ -84,17 +84,14 @@ def shown_of(rho: FloatArray, analysed: Analysed, surface: SurfaceMesh) -> Shown
     """Measure the exported surface of an analysed design."""
     solved = analysed.result.solved
     fields = solved.surface_fields(governing_load_case(analysed.result))
+    size, domain = solved.division.surface_size, analysed.design.domain
+    printed = measure_printed(surface, fields.surface, size, domain)
     return Shown(
         rho=rho,
         analysed=analysed,
         surface=surface,
         fields=fields,
-        printed=replace(
-            measure_printed(
-                surface, fields.surface, solved.division.surface_size, analysed.design.domain
-            ),
-            joints_mm3=joint_volume(analysed.design),
-        ),
+        printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
     )
 
 
