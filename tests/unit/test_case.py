@@ -114,7 +114,7 @@ def test_design_example_is_read_in_internal_units(load, tmp_path):
     limit = case.limits.displacement[0]
     assert (limit.region, limit.magnitude, limit.component) == ("tip", 2.0, None)
     assert case.lattice.density == (0.10, 0.65)
-    assert case.lattice.skin == 2.0
+    assert case.lattice.skin[0].thickness == (2.0, 2.0)
     assert case.print.min_wall == 0.8
     assert case.run.memory == 8_000_000_000
     assert case.run.time == 1200.0
@@ -138,7 +138,7 @@ def test_defaults_of_optional_tables(load):
     assert case.run.explicit_mesh_size is None
     assert case.output.formats == ("stl", "vtu", "report")
     assert case.limits.exclusion == Exclusion(mesh_sizes=2.0)
-    assert (case.lattice.grading, case.lattice.law, case.lattice.skin) == ("level", "auto", None)
+    assert (case.lattice.grading, case.lattice.law, case.lattice.skin) == ("level", "auto", ())
     assert case.lattice.filter_radius == 1.0
     assert case.lattice.origin == (0.0, 0.0, 0.0)
     assert case.lattice.rotation == (0.0, 0.0, 0.0)

@@ -14,6 +14,7 @@ from gradedesign.lattice.domain import (
     phase_at,
     solid_fraction,
 )
+from gradedesign.lattice.skin import Skin
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.part.signed_distance import surface_distance
@@ -26,7 +27,8 @@ LINE = np.array([[1.0, 2.9, 3.1, 6.0, 10.9, 11.1], [4.0] * 6, [4.0] * 6])
 def domain(**changes):
     stated = {
         "distance": surface_distance(box_surface(SIZE)), "lower": (0, 0, 0), "upper": SIZE,
-        "skin": 1.0, "passive": (PassiveRegion(distance=lambda x: np.abs(x[0]), margin=3.0),),
+        "skins": (Skin(thickness=1.0),),
+        "passive": (PassiveRegion(distance=lambda x: np.abs(x[0]), margin=3.0),),
     }  # fmt: skip
     return DesignDomain(**(stated | changes))
 
@@ -36,7 +38,7 @@ def test_a_point_has_one_phase_and_passive_regions_come_first():
     assert phase_at(domain(), LINE).tolist() == phases
     assert phase_at(domain(), LINE, domain().distance(LINE)).tolist() == phases
     assert passive_at(domain(), LINE).tolist() == [True, True, False, False, False, False]
-    assert phase_at(domain(skin=None, passive=()), LINE).tolist() == [LATTICE] * 6
+    assert phase_at(domain(skins=(), passive=()), LINE).tolist() == [LATTICE] * 6
 
 
 def test_solid_fraction_fills_the_solid_volume():
@@ -49,7 +51,7 @@ def test_solid_fraction_fills_the_solid_volume():
     assert share.min() == 0
     assert share.max() == 1
     assert abs(volumes) @ share == pytest.approx(12 * 64 - 8 * 36, rel=0.01)
-    assert not solid_fraction(domain(skin=None, passive=()), mesh).any()
+    assert not solid_fraction(domain(skins=(), passive=()), mesh).any()
 
 
 def test_a_grown_domain_moves_its_faces_only():

@@ -128,7 +128,7 @@ def test_the_first_order_overrates_what_a_bar_can_gain():
     assert gain > 1.0 - (0.3 / 0.4) ** 2
 
 
-def lattice(skin=None, window=0.8):
+def lattice(skin=(), window=0.8):
     return SimpleNamespace(
         problem=SimpleNamespace(case=SimpleNamespace(lattice=SimpleNamespace(skin=skin))),
         cells=SimpleNamespace(
@@ -155,7 +155,7 @@ def test_the_sentence_names_what_would_help():
         "density that matters for it stands at the upper bound of 0.6; [lattice] density up to "
         "0.8, another cell, a skin or smaller cells would help"
     )
-    told = sentence(lattice(skin=1.0, window=0.6), row(1.3), 0.05)
+    told = sentence(lattice(skin=("1 mm",), window=0.6), row(1.3), 0.05)
     assert "would take about 5% of it away" in told
     assert told.endswith("; another cell or smaller cells would help")
 

@@ -10,6 +10,7 @@ from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.skin import Skin
 from gradedesign.material.material import Material
 from gradedesign.output.vtu import write_vtu
 from gradedesign.part.regions import Region
@@ -52,7 +53,7 @@ def bar(memory=8e9, field=None):
         load=[LoadSpec(region="x1", force=["5 N", "0 N", "0 N"])],
     )
     design = LatticeDesign(
-        domain=DesignDomain(distance=box, lower=(0, 0, 0), upper=BOX, skin=1.5),
+        domain=DesignDomain(distance=box, lower=(0, 0, 0), upper=BOX, skins=(Skin(thickness=1.5),)),
         shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
         level_of=lambda rho: 6.0 * rho - 3.0,
         cell_map=lambda p: p / 2.0,

@@ -7,6 +7,7 @@ import trimesh
 from gradedesign.errors import MeshError
 from gradedesign.fields import periodic_distance_to_level_set
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.skin import Skin
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
@@ -139,7 +140,8 @@ def test_phases_share_the_volume_of_the_file():
     surface = box_surface((24.0, 12.0, 12.0))
     domain = DesignDomain(
         distance=surface_distance(surface), lower=np.zeros(3), upper=np.array([24.0, 12.0, 12.0]),
-        skin=1.0, passive=(PassiveRegion(distance=lambda p: np.abs(p[0]), margin=3.0),),
+        skins=(Skin(thickness=1.0),),
+        passive=(PassiveRegion(distance=lambda p: np.abs(p[0]), margin=3.0),),
     )  # fmt: skip
     volumes = phase_volumes(surface, domain, 100_000)
     # kept 3 x 12 x 12; within the skin 20 x 10 x 10 are left; by boxes

@@ -5,6 +5,7 @@ import pytest
 
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.skin import Skin
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.mesh.surface_mesh import (
     area_vectors,
@@ -49,7 +50,7 @@ def test_faces_on_the_part_are_flat():
 
 def test_skin_and_passive_regions_keep_their_depth():
     """A skin of 1 mm leaves a void of 10 x (6 - 4) x 6 mm^3 beside the plate."""
-    surface = trimmed_surface(_design(skin=1.0), box_surface(SIZE), 0.25)
+    surface = trimmed_surface(_design(skins=(Skin(thickness=1.0),)), box_surface(SIZE), 0.25)
     assert enclosed_volume(surface) == pytest.approx(12 * 8 * 8 - 10 * 2 * 6, rel=3e-3)
     kept = PassiveRegion(distance=lambda x: np.abs(x[0]), margin=2.0)
     surface = trimmed_surface(_design(passive=(kept,)), box_surface(SIZE), 0.25)

@@ -39,6 +39,7 @@ from gradedesign.finite_cell.supports import held_by
 from gradedesign.finite_cell.surface import region_points
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.skin import Skin
 from gradedesign.limits.banded import banded
 from gradedesign.material.material import Material
 from gradedesign.mesh.stuffing import stuff
@@ -429,7 +430,9 @@ def test_a_design_is_analysed_with_its_measures():
         "pull", [("x0", "x"), ("y0", "y"), ("z0", "z")], [("x1", {"force": newtons(5, 0, 0)})]
     )
     design = LatticeDesign(
-        domain=DesignDomain(distance=box_field(low, high), lower=low, upper=high, skin=1.5),
+        domain=DesignDomain(
+            distance=box_field(low, high), lower=low, upper=high, skins=(Skin(thickness=1.5),)
+        ),
         shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
         level_of=lambda rho: 6.0 * rho - 3.0,
         cell_map=lambda p: p / 2.0,

@@ -9,6 +9,7 @@ from finite_cell_solids import STEEL, box_field, box_regions, load_case, newtons
 from gradedesign.cell.calibration import calibrate
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.skin import Skin
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
 from gradedesign.loop.printed_stage import printed_stage
@@ -31,7 +32,9 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
         run=SimpleNamespace(memory=8e9, time=3600.0),
     )
     design = LatticeDesign(
-        domain=DesignDomain(distance=box_field(LOW, HIGH), lower=LOW, upper=HIGH, skin=1.5),
+        domain=DesignDomain(
+            distance=box_field(LOW, HIGH), lower=LOW, upper=HIGH, skins=(Skin(thickness=1.5),)
+        ),
         shape=lambda u: np.cos(2 * np.pi * u).sum(axis=0),
         level_of=lambda rho: 6.0 * rho - 3.0,
         cell_map=lambda p: p / 2.0,

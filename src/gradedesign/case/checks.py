@@ -11,12 +11,17 @@ from gradedesign.case.problems import Problem
 from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
 from gradedesign.case.toml_lines import Key
+from gradedesign.case.value_types import Triple
 
 _ANY = "*"
 _MOST_REGIONS = 300
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
     ("zone", _ANY, "region"),
+    ("lattice", "skin", "faces"),
+    ("lattice", "skin", "faces", _ANY),
+    ("lattice", "skin", _ANY, "faces"),
+    ("lattice", "skin", _ANY, "faces", _ANY),
     ("load_case", _ANY, "fix", _ANY, "region"),
     ("load_case", _ANY, "load", _ANY, "region"),
     ("limits", _ANY, _ANY, "region"),
@@ -172,6 +177,26 @@ def _zone_problems(file: CaseFile) -> Iterator[Problem]:
             )
 
 
+def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
+    """Find skins that leave no room in a box of these edges, mm.
+
+    One on some faces may meet the opposite side, but not across the longest edge.
+
+    Yields
+    ------
+    Problem
+    """
+    for skin in lattice.skin:
+        most = max(box) if skin.faces else min(box) / 2
+        if skin.thickness[1] >= most:
+            yield Problem(
+                key=("lattice", "skin"),
+                message=f"found {skin.thickness[1]:g} mm, which leaves no room inside the "
+                f"{max(box) if skin.faces else min(box):g} mm edge of the box; expected less than "
+                f"{most:g} mm",
+            )
+
+
 def case_warnings(file: CaseFile) -> Iterator[str]:
     """Tell what is allowed but deserves a look."""
     material, limits = file.material, file.limits
@@ -206,13 +231,7 @@ def _box_problems(file: CaseFile) -> Iterator[Problem]:
     if file.part.box is None:
         return
     thinnest = min(file.part.box)
-    skin = file.lattice.skin
-    if skin is not None and 2 * skin >= thinnest:
-        yield Problem(
-            key=("lattice", "skin"),
-            message=f"found {skin:g} mm, which leaves no room inside the {thinnest:g} mm edge of "
-            f"the box; expected less than {thinnest / 2:g} mm",
-        )
+    yield from skin_problems(file.lattice, file.part.box)
     if file.part.mesh_size > thinnest:
         yield Problem(
             key=("part", "mesh_size"),

@@ -7,12 +7,15 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import Field, model_validator
 
 from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
+from gradedesign.case.drain_schema import DrainSpec
 from gradedesign.case.orientation_schema import OrientationSpec
 from gradedesign.case.own_cell_schema import OwnCellSpec
-from gradedesign.case.suggest import instead, shown
+from gradedesign.case.skin_schema import SkinSpecs
+from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
+    Distance,
     Flag,
     JsonSchema,
     Name,
@@ -85,35 +88,6 @@ class DensityRange(Reader):
         return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
 
 
-class _Skin(Reader):
-    """``{thickness = "2 mm"}`` or ``"none"``."""
-
-    __slots__ = ()
-
-    def read(self, value: object) -> float | None:
-        if value == "none":
-            return None
-        if not isinstance(value, dict):
-            raise Refused(f'found {shown(value)}; expected {{thickness = "2 mm"}} or "none"')
-        if "net" in value:
-            raise Refused('found net, not there yet; expected {thickness = "2 mm"} or "none"')
-        wrong = [key for key in value if key != "thickness"]
-        if wrong or not value:
-            content = f"the unknown key {shown(wrong[0])}" if wrong else "an empty table"
-            guess = instead(wrong[0] if wrong else "", ["thickness"], what="valid keys")
-            raise Refused(f"found {content}; {guess}")
-        return Quantity("length", above=0.0).read(value["thickness"])
-
-    def json_schema(self) -> JsonSchema:
-        table = {
-            "type": "object",
-            "properties": {"thickness": Quantity("length").json_schema()},
-            "required": ["thickness"],
-            "additionalProperties": False,
-        }
-        return {"anyOf": [{"const": "none"}, table]}
-
-
 class Parameters(Reader):
     """Plain numbers by name."""
 
@@ -163,8 +137,12 @@ class CellsSpec(Table):
     """Parameters of the cell family by name."""
     law: Name = "auto"
     """Name of a scaling law, or auto."""
-    skin: Annotated[float | None, _Skin()] = None
-    """Thickness of a solid skin in mm, or None."""
+    skin: SkinSpecs = ()
+    """Solid layers below the part's surface: one thickness such as "2 mm", a table, or several."""
+    drain: DrainSpec | None = None
+    """Holes by which powder leaves voids that skins close."""
+    joint_radius: Distance = 0.0
+    """Of the fillets where lattice, skins and passive regions meet, mm."""
     filter_radius: Annotated[float, Number(at_least=0.0, at_most=100.0)] = 1.0
     """Radius of the density filter, in cells."""
     origin: Point = (0.0, 0.0, 0.0)
@@ -217,6 +195,12 @@ class CellsSpec(Table):
         for key in ("cell_map", "warp", "transition"):
             if self.graded_size and getattr(self, key, None):
                 raise key_error(key, f'does not go with grading = "{self.grading}"')
+        return self
+
+    @model_validator(mode="after")
+    def _net_alone(self) -> CellsSpec:
+        if self.joint_radius and any(skin.net for skin in self.skin):
+            raise key_error("joint_radius", "does not go with a net-skin yet; leave one out")
         return self
 
     @model_validator(mode="after")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from gradedesign.case.checks import cell_map_problems
+from gradedesign.case.checks import cell_map_problems, skin_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
@@ -83,10 +83,5 @@ def _problems(file: GenerateFile) -> Iterator[Problem]:
             "vtu",
         )
     yield from cell_map_problems(file.lattice, file.region)
-    skin, box = file.lattice.skin, file.part.box
-    if skin is not None and box is not None and 2 * skin >= min(box):
-        yield Problem(
-            key=("lattice", "skin"),
-            message=f"found {skin:g} mm, which leaves no room inside the {min(box):g} mm edge of "
-            f"the box; expected less than {min(box) / 2:g} mm",
-        )
+    if file.part.box is not None:
+        yield from skin_problems(file.lattice, file.part.box)

@@ -164,8 +164,8 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     element, wall, thin = min(finest)
     layer = able.analysis.elements_per_layer
     spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
-    if case.lattice.skin is not None:
-        spacings[f"the skin, {case.lattice.skin:g} mm"] = case.lattice.skin / layer
+    for skin in case.lattice.skin:
+        spacings[f"the skin, {skin.thickness[0]:g} mm"] = skin.thickness[0] / layer
     for keep in case.keep:
         if keep.margin > 0:
             spacings[f"the margin of the solid region '{keep.region}', {keep.margin:g} mm"] = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,15 @@ from gradedesign.generate.stated_density import stated_density
 from gradedesign.generate.stated_map import stated_map
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.drains import drain_data, drain_warnings, drained
 from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
+from gradedesign.layout.skin_room import require_struts, skin_warnings
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.stages import default_folder, open_stages
 from gradedesign.material.material import Material
@@ -167,6 +170,8 @@ def _generate(
     )
     material = None if case.material is None else resolve_material(case.material, registry)
     result = generated_result(case, registry, made, report, material)
+    if joints := result.measures["joints_mm3"]:
+        announce.say("lattice", f"joints add {joints:.4g} mm^3")
     result = with_print_limits(result, case, made.printability, material)
     lattice = printed_lattice(case, part.surface, made.surface, made.design, material)
     return write_generated(out, case, formats, lattice, made.slabs, result, announce)
@@ -180,6 +185,8 @@ def _design(
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of
     )
+    for used in cells.families:
+        require_struts(case, used.family.name, struts=used.axes is not None)
     points = lattice_points(domain)
     require_lattice_left(case, points, domain)
     cell_map, report = stated_map(case, part, cells.families[0], density, domain.distance, points)
@@ -194,7 +201,10 @@ def _design(
         parameters=built.parameters,
         axes=cells.families[0].axes if len(cells.families) == 1 else None,
     )
-    return design, built, report
+    holes = drained(case, part, design, case.lattice.cell_size)
+    design = replace(design, domain=replace(domain, drains=holes.drains))
+    warnings = (*skin_warnings(case, part, domain), *drain_warnings(case, holes))
+    return design, built, {"cell_map": report, "warnings": warnings}
 
 
 def build(
@@ -248,6 +258,7 @@ def generated_result(
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
     warnings = [*made.part.report.warnings, *registry.notes]
+    warnings += report["warnings"]
     if made.islands.dropped:
         warnings.append(f"{made.islands.dropped} floating islands were removed")
     slabs = made.slabs[0]
@@ -274,9 +285,15 @@ def generated_result(
         measures={
             "density": density,
             "cell": cell,
-            "cell_map": dict(report),
+            "cell_map": dict(report["cell_map"]),
+            "drains": drain_data(made.design.domain.drains),
+            "closed_voids": {
+                "count": made.islands.pockets,
+                "volume_mm3": made.islands.pocket_volume,
+            },
             "transition": dict(made.built.transition),
             "volume_mm3": volume,
+            "joints_mm3": joint_volume(made.design),
         },
         printed=thickness_data(made.thickness),
         repairs=made.part.report.changes,

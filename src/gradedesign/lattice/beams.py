@@ -11,9 +11,9 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.compose import compose
 from gradedesign.lattice.domain import grown
 from gradedesign.lattice.lattice import LatticeDesign, density_at
+from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.lattice.surface import extract_surface, require_closed
 from gradedesign.lattice.trim import OVERHANG, SHORTEST
 from gradedesign.mesh.boolean import intersection
@@ -87,6 +87,12 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
         raise LatticeError(
             "beams are round struts, which this cell is not made of; expected a strut cell such "
             'as bcc, write "3mf" instead'
+        )
+    domain = design.domain
+    if domain.joint_radius or domain.drains or domain.nets:
+        raise LatticeError(
+            "beams have no joints of a radius, drain holes or net-skins; write "
+            '"3mf", which holds their surface, or leave these out of [lattice]'
         )
     cell_map, size = _cubes(design)
     segments = _repeated(design, cell_map, axes)
@@ -216,18 +222,17 @@ def _ball_nodes(places: FloatArray, axes: StrutAxes) -> IntArray:
 
 def _solids(design: LatticeDesign, part: SurfaceMesh) -> SurfaceMesh | None:
     """Surface of skin and passive solids, cut by the part as the printed one is."""
-    if design.domain.skin is None and not design.domain.passive:
+    if design.domain.lattice_only:
         return None
     step = design.cell_size / _STEPS_PER_CELL
     domain = grown(design.domain, OVERHANG * step)
 
+    part_distance, layers = solid_layers(domain)
+
     def field(points: FloatArray) -> FloatArray:
-        return compose(
-            domain.distance(points),
-            np.full(points.shape[1:], np.inf),
-            skin=domain.skin,
-            passive=[region.distance(points) - region.margin for region in domain.passive],
-        )
+        distance = part_distance(points)
+        solids = [layer(points, distance) for layer in layers]
+        return np.maximum(distance, np.minimum.reduce(solids))
 
     raw = extract_surface(field, domain.lower - step, domain.upper + step, step)
     trimmed = intersection(raw, part, what="solid regions", shortest=SHORTEST * step)

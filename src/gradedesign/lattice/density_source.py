@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.errors import DensityError, ResourceError
-from gradedesign.lattice.compose import banded_distance
+from gradedesign.lattice.banded_distance import banded_distance
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.sample import grid_points
 

@@ -8,6 +8,9 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
 from gradedesign.errors import LatticeError
+from gradedesign.lattice.drain import Drain, drain_value
+from gradedesign.lattice.net_skin import NetSkin
+from gradedesign.lattice.skin import Skin, skin_value, thicker
 from gradedesign.mesh.tet_mesh import TetMesh
 
 #: Phases of the printed solid: indices into ``verify.measures.PHASES``.
@@ -42,24 +45,33 @@ class DesignDomain:
         Signed distance of the part, points ``(3, ...)`` mm to ``(...)`` mm, negative inside.
     lower, upper : (3,) array, mm
         Box around the part.
-    skin : float, optional, mm
-        Thickness of the solid skin.
+    skins : tuple of Skin
+        Solid layers below its faces.
+    nets : tuple of NetSkin
+        Struts laid onto its faces; they count as lattice.
     passive : tuple of PassiveRegion
         Regions that stay solid.
+    drains : tuple of Drain
+        Holes that cut lattice, skins and passive regions.
+    joint_radius : float, mm
+        Of the fillets where lattice, skins and passive regions meet; 0: none.
     bodies : int
         Connected components of the part.
 
     Raises
     ------
     LatticeError
-        If the box is empty, or a skin or margin is not positive.
+        If the box is empty, a margin is not positive, or the radius of joints is negative.
     """
 
     distance: Field
     lower: FloatArray
     upper: FloatArray
-    skin: float | None = None
+    skins: tuple[Skin, ...] = ()
+    nets: tuple[NetSkin, ...] = ()
     passive: tuple[PassiveRegion, ...] = ()
+    drains: tuple[Drain, ...] = ()
+    joint_radius: float = 0.0
     bodies: int = 1
 
     def __post_init__(self) -> None:
@@ -67,12 +79,18 @@ class DesignDomain:
         object.__setattr__(self, "upper", locked(self.upper, (3,), name="upper"))
         if not (self.upper > self.lower).all():
             raise LatticeError(f"the lattice's box is empty: {self.lower} to {self.upper} mm")
-        sizes = [p.margin for p in self.passive] + ([] if self.skin is None else [self.skin])
-        if any(not s > 0 for s in sizes):
+        margins = [p.margin for p in self.passive]
+        if any(not s > 0 for s in margins) or not self.joint_radius >= 0:
             raise LatticeError(
-                f"skin and margins of passive regions must be positive, got {sizes} mm; leave out "
-                f"what is not wanted"
+                f"margins of passive regions must be positive and the radius of joints not "
+                f"negative, got {margins} mm and {self.joint_radius:g} mm; leave out what is not "
+                f"wanted"
             )
+
+    @property
+    def lattice_only(self) -> bool:
+        """Whether no place of the part is solid."""
+        return not self.skins and not self.passive
 
 
 def passive_at(domain: DesignDomain, points: FloatArray) -> BoolArray:
@@ -91,9 +109,10 @@ def phase_at(
     ``distance`` is that of the part where it is known already.
     """
     phase = np.full(np.shape(points)[1:], LATTICE, dtype=np.int64)
-    if domain.skin is not None:
-        depth = domain.distance(points) if distance is None else distance
-        phase[depth > -domain.skin] = SKIN
+    if domain.skins:
+        known = domain.distance(points) if distance is None else distance
+        for skin in domain.skins:
+            phase[skin_value(skin, points, known) < 0] = SKIN
     if domain.passive:
         phase[passive_at(domain, points)] = KEPT
     return phase
@@ -101,12 +120,19 @@ def phase_at(
 
 def solid_fraction(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
     """Solid volume fraction of every tetrahedron, counted on interior points, ``(M,)``."""
-    if domain.skin is None and not domain.passive:
+    if domain.lattice_only:
         return np.zeros(mesh.tets.shape[1])
-    corners = mesh.points[:, mesh.tets]
-    points = np.einsum("dcm,qc->dqm", corners, _interior_weights(FRACTION_SAMPLES))
+    points = interior_points(mesh)
     solid = phase_at(domain, points) != LATTICE
+    for drain in domain.drains:
+        solid &= drain_value(drain, points) >= 0
     return np.asarray(solid.mean(axis=0), dtype=np.float64)
+
+
+def interior_points(mesh: TetMesh) -> FloatArray:
+    """Points that fill every tetrahedron evenly, ``(3, q, M)``, mm."""
+    weights = _interior_weights(FRACTION_SAMPLES)
+    return np.asarray(np.einsum("dcm,qc->dqm", mesh.points[:, mesh.tets], weights))
 
 
 def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
@@ -115,7 +141,16 @@ def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
     return replace(
         domain,
         distance=lambda points: inner(points) - overhang,
-        skin=None if domain.skin is None else domain.skin + overhang,
+        skins=tuple(thicker(skin, overhang) for skin in domain.skins),
+        nets=tuple(
+            replace(
+                net,
+                thickness=net.thickness + overhang,
+                reach=net.reach + overhang,
+                start=net.start + overhang,
+            )
+            for net in domain.nets
+        ),
         lower=domain.lower - overhang,
         upper=domain.upper + overhang,
     )

@@ -11,12 +11,9 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.compose import banded_distance, compose
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
-
-#: Coarse grid of the banded distances, in bands.
-_COARSE = 4.0
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.solid_layers import solid_layers, united
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,7 +23,7 @@ class LatticeDesign:
     Attributes
     ----------
     domain : DesignDomain
-        The part, its skin and its passive regions.
+        The part, its skins and its passive regions.
     shape : callable
         The cell's ``g(u, **parameters)``; the solid is ``g <= t``.
     level_of : callable
@@ -128,28 +125,20 @@ def cell_field(design: LatticeDesign, *, single: bool = False) -> Field:
 
 
 def body_field(design: LatticeDesign) -> Field:
-    """Cells, skin and passive regions before the part trims them, negative inside, about mm."""
+    """Cells, skins and passive regions before the part trims them, negative inside, about mm."""
     cell = cell_field(design)
-    passive = [_grown(region) for region in design.domain.passive]
-
-    def body(points: FloatArray) -> FloatArray:
-        united = cell(points)
-        if design.domain.skin is not None:
-            united = np.minimum(united, -(design.domain.distance(points) + design.domain.skin))
-        for region in passive:
-            united = np.minimum(united, region(points))
-        return united
-
-    return body
+    part, layers = solid_layers(design.domain)
+    union = united(design.domain, layers, cell, cell, design.cell_size)
+    return lambda points: union(points, part(points))
 
 
 def lattice_field(
     design: LatticeDesign, *, band: float | None = None, single: bool = False
 ) -> Field:
-    """Field of the trimmed lattice with skin and passive regions, negative inside, about mm.
+    """Field of the trimmed lattice with skins and passive regions, negative inside, about mm.
 
-    ``max(part, min(cell, -(part + skin), region - margin, ...))``. The part's distance is
-    evaluated once per point.
+    ``max(part, min(cell, skins, passive regions))``, the minimum with fillets of the domain's
+    ``joint_radius``. The part's distance is evaluated once per point.
 
     Parameters
     ----------
@@ -167,52 +156,21 @@ def lattice_field(
     callable
         Points ``(3, ...)`` mm to values ``(...)``; its zero set does not depend on ``band``.
     """
-    cell = cell_field(design, single=single)
-    part, passive = _distances(design, band)
+    part, layers = solid_layers(design.domain, band)
+    exact = cell_field(design)
+    cell = cell_field(design, single=True) if single else exact
+    union = united(design.domain, layers, cell, exact, design.cell_size)
     reach = np.inf if band is None else band
 
     def lattice(points: FloatArray) -> FloatArray:
         points = np.asarray(points, dtype=np.float64)
-        distance = np.asarray(part(points), dtype=np.float64)
-        near = distance <= reach
-        if not near.any():
-            return np.array(distance)
+        values = np.array(part(points), dtype=np.float64)
+        near = values <= reach
         if near.all():
-            return compose(
-                distance,
-                cell(points),
-                skin=design.domain.skin,
-                passive=[k(points) for k in passive],
-            )
-        values = np.array(distance)
-        inside = points[:, near]
-        values[near] = compose(
-            distance[near],
-            cell(inside),
-            skin=design.domain.skin,
-            passive=[k(inside) for k in passive],
-        )
+            return np.maximum(values, union(points, values))
+        if near.any():
+            inside, distance = points[:, near], values[near]
+            values[near] = np.maximum(distance, union(inside, distance))
         return values
 
     return lattice
-
-
-def _distances(design: LatticeDesign, band: float | None) -> tuple[Field, list[Field]]:
-    """Distance of the part and of every passive region less its margin, banded if asked."""
-    passive = [_grown(region) for region in design.domain.passive]
-    if band is None:
-        return design.domain.distance, passive
-    if not band > 0:
-        raise LatticeError(f"band is {band:g} mm, expected a positive reach")
-    box = (design.domain.lower - band, design.domain.upper + band)
-    inner = band + (design.domain.skin or 0.0)
-    part = banded_distance(
-        design.domain.distance, *box, spacing=_COARSE * band, inner=inner, outer=band
-    )
-    return part, [
-        banded_distance(k, *box, spacing=_COARSE * band, inner=band, outer=band) for k in passive
-    ]
-
-
-def _grown(region: PassiveRegion) -> Field:
-    return lambda points: region.distance(points) - region.margin

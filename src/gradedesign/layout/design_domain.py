@@ -2,24 +2,73 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.formula import Formula, evaluate_formula, parse_formula
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
+from gradedesign.case.skin_schema import PLACE, SkinSpec
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.net_skin import NetSkin
+from gradedesign.lattice.skin import Skin
+from gradedesign.layout.skin_room import require_stated_thickness
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance, surface_distance
 
 
 def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
-    """The part with its signed distance, the skin and the solid regions that the case states."""
+    """The part with its signed distance, the skins and the solid regions that the case states.
+
+    Raises
+    ------
+    CaseError
+        If the formula of a skin leaves the thicknesses that the case states.
+    """
     points = part.surface.vertices
+    distance = surface_distance(part.surface)
     return DesignDomain(
-        distance=surface_distance(part.surface),
+        distance=distance,
         lower=points.min(axis=0),
         upper=points.max(axis=0),
-        skin=case.lattice.skin,
+        skins=tuple(_skin(case, part, spec) for spec in case.lattice.skin if not spec.net),
+        nets=tuple(
+            NetSkin(
+                thickness=spec.thickness[1],
+                reach=spec.net_depth or max(case.lattice.edges),
+                faces=_faces(part, spec),
+            )
+            for spec in case.lattice.skin
+            if spec.net
+        ),
         passive=tuple(
             PassiveRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
             for k in case.keep
         ),
+        joint_radius=case.lattice.joint_radius,
         bodies=part.report.bodies,
     )
+
+
+def _skin(case: Case | GenerateCase, part: Part, spec: SkinSpec) -> Skin:
+    least, most = spec.thickness
+    faces = _faces(part, spec)
+    if spec.formula is None:
+        return Skin(thickness=most, faces=faces)
+    varying = _thickness(parse_formula(spec.formula, variables=PLACE))
+    require_stated_thickness(case, part, spec, varying)
+    return Skin(thickness=most, thinnest=least, varying=varying, faces=faces)
+
+
+def _faces(part: Part, spec: SkinSpec) -> Field | None:
+    """Distance to the faces that carry a skin, if not all do."""
+    if not spec.faces:
+        return None
+    return region_distance(np.concatenate([part.regions[f].corners for f in spec.faces]))
+
+
+def _thickness(formula: Formula) -> Field:
+    def thickness(points: FloatArray) -> FloatArray:
+        return evaluate_formula(formula, dict(zip(PLACE, points, strict=True)))
+
+    return thickness

@@ -100,12 +100,13 @@ def require_lattice_left(
                 f"of the part is farther than {reach:.4g} mm from region '{spec.region}', so all "
                 f"of it would stay solid; expected less, such as {0.2 * reach:.2g} mm"
             )
-    depth, skin = float(-np.asarray(domain.distance(inside)).min()), domain.skin
-    if skin is not None and skin >= depth:
-        raise CaseError(
-            f"{case.where('lattice.skin')}: found {skin:g} mm, but no place of the part lies "
-            f"deeper than {depth:.4g} mm, so all of it would be skin; expected less"
-        )
+    depth = float(-np.asarray(domain.distance(inside)).min())
+    for skin in domain.skins:
+        if skin.faces is None and skin.least >= depth:
+            raise CaseError(
+                f"{case.where('lattice.skin')}: found {skin.least:g} mm, but no place of the part "
+                f"lies deeper than {depth:.4g} mm, so all of it would be skin; expected less"
+            )
     raise CaseError(
         f"{case.where('keep' if domain.passive else 'lattice.skin')}: skin and solid regions "
         f"together fill the whole part, so no lattice is left; expected thinner ones"

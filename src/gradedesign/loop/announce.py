@@ -144,7 +144,7 @@ class Announcer:
             f"mass {body.mass_g(material.density):.4g} g by the file; 5 % of the surface has "
             f"less than {thin['5']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
             f"volume {both.volume_difference:+.1%} and surface up to {both.distance_mm:.2g} mm off "
-            f"the analysed solid",
+            f"the analysed solid{_joints(body.joints_mm3)}",
         )
 
     def submodel(self, result: SubmodelResult) -> None:
@@ -158,6 +158,11 @@ class Announcer:
             f"energy {result.energy_discrepancy:.1%}, "
             f"{result.tets} tets, mesher {result.seconds:.0f} s",
         )
+
+
+def _joints(volume: float) -> str:
+    """Words on the volume that joints add, mm^3; none without joints."""
+    return f"; joints add {volume:.4g} mm^3 to the lattice" if volume else ""
 
 
 def governing_discrepancies(iteration: DesignIteration) -> dict[str, float]:

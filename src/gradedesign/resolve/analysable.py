@@ -64,9 +64,9 @@ class Analysable:
 
 
 def solid_layers(case: Case) -> list[float]:
-    """Thicknesses of the skin and of the margins of passive regions, mm."""
-    skin = case.lattice.skin
-    return [k.margin for k in case.keep if k.margin > 0] + ([skin] if skin else [])
+    """Least thicknesses of the skins and of the margins of passive regions, mm."""
+    skins = [skin.thickness[0] for skin in case.lattice.skin]
+    return [k.margin for k in case.keep if k.margin > 0] + skins
 
 
 def grid_spacing(

@@ -16,6 +16,7 @@ from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.layout.cell_layout import CellLayout, cell_layout
 from gradedesign.layout.design_domain import design_domain
+from gradedesign.layout.drains import drain_warnings, drained
 from gradedesign.layout.graded_map import require_one_thickness
 from gradedesign.layout.part_room import (
     require_cells_fit,
@@ -23,6 +24,7 @@ from gradedesign.layout.part_room import (
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.layout.skin_room import require_struts, skin_warnings
 from gradedesign.limits.kinds import require_possible, stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
@@ -36,6 +38,7 @@ from gradedesign.resolve.analysable import (
     chosen_analysis,
 )
 from gradedesign.resolve.build_volume import require_fits
+from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import by_preference, explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
@@ -163,6 +166,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
+    require_struts(case, family.name, struts=cell.axes is not None)
     report_step("distance field and cell map")
     domain = design_domain(case, part)
     layout = placed_layout(case, part, domain)
@@ -171,6 +175,8 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.law"):
         law = planned_law(case, registry, cell, poissons_ratio=material.poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, layout.least)
+    drains = drained(case, part, expected_design(domain, cell, layout, bounds), layout.least)
+    domain = replace(domain, drains=drains.drains)
     balances = load_balances(case, part, material.density)
     return ResolvedCase(
         case=case,
@@ -192,6 +198,8 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
             *case.warnings,
             *part.report.warnings,
             *size_warnings(case, part),
+            *skin_warnings(case, part, domain),
+            *drain_warnings(case, drains),
             *balance_warnings(balances),
         ),
         narrowed=tuple(narrowed),

@@ -11,7 +11,6 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import ResourceError
 from gradedesign.fe.load_case import region_nodes
 from gradedesign.fe.space import TetSpace, tet_space
-from gradedesign.lattice.domain import solid_fraction
 from gradedesign.layout.cell_layout import layout_warnings
 from gradedesign.limits.kinds import made_limits
 from gradedesign.limits.limit import LimitKind, PlacedCase
@@ -23,6 +22,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.resolve.exclusion import exclusion_radius
+from gradedesign.resolve.joint_share import solid_shares
 from gradedesign.resolve.part_tets import held_loads, part_facets, part_tets, used_regions
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.resolve import density_bounds
@@ -75,7 +75,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, known.part, known.mesher)
     report_step("supports, loads and solid volume fractions of the part")
-    shares = solid_fraction(known.domain, mesh)
+    shares = solid_shares(known, bounds, mesh)
     windows = (bounds,) if laws is None else laws.bounds
     analysable = affordable(known, windows, signed_volumes(mesh), shares)
     cells = CellChoice(

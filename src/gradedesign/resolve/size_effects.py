@@ -51,7 +51,7 @@ def why_periodic(
     heated = [load.name for load in case.load_case if load.temperature_change]
     if not lattice.size_effects:
         return "the case switches size effects off"
-    if lattice.skin is not None:
+    if lattice.skin:
         return "a skin ties the cells at the faces, and only free faces are computed"
     own = [zone_case(case, k).lattice for k in range(len(case.zone))]
     if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):

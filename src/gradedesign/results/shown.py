@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gradedesign.arrays import FloatArray
+from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.loop.iteration import Analysed
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.print_checks import check_printed
@@ -54,6 +55,6 @@ def shown_of(problem: Problem, rho: FloatArray, analysed: Analysed, surface: Sur
         analysed=analysed,
         surface=surface,
         fields=fields,
-        printed=printed,
+        printed=replace(printed, joints_mm3=joint_volume(analysed.design)),
         printability=check_printed(problem.case, problem.part.surface, surface, printed.thickness),
     )

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from gradedesign.arrays import FloatArray
+from gradedesign.layout.drains import drain_data
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import TIGHT, all_hold, is_tight, worst_utilisation
@@ -95,7 +96,11 @@ def partial_result(
         ended_by="stop_after",
         reason=f'stopped after "{stage}" as [run] stop_after asks; nothing is proven',
         limits=rows,
-        measures={**measures, "cell_map": dict(setup.cells.layout.report)},
+        measures={
+            **measures,
+            "cell_map": dict(setup.cells.layout.report),
+            "drains": drain_data(setup.problem.domain.drains),
+        },
         **numbers,
         **common,
     )
@@ -154,6 +159,7 @@ def verdict_result(
             **({} if accepted is None else measure_data(accepted)),
             **zone_measures(setup, design.rho),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
+            "drains": drain_data(setup.problem.domain.drains),
         },
         printed=printed_data(printed),
         warnings=tuple(warnings),
@@ -166,6 +172,7 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
     comparison = printed.comparison
     return {
         "volumes_mm3": dict(printed.volumes_mm3),
+        "joints_mm3": printed.joints_mm3,
         **thickness_data(printed.thickness),
         "comparison": {
             **asdict(comparison),

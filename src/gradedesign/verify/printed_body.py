@@ -32,11 +32,14 @@ class PrintedBody:
     thickness : WallThickness
     comparison : BodyComparison
         With the solid of the explicit analysis.
+    joints_mm3 : float
+        Volume of the lattice that blended joints add.
     """
 
     volumes_mm3: Mapping[str, float]
     thickness: WallThickness
     comparison: BodyComparison
+    joints_mm3: float = 0.0
 
     def mass_g(self, density: float, phase: str | None = None) -> float:
         """Mass of the file or of one phase of it, g, from a density in t/mm^3."""
@@ -81,7 +84,7 @@ def phase_volumes(
     Shares are counted on one random point in each of equal cubes; the sum is exact.
     """
     volume = enclosed_volume(surface)
-    if domain.skin is None and not domain.passive:
+    if domain.lattice_only:
         return {PHASES[LATTICE]: volume}
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     step = float(np.prod(upper - lower) / samples) ** (1 / 3)

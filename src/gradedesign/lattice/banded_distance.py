@@ -1,8 +1,6 @@
-"""Joining part, cells, skin and passive regions, and distances that are exact only where needed."""
+"""Distances that are exact only where needed."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,42 +9,6 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice._density_kernels import nearest_bounds
 from gradedesign.lattice.sample import checked_values, grid_points
-
-
-def compose(
-    part: FloatArray,
-    cell: FloatArray,
-    *,
-    skin: float | None = None,
-    passive: Sequence[FloatArray] = (),
-) -> FloatArray:
-    """Values of the whole lattice from the values of its pieces, all in mm, negative inside.
-
-    ``max(part, min(cell, -(part + skin), passive...))``: cells, skin and passive regions are
-    united, then trimmed by the part once.
-
-    Parameters
-    ----------
-    part : (...) array, mm
-        Signed distance of the part.
-    cell : (...) array, mm
-        The infinite lattice.
-    skin : float, optional, mm
-        Depth below the part's surface that is solid.
-    passive : sequence of (...) arrays, mm
-        Regions that stay solid.
-
-    Examples
-    --------
-    >>> compose(np.array([-5.0, -1.0, 2.0]), np.array([3.0, 3.0, -3.0]), skin=2.0)
-    array([ 3., -1.,  2.])
-    """
-    united = np.array(cell, dtype=np.float64)
-    if skin is not None:
-        np.minimum(united, -(part + skin), out=united)
-    for region in passive:
-        np.minimum(united, region, out=united)
-    return np.maximum(part, united, out=united)
 
 
 def banded_distance(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.compose import banded_distance, compose
+from gradedesign.lattice.banded_distance import banded_distance
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.lattice.lattice import (
@@ -14,6 +14,7 @@ from gradedesign.lattice.lattice import (
     density_at,
     lattice_field,
 )
+from gradedesign.lattice.skin import Skin
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import enclosed_volume
 
@@ -47,7 +48,11 @@ def design(**changes):
         "density": 0.3,
     }
     stated = {"distance": box_distance, "lower": [0, 0, 0], "upper": SIZE}
-    stated |= {name: changes.pop(name) for name in ("upper", "skin", "passive") if name in changes}
+    stated |= {
+        name: changes.pop(name)
+        for name in ("upper", "skins", "passive", "joint_radius")
+        if name in changes
+    }
     return LatticeDesign(domain=DesignDomain(**stated), **(settings | changes))
 
 
@@ -58,22 +63,6 @@ def fine_points(n=80):
 
 def region_distance(points):
     return np.abs(points[0])
-
-
-def test_compose_is_the_boolean_of_its_pieces():
-    rng = np.random.default_rng(17)
-    part, cell, kept = rng.uniform(-5, 5, size=(3, 1000))
-    solid = (part < 0) & ((cell < 0) | (part > -1.5) | (kept < 0))
-    value = compose(part, cell, skin=1.5, passive=[kept])
-    np.testing.assert_array_equal(value < 0, solid)
-    np.testing.assert_array_equal(compose(part, cell) < 0, (part < 0) & (cell < 0))
-
-
-def test_compose_leaves_its_input_alone():
-    part, cell = np.array([-3.0, 1.0]), np.array([1.0, -1.0])
-    compose(part, cell, skin=1.0)
-    np.testing.assert_array_equal(part, [-3.0, 1.0])
-    np.testing.assert_array_equal(cell, [1.0, -1.0])
 
 
 def test_band_is_exact_inside_and_on_the_right_side_outside():
@@ -102,7 +91,9 @@ def test_band_saves_evaluations():
 
 def test_field_is_negative_exactly_in_the_solid():
     """Against the set operations of the definition, point by point."""
-    d = design(skin=1.2, passive=(PassiveRegion(distance=region_distance, margin=3.0),))
+    d = design(
+        skins=(Skin(thickness=1.2),), passive=(PassiveRegion(distance=region_distance, margin=3.0),)
+    )
     points = np.random.default_rng(23).uniform(-3, 43, size=(3, 50_000))
     distance = box_distance(points)
     cell = gyroid_sheet(points / 10) < level_of(0.3)
@@ -112,7 +103,9 @@ def test_field_is_negative_exactly_in_the_solid():
 
 
 def test_band_and_single_precision_keep_the_surface():
-    d = design(skin=1.2, passive=(PassiveRegion(distance=region_distance, margin=3.0),))
+    d = design(
+        skins=(Skin(thickness=1.2),), passive=(PassiveRegion(distance=region_distance, margin=3.0),)
+    )
     box = ([0, 0, 0], SIZE, 0.5)
     exact = extract_surface(lattice_field(d), *box)
     quick = extract_surface(lattice_field(d, band=1.0, single=True), *box)
@@ -139,7 +132,7 @@ def test_graded_lattice_follows_its_grid():
 
 
 def test_surface_volume_equals_the_field():
-    d = design(skin=1.5)
+    d = design(skins=(Skin(thickness=1.5),))
     surface = extract_surface(lattice_field(d, band=1.0), [0, 0, 0], SIZE, 0.5)
     share = np.mean(lattice_field(d)(fine_points()) < 0)
     assert enclosed_volume(surface) == pytest.approx(share * SIZE.prod(), rel=1e-2)
@@ -176,7 +169,7 @@ def test_parameters_reach_the_shape():
     [
         ({"upper": [40, 20, 0]}, "box is empty"),
         ({"cell_size": 0.0}, "cell size is 0 mm"),
-        ({"skin": 0.0}, "must be positive"),
+        ({"passive": (PassiveRegion(distance=region_distance, margin=0.0),)}, "must be positive"),
         ({"passive": (PassiveRegion(distance=region_distance, margin=-1.0),)}, "must be positive"),
     ],
 )

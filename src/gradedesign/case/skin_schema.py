@@ -1,0 +1,121 @@
+"""``[lattice] skin``: solid layers below the part's surface or below some of its faces."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from gradedesign.case.formula import parse_formula
+from gradedesign.case.suggest import shown
+from gradedesign.case.table import Table, key_error
+from gradedesign.case.value_types import (
+    Flag,
+    JsonSchema,
+    Quantity,
+    Reader,
+    Refused,
+    RegionNames,
+    Size,
+)
+from gradedesign.errors import CaseError
+
+#: What a formula of a skin's thickness may speak of, in mm.
+PLACE = ("x", "y", "z")
+
+
+class _Thickness(Reader):
+    """One length, or the least and the largest of a varying one."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> tuple[float, float]:
+        reader = Quantity("length", above=0.0)
+        if not isinstance(value, list):
+            thickness = reader.read(value)
+            return thickness, thickness
+        if len(value) != 2:
+            raise Refused(
+                f"found {shown(value)}; expected one length, or the least and the largest such as "
+                f'["0.8 mm", "2 mm"]'
+            )
+        least, most = (reader.read(v) for v in value)
+        if not least < most:
+            raise Refused(f"found {least:g} to {most:g} mm; expected the least thickness first")
+        return least, most
+
+    def json_schema(self) -> JsonSchema:
+        length = Quantity("length").json_schema()
+        pair = {"type": "array", "items": length, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [length, pair]}
+
+
+class _ThicknessFormula(Reader):
+    """The text of a formula in x, y and z."""
+
+    __slots__ = ()
+
+    def read(self, value: object) -> str:
+        if not isinstance(value, str):
+            raise Refused(
+                f'found {shown(value)}; expected a formula such as "0.8 + 0.02 * x", the thickness '
+                f"in mm at x, y and z in mm"
+            )
+        try:
+            return parse_formula(value, variables=PLACE).text
+        except CaseError as error:
+            raise Refused(str(error)) from None
+
+    def json_schema(self) -> JsonSchema:
+        return {"type": "string", "examples": ["0.8 + 0.02 * x"]}
+
+
+class SkinSpec(Table):
+    """A solid layer below the part's surface."""
+
+    thickness: Annotated[tuple[float, float], _Thickness()] = Field(examples=["2 mm"])
+    """Depth of solid material, mm; with a formula the least and the largest that it gives."""
+    formula: Annotated[str | None, _ThicknessFormula()] = None
+    """Thickness in mm, in x, y and z, in mm."""
+    faces: RegionNames = ()
+    """Regions that carry the skin; the whole surface without."""
+    net: Annotated[bool, Flag()] = False
+    """Whether only the struts below the surface are laid onto it, instead of a closed layer."""
+    net_depth: Size | None = None
+    """Depth down to which struts are laid onto the surface, mm; one cell without."""
+
+    @model_validator(mode="after")
+    def _range_with_formula(self) -> SkinSpec:
+        varying = self.thickness[0] < self.thickness[1]
+        if self.net_depth is not None and not self.net:
+            raise key_error("net_depth", "needs net = true")
+        if self.net and self.formula is not None:
+            raise key_error("formula", "a net-skin has one thickness; leave the formula out")
+        if self.formula is None and varying:
+            raise key_error("thickness", "a range needs a formula, or expected one length")
+        if self.formula is not None and not varying:
+            raise key_error(
+                "thickness",
+                f"found {self.thickness[0]:g} mm with a formula; expected the least and the "
+                f'largest thickness that it gives, such as ["0.8 mm", "2 mm"]',
+            )
+        return self
+
+
+def _as_tables(value: Any) -> Any:
+    """The list of tables that ``"2 mm"``, ``"none"`` or one table stands for."""
+    if value == "none":
+        return ()
+    if isinstance(value, str):
+        return ({"thickness": value},)
+    if isinstance(value, dict):
+        return (value,)
+    if isinstance(value, list | tuple):
+        return value
+    raise Refused(f'found {shown(value)}; expected a thickness such as "2 mm", a table or "none"')
+
+
+SkinSpecs: TypeAlias = Annotated[
+    tuple[SkinSpec, ...],
+    BeforeValidator(_as_tables, json_schema_input_type=str | SkinSpec | list[SkinSpec]),
+]

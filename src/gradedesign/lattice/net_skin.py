@@ -1,0 +1,127 @@
+"""A net-skin: the struts below the part's surface, laid onto it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.errors import LatticeError
+from gradedesign.fields.algebra import gradient
+
+#: Depths at which struts are looked for, along a cell.
+_PER_CELL = 24
+#: How often the distance of these depths is halved about the best one.
+_HALVINGS = 3
+#: Step of the gradient that is the normal, mm.
+_STEP = 1e-4
+_BATCH = 1 << 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NetSkin:
+    """Struts laid onto the part's surface.
+
+    Attributes
+    ----------
+    thickness : float, mm
+        Of the net below the surface.
+    reach : float, mm
+        Struts down to this depth are laid onto the surface.
+    start : float, mm
+        Depth from which they are, and by which ``thickness`` has grown with the part's faces.
+    faces : callable, optional
+        Unsigned distance to the faces that carry it, points ``(3, ...)`` mm to ``(...)`` mm; the
+        whole surface carries it without.
+
+    Raises
+    ------
+    LatticeError
+        If thickness or reach are not positive.
+    """
+
+    thickness: float
+    reach: float
+    start: float = 0.0
+    faces: Field | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.thickness > 0 and self.reach > 0):
+            raise LatticeError(
+                f"a net-skin of {self.thickness:g} mm from struts down to {self.reach:g} mm is "
+                f"impossible; expected both above 0 mm"
+            )
+
+
+def net_value(
+    net: NetSkin,
+    points: FloatArray,
+    distance: FloatArray,
+    part: Field,
+    cell: tuple[Field, float],
+) -> FloatArray:
+    """Values of a net-skin at points ``(3, n)`` mm, ``(n,)``, about mm, negative in it.
+
+    Four steps, for any direction of the surface: the layer below the surface (C); the lattice
+    down to the reach (D), which takes the place of the lattice less the eroded part; its
+    projection along the surface's normal, the smallest value of the cells along it; and of the
+    layer what the projection meets.
+
+    Parameters
+    ----------
+    net : NetSkin
+    points : (3, n) array, mm
+    distance : (n,) array, mm
+        Signed distance of the part there, exact down to twice the thickness.
+    part : callable
+        That distance.
+    cell : (callable, float)
+        Field of the infinite lattice, about mm, negative inside, and the size of its cells, mm.
+
+    References
+    ----------
+    Aremu et al., "A voxel-based method of constructing and skinning conformal and functionally
+    graded lattice structures suitable for additive manufacturing", Additive Manufacturing 13
+    (2017) 1-13, section 2.5; there projections go along coordinate axes, on voxels.
+    """
+    field, size = cell
+    # Beyond the part it goes on, as every solid layer does: the part trims it.
+    layer = -distance - net.thickness
+    if net.faces is not None:
+        layer = np.maximum(layer, net.faces(points) - net.thickness + net.start)
+    near = np.flatnonzero(layer < net.thickness)
+    count = int(np.ceil(_PER_CELL * (net.reach - net.start) / size)) + 1
+    depths = np.linspace(net.start, net.reach, count)
+    value = np.array(layer)
+    for start in range(0, len(near), _BATCH):
+        some = near[start : start + _BATCH]
+        outward = gradient(part, points[:, some], _STEP)
+        outward /= np.maximum(np.linalg.norm(outward, axis=0), 1e-3)
+        foot = points[:, some] - distance[some] * outward
+        value[some] = np.maximum(layer[some], _projected(field, foot, outward, depths))
+    return value
+
+
+def _projected(
+    field: Field, foot: FloatArray, outward: FloatArray, depths: FloatArray
+) -> FloatArray:
+    """Least value of a field below feet ``(3, n)``, ``(n,)``: of samples, then about the best."""
+    least: FloatArray = np.full(foot.shape[1], np.inf)
+    best = np.zeros(foot.shape[1])
+
+    def look(at: FloatArray) -> None:
+        at = np.clip(at, depths[0], depths[-1])
+        found = field(foot - at * outward)
+        better = found < least
+        least[better], best[better] = found[better], at[better]
+
+    for depth in depths:
+        look(np.full(best.shape, depth))
+    step = depths[1] - depths[0]
+    for _ in range(_HALVINGS):
+        step /= 2
+        middle = best.copy()
+        look(middle - step)
+        look(middle + step)
+    return least

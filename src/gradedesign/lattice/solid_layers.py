@@ -1,0 +1,148 @@
+"""Fields of the skins and passive regions of a part, exact in a band or everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.errors import LatticeError
+from gradedesign.lattice.banded_distance import banded_distance
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.drain import drain_value
+from gradedesign.lattice.joint import REACH, joined
+from gradedesign.lattice.net_skin import net_value
+from gradedesign.lattice.skin import Skin, skin_value
+
+#: Coarse grid of the banded distances, in bands.
+_COARSE = 4.0
+
+#: Points ``(3, ...)`` mm and the part's distance there, where it is known, to the distance of a
+#: solid layer, mm.
+SolidLayer: TypeAlias = Callable[[FloatArray, FloatArray | None], FloatArray]
+
+
+def solid_layers(
+    domain: DesignDomain, band: float | None = None
+) -> tuple[Field, tuple[SolidLayer, ...]]:
+    """Distance of the part, and of every skin and passive region of it, negative inside.
+
+    Parameters
+    ----------
+    domain : DesignDomain
+    band : float, optional, mm
+        Reach within which distances are exact, as are those that joints need; further away bounds
+        from a coarse grid take their place. ``None``: exact everywhere.
+
+    Raises
+    ------
+    LatticeError
+        If the band is not positive.
+    """
+    if band is None:
+        passive = (_passive(_less(p.distance, p.margin)) for p in domain.passive)
+        part = domain.distance
+        return part, (*(_skin(skin, part) for skin in domain.skins), *passive)
+    if not band > 0:
+        raise LatticeError(f"band is {band:g} mm, expected a positive reach")
+    reach = max(band, REACH * domain.joint_radius)
+
+    def banded(distance: Field, inner: float, outer: float) -> Field:
+        lower, upper = domain.lower - reach, domain.upper + reach
+        return banded_distance(
+            distance, lower, upper, spacing=_COARSE * reach, inner=inner, outer=outer
+        )
+
+    whole = [skin.thickness for skin in domain.skins if skin.faces is None]
+    deepest = max([*whole, *(2 * net.thickness for net in domain.nets)], default=0.0)
+    part = banded(domain.distance, reach + deepest, band)
+    layers: list[SolidLayer] = []
+    for skin in domain.skins:
+        if skin.faces is None:
+            layers.append(_skin(skin, part))
+            continue
+        # Bounds of the distance to the faces become bounds of that to the inner face.
+        spread = skin.thickness - skin.least
+        faces = banded(_less(skin.faces, skin.thickness), reach + spread, reach)
+        layers.append(_skin(replace(skin, faces=_less(faces, -skin.thickness)), part))
+    for region in domain.passive:
+        layers.append(_passive(banded(_less(region.distance, region.margin), reach, reach)))
+    return part, tuple(layers)
+
+
+def united(
+    domain: DesignDomain,
+    layers: tuple[SolidLayer, ...],
+    cell: Field,
+    exact: Field,
+    size: float,
+) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """Union of cells, skins and passive regions with joints, less drain holes, about mm.
+
+    Parameters
+    ----------
+    domain : DesignDomain
+    layers : tuple of SolidLayer
+        Of that domain.
+    cell : callable
+        Field of the infinite lattice, negative inside.
+    exact : callable
+        The same in double precision, of which gradients are taken.
+    size : float, mm
+        Of a cell.
+
+    Returns
+    -------
+    callable
+        Points ``(3, ...)`` mm and the part's distance there, to values ``(...)``.
+    """
+    radius = domain.joint_radius
+
+    def union(points: FloatArray, distance: FloatArray) -> FloatArray:
+        value = whole(points, distance)
+        for drain in domain.drains:
+            value = np.maximum(value, -drain_value(drain, points))
+        return value
+
+    def whole(points: FloatArray, distance: FloatArray) -> FloatArray:
+        values = [layer(points, distance) for layer in layers]
+        cells = np.asarray(cell(points), dtype=np.float64)
+        for net in domain.nets:
+            flat = points.reshape(3, -1)
+            struts = net_value(net, flat, distance.ravel(), domain.distance, (cell, size))
+            cells = np.minimum(cells, struts.reshape(cells.shape))
+        if not radius or not values:
+            return np.asarray(np.minimum.reduce([cells, *values]))
+        functions = [_alone(layer) for layer in layers]
+        joint = joined(
+            points.reshape(3, -1),
+            (cells.ravel(), exact),
+            [(v.ravel(), f) for v, f in zip(values, functions, strict=True)],
+            radius,
+        )
+        return joint.reshape(cells.shape)
+
+    return union
+
+
+def _alone(layer: SolidLayer) -> Field:
+    return lambda points: layer(points, None)
+
+
+def _skin(skin: Skin, part: Field) -> SolidLayer:
+    if skin.faces is not None:
+        return lambda points, _: skin_value(skin, points, None)
+    return lambda points, distance: skin_value(
+        skin, points, part(points) if distance is None else distance
+    )
+
+
+def _passive(distance: Field) -> SolidLayer:
+    return lambda points, _: distance(points)
+
+
+def _less(distance: Field, by: float) -> Field:
+    return lambda points: distance(points) - by

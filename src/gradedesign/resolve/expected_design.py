@@ -1,0 +1,30 @@
+"""The lattice that sizing is expected to choose, before it has chosen."""
+
+from __future__ import annotations
+
+from gradedesign.cell.cell import Cell
+from gradedesign.cell.shape import blamed_shape
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.layout.cell_layout import CellLayout
+from gradedesign.resolve.analysable import EXPECTED_SHARE
+
+
+def expected_density(bounds: tuple[float, float]) -> float:
+    """Relative density `EXPECTED_SHARE` of the window above its lower bound."""
+    return bounds[0] + EXPECTED_SHARE * (bounds[1] - bounds[0])
+
+
+def expected_design(
+    domain: DesignDomain, cell: Cell, layout: CellLayout, bounds: tuple[float, float]
+) -> LatticeDesign:
+    """Lattice of the one density that is expected."""
+    return LatticeDesign(
+        domain=domain,
+        shape=blamed_shape(cell.family),
+        level_of=cell.level_of,
+        cell_map=layout.cell_map,
+        cell_size=layout.typical,
+        density=expected_density(bounds),
+        parameters=cell.parameters,
+    )
