@@ -80,8 +80,8 @@ def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exp
 
 
 def shown(monkeypatch, out, accepted):
-    monkeypatch.setattr(pipeline, "shown_of", lambda _rho, _analysed, surface: surface)
-    return pipeline.shown_design(None, out, Announcer(ignore), (), accepted)
+    monkeypatch.setattr(pipeline, "shown_of", lambda _problem, _rho, _analysed, surface: surface)
+    return pipeline.shown_design(SimpleNamespace(problem=None), out, Announcer(ignore), (), accepted)
 
 
 def test_a_file_changed_while_it_is_judged_is_an_error(monkeypatch, exported, out):

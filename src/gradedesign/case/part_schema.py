@@ -80,7 +80,7 @@ class ShapeSpec(Table):
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
     """Whether several disjoint bodies are accepted."""
     voxels: VoxelsSpec | None = None
-    """What of a file of voxels is solid."""
+    """Which voxels of a file are solid, and their size."""
 
     @field_validator("file", mode="before")
     @classmethod

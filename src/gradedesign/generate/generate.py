@@ -1,4 +1,7 @@
-"""The lattice alone, from a stated density: no sizing, no analysis, no verdict."""
+"""The lattice alone, from a stated density: no sizing, no analysis, no verdict.
+
+Above 300 lines: the record of a generated lattice stands beside the steps that fill it.
+"""
 
 from __future__ import annotations
 

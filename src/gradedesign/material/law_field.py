@@ -120,7 +120,7 @@ class LawField:
         return np.asarray(total * np.asarray(self.stiffness_factor))
 
     def stress_profile(self, stress: FloatArray | None, von_mises: FloatArray | None) -> FloatArray:
-        """What `local_stress` needs of a macroscopic stress, rows of every law in turn.
+        """Local factors of a macroscopic stress for `local_stress`, rows of every law in turn.
 
         Parameters
         ----------
@@ -188,7 +188,7 @@ class LawField:
         return share
 
     def buckling_profile(self, relative: FloatArray) -> FloatArray:
-        """What `buckling` needs of stresses ``(6, M, q)`` over Young's modulus, ``(b, M)``."""
+        """Buckling measures of stresses ``(6, M, q)`` over Young's modulus, ``(b, M)``."""
         blocks = []
         for law, at, _ in self._parts():
             if law.buckling is not None:

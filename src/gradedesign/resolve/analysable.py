@@ -158,7 +158,7 @@ def analysable_bounds(
 
 
 def analysable_together(zones: Sequence[Analysable]) -> Analysable:
-    """What one analysis can do with all zones of a part, whose thinnest walls set its grid."""
+    """Bounds of all zones of a part for one analysis, whose grid the thinnest walls set."""
     if len(zones) == 1:
         return zones[0]
     return replace(

@@ -114,7 +114,7 @@ def broken_words(rows: Sequence[LimitRow]) -> str:
 def print_warnings(
     case: CaseIdentity, found: Printability | None, material: Material | None
 ) -> tuple[str, ...]:
-    """What the printed solid shows that no limit of the case speaks of, and how it grows."""
+    """Warnings on the printed solid that no limit of the case speaks of, and how it grows."""
     if found is None or case.print is None:
         return ()
     spec = case.print

@@ -152,17 +152,8 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "run.mesher"):
         surface_mesher: Mesher = lookup(registry, "meshers", case.run.mesher)
     analyses = explicit_analyses(case, registry)
-    report_step("reading and repairing the part")
     # Reading comes before what may take seconds: a damaged file is found at once.
-    mend = part_repairer(case, registry)
-    with locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry), mend)
-    require_fits(case, part.surface)
-    require_voxels_fit(case, part.surface)
-    require_mesh_fits(case, part)
-    require_cells_fit(case, part)
-    require_supported(case, part)
-    require_possible(registry.limits, case, part.regions)
+    part = _fitting_part(case, registry)
     with locating(case, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -204,6 +195,21 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         ),
         narrowed=tuple(narrowed),
     )
+
+
+def _fitting_part(case: Case, registry: Registry) -> Part:
+    """The part as read and repaired, if its mesh, cells, supports and limits are possible."""
+    report_step("reading and repairing the part")
+    mend = part_repairer(case, registry)
+    with locating(case, "part.file"):
+        part = read_part(case, part_readers(case, registry), mend)
+    require_fits(case, part.surface)
+    require_voxels_fit(case, part.surface)
+    require_mesh_fits(case, part)
+    require_cells_fit(case, part)
+    require_supported(case, part)
+    require_possible(registry.limits, case, part.regions)
+    return part
 
 
 def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:

@@ -33,7 +33,7 @@ from gradedesign.resolve.resolve import cell_parameters, density_bounds
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedZone:
-    """What a case states for one zone.
+    """Statements of a case for one zone.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ from gradedesign.material.scaling_law import ScalingLaw
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Zone:
-    """What holds in one zone.
+    """Cell, law and bounds of one zone.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from gradedesign.sizing.homogenised import solid_held
 
 
 def zone_data(setup: Setup) -> dict[str, Any]:
-    """What every zone is made of, and the factors of the transitions; empty without zones."""
+    """Cell and law of every zone, and the factors of the transitions; empty without zones."""
     zoning = setup.cells.zoning
     if zoning is None:
         return {}

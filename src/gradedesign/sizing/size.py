@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,13 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.state import Response
+from gradedesign.sizing.convergence import (
+    calmed,
+    is_two_cycle,
+    near_enough,
+    rise,
+    stands_still,
+)
 from gradedesign.sizing.felt_variables import (
     FeltVariables,
     felt_variables,
@@ -36,14 +43,8 @@ from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
-#: The move limit of a variable whose steps alternate shrinks by one factor, down to a share of the
-#: common one, and grows by the other while they do not.
-CALMER, BOLDER, LEAST_CALM = 0.7, 1.2, 0.1
 #: Iterations over those asked for, while a limit is used beyond its aim.
 INSISTENCE = 3
-#: Changes below this share of the tolerance are none.
-STILL = 0.05
-
 
 __all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]
 
@@ -86,7 +87,8 @@ def size(
     A filter of one column is a uniform density, see `size_uniform`. Else limits by gradient enter
     by adjoints through an optimality criterion; the others enter as a lower bound of each density,
     as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump to and
-    fro are recognised and damped by halving the move limit.
+    fro are recognised and damped by halving the move limit. Beyond ``max_iterations`` a limit that
+    gains nothing raises the least density of all.
     """
     if problem.filter.shape[1] == 1:
         return size_uniform(
@@ -97,8 +99,7 @@ def size(
             on_step=on_step,
         )
     lo, hi = problem.bounds
-    model = problem.model
-    weights = model.lattice_volumes
+    weights = problem.model.lattice_volumes
     felt = felt_variables(problem)
     active = felt.active
     x = first_variables(problem, felt, start)
@@ -107,7 +108,7 @@ def size(
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     calm = np.ones(x.shape)
-    kept = keep * x
+    kept, common = keep * x, lo
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
@@ -115,24 +116,26 @@ def size(
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = _density_floor(problem, utilisations, state, allowances)
-        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
-        lower = np.clip(np.maximum(x * (1 - move * calm), floor), lo, hi)
-        upper = np.maximum(np.clip(x * (1 + move * calm), lo, hi), lower)
-        exponent = _mean_exponent(model, rho, weights)
-        new = _new_variables(problem, felt, x, pointwise, (lower, upper), exponent)
+        floor = variable_floor(problem.filter, felt.sums, floor, lo)
+        floor = np.maximum(np.maximum(floor, kept), common)
+        bounds = _step_bounds(x, move * calm, floor, (lo, hi))
+        exponent = _mean_exponent(problem.model, rho, weights)
+        new = _new_variables(problem, felt, x, pointwise, bounds, exponent)
         change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
         step = _step(problem, rho, iteration, utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
-        holds = step.utilisation <= _near_enough(problem, tolerance)
-        if iteration > 2 and _stands_still(history, tolerance, holds=holds):
+        holds = step.utilisation <= near_enough(problem, tolerance)
+        if iteration > 2 and stands_still(history, tolerance, holds=holds):
             return sizing_result(problem, x, history, converged=True)
-        if holds and iteration + 1 >= max_iterations:
-            break
+        if iteration + 1 >= max_iterations:
+            if holds:
+                break
+            common = min(hi, common * rise(history, problem.target))
         if previous:
-            calm = _calmed(calm, (new - x) * (x - previous[-1]))
-        if len(previous) > 1 and _is_two_cycle(new, x, previous[-1]):
+            calm = calmed(calm, (new - x) * (x - previous[-1]))
+        if len(previous) > 1 and is_two_cycle(new, x, previous[-1]):
             move *= 0.5
         previous.append(x)
         x = new
@@ -154,6 +157,15 @@ def _step(
         utilisations=utilisations,
         change=change,
     )
+
+
+def _step_bounds(
+    x: FloatArray, move: FloatArray, floor: FloatArray, bounds: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest variables of a step: within its move limits, but never below the floor."""
+    lo, hi = bounds
+    lower = np.clip(np.maximum(x * (1 - move), floor), lo, hi)
+    return lower, np.maximum(np.clip(x * (1 + move), lo, hi), lower)
 
 
 def _new_variables(
@@ -196,13 +208,6 @@ def _density_floor(
             wanted = limit.least_density(state, allowances[k])
             floor = np.maximum(floor, wanted)
     return filtered_for(problem, floor)
-
-
-def _stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
-    """Nothing moves at all, or densities, mass and utilisations settle where the limits hold."""
-    change = history[-1].change
-    settled = change < tolerance or _mass_settled(history, tolerance)
-    return change < STILL * tolerance or (settled and holds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -256,39 +261,3 @@ def _next_allowance(limit: Limit, allowance: float, target: float, utilisation: 
     if utilisation <= 0:
         return allowance
     return float(np.clip(allowance * np.sqrt(target / utilisation), 0.5, limit.most_allowance))
-
-
-def _near_enough(problem: SizingProblem, tolerance: float) -> float:
-    """Largest utilisation of a stationary design that is accepted: near the aim, within limits."""
-    near = problem.target * (1 + tolerance)
-    return near if problem.target >= 1.0 else min(near, 1.0)
-
-
-def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
-    """Mass and utilisations have stood still for five iterations."""
-    if len(history) < 8:
-        return False
-    mass = np.array([h.mass_g for h in history[-5:]])
-    utilisations = np.array([h.utilisations for h in history[-5:]])
-    return bool(
-        np.ptp(mass) <= 0.75 * tolerance * mass[-1]
-        and np.ptp(utilisations, axis=0).max(initial=0.0) <= tolerance
-    )
-
-
-def _calmed(calm: FloatArray, turned: FloatArray) -> FloatArray:
-    """Share of the move limit for every variable: less where its steps change their sign.
-
-    ``turned`` is the product of a variable's last two steps. As the asymptotes of Svanberg (1987,
-    Int. J. Numer. Meth. Engng 24, section 4) do.
-    """
-    slower = np.maximum(calm * CALMER, LEAST_CALM)
-    faster = np.minimum(calm * BOLDER, 1.0)
-    return np.where(turned < 0, slower, np.where(turned > 0, faster, calm))
-
-
-def _is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
-    """The step nearly undoes the last one."""
-    forward, back = new - now, now - before
-    size_back = float(np.linalg.norm(back))
-    return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back

@@ -57,20 +57,7 @@ def surface_families(
     def sheet(u: FloatArray, **values: float) -> FloatArray:
         return np.abs(function(u, **values))
 
-    # Tabulated when first needed: it takes seconds.
-    @lru_cache(maxsize=_TABLES)
-    def distance(values: tuple[tuple[str, float], ...]) -> Field:
-        def surface(u: FloatArray) -> FloatArray:
-            return function(u, **dict(values))
-
-        return periodic_distance_to_level_set(surface, resolution=resolution)
-
-    def signed_wall(u: FloatArray, **values: float) -> FloatArray:
-        return distance(tuple(sorted(values.items())))(u)
-
-    def wall(u: FloatArray, **values: float) -> FloatArray:
-        return np.abs(signed_wall(u, **values))
-
+    signed_wall, wall = _walls(function, resolution)
     given = dict(parameters or {})
 
     networks = [
@@ -100,3 +87,25 @@ def surface_families(
             signed=signed_wall,
         ),
     )
+
+
+def _walls(
+    function: Callable[..., FloatArray], resolution: int
+) -> tuple[Callable[..., FloatArray], Callable[..., FloatArray]]:
+    """Distance from the surface with the sign of its side, and without."""
+
+    # Tabulated when first needed: it takes seconds.
+    @lru_cache(maxsize=_TABLES)
+    def distance(values: tuple[tuple[str, float], ...]) -> Field:
+        def surface(u: FloatArray) -> FloatArray:
+            return function(u, **dict(values))
+
+        return periodic_distance_to_level_set(surface, resolution=resolution)
+
+    def signed_wall(u: FloatArray, **values: float) -> FloatArray:
+        return distance(tuple(sorted(values.items())))(u)
+
+    def wall(u: FloatArray, **values: float) -> FloatArray:
+        return np.abs(signed_wall(u, **values))
+
+    return signed_wall, wall

@@ -1,0 +1,72 @@
+"""When sizing has converged, how far its next step may go, and what helps where a limit stalls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.sizing.problem import SizingProblem, SizingStep
+
+#: The move limit of a variable whose steps alternate shrinks by one factor, down to a share of the
+#: common one, and grows by the other while they do not.
+CALMER, BOLDER, LEAST_CALM = 0.7, 1.2, 0.1
+#: Where a limit beyond its aim gains less than the first in as many iterations as the second, the
+#: bound that all densities share rises with this power of its use over its aim: what is densest
+#: draws the load, so that more of it alone may gain nothing where the same mass spread evenly
+#: holds.
+GAIN, PATIENCE, RISE = 0.01, 4, 0.25
+#: Changes below this share of the tolerance are none.
+STILL = 0.05
+
+
+def rise(history: Sequence[SizingStep], target: float) -> float:
+    """Factor on the bound that all densities share: 1 while the most used limit gains."""
+    if len(history) <= PATIENCE:
+        return 1.0
+    now, before = history[-1].utilisation, history[-1 - PATIENCE].utilisation
+    return 1.0 if now < (1.0 - GAIN) * before else max(now / target, 1.0) ** RISE
+
+
+def stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
+    """Nothing moves at all, or densities, mass and utilisations settle where the limits hold."""
+    change = history[-1].change
+    settled = change < tolerance or _mass_settled(history, tolerance)
+    return change < STILL * tolerance or (settled and holds)
+
+
+def near_enough(problem: SizingProblem, tolerance: float) -> float:
+    """Largest utilisation of a stationary design that is accepted: near the aim, within limits."""
+    near = problem.target * (1 + tolerance)
+    return near if problem.target >= 1.0 else min(near, 1.0)
+
+
+def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
+    """Mass and utilisations have stood still for five iterations."""
+    if len(history) < 8:
+        return False
+    mass = np.array([h.mass_g for h in history[-5:]])
+    utilisations = np.array([h.utilisations for h in history[-5:]])
+    return bool(
+        np.ptp(mass) <= 0.75 * tolerance * mass[-1]
+        and np.ptp(utilisations, axis=0).max(initial=0.0) <= tolerance
+    )
+
+
+def calmed(calm: FloatArray, turned: FloatArray) -> FloatArray:
+    """Share of the move limit for every variable: less where its steps change their sign.
+
+    ``turned`` is the product of a variable's last two steps. As the asymptotes of Svanberg (1987,
+    Int. J. Numer. Meth. Engng 24, section 4) do.
+    """
+    slower = np.maximum(calm * CALMER, LEAST_CALM)
+    faster = np.minimum(calm * BOLDER, 1.0)
+    return np.where(turned < 0, slower, np.where(turned > 0, faster, calm))
+
+
+def is_two_cycle(new: FloatArray, now: FloatArray, before: FloatArray) -> bool:
+    """The step nearly undoes the last one."""
+    forward, back = new - now, now - before
+    size_back = float(np.linalg.norm(back))
+    return size_back > 0 and float(np.linalg.norm(forward + back)) < 0.3 * size_back
