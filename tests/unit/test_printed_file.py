@@ -81,7 +81,8 @@ def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exp
 
 def shown(monkeypatch, out, accepted):
     monkeypatch.setattr(pipeline, "shown_of", lambda _problem, _rho, _analysed, surface: surface)
-    return pipeline.shown_design(SimpleNamespace(problem=None), out, Announcer(ignore), (), accepted)
+    setup = SimpleNamespace(problem=None)
+    return pipeline.shown_design(setup, out, Announcer(ignore), (), accepted)
 
 
 def test_a_file_changed_while_it_is_judged_is_an_error(monkeypatch, exported, out):

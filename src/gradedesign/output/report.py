@@ -79,6 +79,7 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
     stresses = {
         (case, phase): measure
         for case, phases in result.measures.items()
+        if isinstance(phases, Mapping)
         for phase, measure in phases.items()
         if isinstance(measure, Mapping) and "share_above" in measure
     }
