@@ -106,6 +106,7 @@ RESULT = RunResult(
     },
     printed={
         "volumes_mm3": {"lattice": 3000.0},
+        "joints_mm3": 12.5,
         "thickness_percentiles_mm": {"0.1": 0.123, "1": 0.41, "5": 0.62, "50": 1.07},
         "thickness_method": "length of a ray",
         "thickness_rays": 100_000,
