@@ -7,15 +7,14 @@ import pytest
 from small_parts import box_part, held_bar
 
 import gradedesign
-from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError, PluginError
 from gradedesign.fe.solution import Balance
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.stress import von_mises
 from gradedesign.material.material import Material
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.plugin.registry import build_registry, lookup
-from gradedesign.resolve.explicit_analysis import by_preference, explicit_analyses
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.resolved_case import resolve_case
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.tet_fields import TetFields

@@ -2,38 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
-from gradedesign.cell.cell import Cell
 from gradedesign.errors import blaming
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSolid
-from gradedesign.verify.finite_cells import FINITE_CELLS, STRUT
-from gradedesign.verify.grid_resolution import elements_per_wall
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.tets import STUFFED_TETS
 
-#: What ``[run] analysis = "auto"`` chooses from.
-AUTOMATIC = (FINITE_CELLS.name, STUFFED_TETS.name)
-
-
-def by_preference(
-    analyses: Sequence[ExplicitAnalysis], cell: Cell, rho: float
-) -> tuple[ExplicitAnalysis, ...]:
-    """Analyses that a case allows, the one that suits the cell at a relative density first.
-
-    At equal cost finite cells displace sheets more accurately, and tetrahedra struts: a brick as
-    wide as half a strut holds the roots of several, which it keeps too stiff.
-    """
-    struts = elements_per_wall(cell, rho) >= STRUT if len(analyses) > 1 else False
-    return tuple(sorted(analyses, key=lambda a: (a.name == STUFFED_TETS.name) != struts))
+#: What ``[run] analysis = "auto"`` chooses from, in the order of preference.
+AUTOMATIC = (STUFFED_TETS.name, FINITE_CELLS.name)
 
 
 def explicit_analyses(case: Case, registry: Registry) -> tuple[ExplicitAnalysis, ...]:
-    """Analyses that ``[run] analysis`` allows.
+    """Analyses that ``[run] analysis`` allows, in the order of preference.
 
     Raises
     ------

@@ -39,7 +39,7 @@ from gradedesign.resolve.analysable import (
 )
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.expected_design import expected_design
-from gradedesign.resolve.explicit_analysis import by_preference, explicit_analyses
+from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
@@ -258,7 +258,7 @@ def analysable_lattice(
                     for zone, window in zip(stated_zones(known), bounds, strict=True)
                 ]
             )
-            for analysis in by_preference(known.analyses, known.cell, bounds[0][0])
+            for analysis in known.analyses
         ]
     )
 
