@@ -12,21 +12,24 @@ from gradedesign.sizing.problem import SizingProblem, SizingStep
 #: The move limit of a variable whose steps alternate shrinks by one factor, down to a share of the
 #: common one, and grows by the other while they do not.
 CALMER, BOLDER, LEAST_CALM = 0.7, 1.2, 0.1
-#: Where a limit beyond its aim gains less than the first in as many iterations as the second, the
-#: bound that all densities share rises with this power of its use over its aim: what is densest
-#: draws the load, so that more of it alone may gain nothing where the same mass spread evenly
-#: holds.
-GAIN, PATIENCE, RISE = 0.01, 4, 0.25
+#: Where a limit beyond its aim gains less than the first in as many iterations as the second, all
+#: densities rise by its use over its aim, and by the third at least: what is densest draws the
+#: load, so that more of it alone may gain nothing where the same mass spread evenly holds.
+GAIN, PATIENCE, LEAST_RISE = 0.01, 2, 0.005
 #: Changes below this share of the tolerance are none.
 STILL = 0.05
 
 
-def rise(history: Sequence[SizingStep], target: float) -> float:
-    """Factor on the bound that all densities share: 1 while the most used limit gains."""
-    if len(history) <= PATIENCE:
+def rise(history: Sequence[SizingStep], target: float, *, settled: bool) -> float:
+    """Factor by which all densities are to rise: 1 while the most used limit gains.
+
+    ``settled`` where nothing moves any more, so that there is nothing to wait for.
+    """
+    now = history[-1].utilisation
+    if now <= (1.0 + LEAST_RISE / 2.0) * target or (len(history) <= PATIENCE and not settled):
         return 1.0
-    now, before = history[-1].utilisation, history[-1 - PATIENCE].utilisation
-    return 1.0 if now < (1.0 - GAIN) * before else max(now / target, 1.0) ** RISE
+    gains = not settled and now < (1.0 - GAIN) * history[-1 - PATIENCE].utilisation
+    return 1.0 if gains else max(now / target, 1.0 + LEAST_RISE)
 
 
 def stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:

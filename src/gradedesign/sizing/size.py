@@ -88,7 +88,7 @@ def size(
     by adjoints through an optimality criterion; the others enter as a lower bound of each density,
     as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump to and
     fro are recognised and damped by halving the move limit. Beyond ``max_iterations`` a limit that
-    gains nothing raises the least density of all.
+    gains nothing raises all densities.
     """
     if problem.filter.shape[1] == 1:
         return size_uniform(
@@ -101,14 +101,13 @@ def size(
     lo, hi = problem.bounds
     weights = problem.model.lattice_volumes
     felt = felt_variables(problem)
-    active = felt.active
     x = first_variables(problem, felt, start)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     calm = np.ones(x.shape)
-    kept, common = keep * x, lo
+    kept = keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
@@ -116,23 +115,24 @@ def size(
             utilisations, pointwise, state = _evaluate(problem, rho, memories)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = _density_floor(problem, utilisations, state, allowances)
-        floor = variable_floor(problem.filter, felt.sums, floor, lo)
-        floor = np.maximum(np.maximum(floor, kept), common)
+        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
         bounds = _step_bounds(x, move * calm, floor, (lo, hi))
         exponent = _mean_exponent(problem.model, rho, weights)
         new = _new_variables(problem, felt, x, pointwise, bounds, exponent)
-        change = float(np.abs(new - x)[active].max() / hi) if active.any() else 0.0
+        change = float(np.abs(new - x)[felt.active].max(initial=0.0) / hi)
         step = _step(problem, rho, iteration, utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
         holds = step.utilisation <= near_enough(problem, tolerance)
-        if iteration > 2 and stands_still(history, tolerance, holds=holds):
+        settled = iteration > 2 and stands_still(history, tolerance, holds=holds)
+        factor = 1.0 if holds else rise(history, problem.target, settled=settled)
+        if settled and factor == 1.0:
             return sizing_result(problem, x, history, converged=True)
-        if iteration + 1 >= max_iterations:
-            if holds:
-                break
-            common = min(hi, common * rise(history, problem.target))
+        if holds and iteration + 1 >= max_iterations:
+            break
+        if factor > 1.0 and (settled or iteration + 1 >= max_iterations):
+            new = kept = np.maximum(kept, np.minimum(factor * new, hi))
         if previous:
             calm = calmed(calm, (new - x) * (x - previous[-1]))
         if len(previous) > 1 and is_two_cycle(new, x, previous[-1]):
