@@ -256,4 +256,4 @@ def test_a_graded_bracket_holds_what_a_uniform_one_holds():
     # Before, it ended at 110 % with 4168 g.
     assert light.history[-1].utilisation <= 1.01
     assert light.history[-1].mass_g < 0.95 * heavy.history[-1].mass_g
-    assert light.rho.max() == pytest.approx(BOUNDS[1], rel=1e-3)
+    assert light.rho.max() > 0.99 * BOUNDS[1]
