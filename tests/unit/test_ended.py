@@ -51,7 +51,11 @@ def verdict(monkeypatch):
         comparison=None,
     )
     setup = SimpleNamespace(
-        problem=SimpleNamespace(material=SimpleNamespace(density=1.0)), model=None
+        problem=SimpleNamespace(
+            material=SimpleNamespace(density=1.0), domain=SimpleNamespace(drains=())
+        ),
+        cells=SimpleNamespace(zoning=None),
+        model=None,
     )
 
     def call(use, ended):
@@ -133,6 +137,7 @@ def lattice(skin=(), window=0.8):
         problem=SimpleNamespace(case=SimpleNamespace(lattice=SimpleNamespace(skin=skin))),
         cells=SimpleNamespace(
             bounds=(0.2, 0.6),
+            zoning=None,
             cell=SimpleNamespace(window=(0.1, 0.9)),
             law=SimpleNamespace(window=(0.1, window)),
         ),

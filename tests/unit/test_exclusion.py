@@ -56,7 +56,7 @@ def test_share_of_the_part_counts_where_lattice_is():
     placed = SimpleNamespace(
         case=SimpleNamespace(limits=SimpleNamespace(safety_factor=None, stress=9.0, percentile=99)),
         material=None,
-        law=SimpleNamespace(local_stress=None),
+        law=SimpleNamespace(laws=(SimpleNamespace(local_stress=None),)),
         lattice_volumes=np.array([0.0, 2.0, 3.0]),
         evaluated=np.array([False, False, True]),
         exclusion_radius=5.0,

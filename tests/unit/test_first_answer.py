@@ -124,7 +124,7 @@ def constant(monkeypatch):
     setup = SimpleNamespace(
         problem=SimpleNamespace(limits=limits, space=SimpleNamespace(element_count=10)),
         cells=SimpleNamespace(law=LAW, bounds=(0.2, 0.7)),
-        model=None,
+        model=SimpleNamespace(law=SimpleNamespace(laws=(LAW,))),
     )
     return lambda *args, **others: first_answer._constant(setup, row(*args, **others))
 
