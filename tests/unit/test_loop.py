@@ -423,7 +423,7 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
     )
     setup = SimpleNamespace(
         problem=SimpleNamespace(case=None, limits=(*limits, a_stress_limit())),
-        cells=SimpleNamespace(cell=None, bounds=(0.2, 0.6)),
+        cells=SimpleNamespace(cell=None, bounds=(0.2, 0.6), zoning=None),
         model=None,
     )
     monkeypatch.setattr(iteration_steps, "corrected_model", lambda *_: None)

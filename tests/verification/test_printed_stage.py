@@ -57,7 +57,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     sheets = calibrate(build_registry().cell_families["gyroid-sheet"])
     setup = SimpleNamespace(
         problem=SimpleNamespace(case=case, part=part, analysis=STUFFED_TETS),
-        cells=SimpleNamespace(cell=sheets, bounds=(0.3, 0.8)),
+        cells=SimpleNamespace(cell=sheets, bounds=(0.3, 0.8), zoning=None, elements_per_wall=1.25),
     )
     key = LimitKey(kind="displacement", region="x1", component="x", load_case="pull")
     limit = DisplacementLimit(key=key, name="tip", allowed=1.0, nodes=np.array([0]), component=0)
