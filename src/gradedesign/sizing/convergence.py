@@ -35,7 +35,7 @@ def rise(history: Sequence[SizingStep], target: float, *, settled: bool) -> floa
 def stands_still(history: Sequence[SizingStep], tolerance: float, *, holds: bool) -> bool:
     """Nothing moves at all, or densities, mass and utilisations settle where the limits hold."""
     change = history[-1].change
-    settled = change < tolerance or _mass_settled(history, tolerance)
+    settled = change < tolerance or mass_settled(history, tolerance)
     return change < STILL * tolerance or (settled and holds)
 
 
@@ -45,7 +45,7 @@ def near_enough(problem: SizingProblem, tolerance: float) -> float:
     return near if problem.target >= 1.0 else min(near, 1.0)
 
 
-def _mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
+def mass_settled(history: Sequence[SizingStep], tolerance: float) -> bool:
     """Mass and utilisations have stood still for five iterations."""
     if len(history) < 8:
         return False

@@ -14,6 +14,7 @@ from gradedesign.limits.state import Response
 from gradedesign.sizing.convergence import (
     calmed,
     is_two_cycle,
+    mass_settled,
     near_enough,
     rise,
     stands_still,
@@ -126,12 +127,13 @@ def size(
             on_step(step)
         holds = step.utilisation <= near_enough(problem, tolerance)
         settled = iteration > 2 and stands_still(history, tolerance, holds=holds)
-        factor = 1.0 if holds else rise(history, problem.target, settled=settled)
+        stalled = settled or mass_settled(history, tolerance)
+        factor = 1.0 if holds else rise(history, problem.target, settled=stalled)
         if settled and factor == 1.0:
             return sizing_result(problem, x, history, converged=True)
         if holds and iteration + 1 >= max_iterations:
             break
-        if factor > 1.0 and (settled or iteration + 1 >= max_iterations):
+        if factor > 1.0 and (stalled or iteration + 1 >= max_iterations):
             new = kept = np.maximum(kept, np.minimum(factor * new, hi))
         if previous:
             calm = calmed(calm, (new - x) * (x - previous[-1]))
