@@ -10,18 +10,22 @@ from numba import njit, prange
 
 @njit(parallel=True, cache=True, nogil=True)
 def assemble_patches(
-    weak: Any, nodes: Any, place: Any, position: Any, chosen: Any, row_of: Any, first: Any,
-    near: Any, matrices: Any, out: Any,
+    weak: Any, nodes: Any, free: Any, kind: Any, place: Any, position: Any, size: Any,
+    chosen: Any, row_of: Any, first: Any, near: Any, matrices: Any, out: Any,
 ) -> None:  # fmt: skip
     """Stiffness of the weak nodes of some elements, all elements around them included.
 
     Parameters
     ----------
     weak : (N,) bool array
-    nodes : (n, 27) int32 array
+    nodes, free : (n, 27) int32 array
+        Of the elements, and the free nodes that stand for them.
+    kind : (n,) int array
+        0 where both are the same.
     place : (N, 3) int32 array
         Of the nodes, in half edges.
     position : (n, 3) int32 array
+    size : (n,) int8 array
         Of the elements.
     chosen : (k,) int array
         Elements of equal numbers of weak nodes.
@@ -36,26 +40,34 @@ def assemble_patches(
     for r in prange(chosen.size):
         e = chosen[r]
         own = np.zeros(27, np.int64)
-        size = 0
+        count = 0
         for a in range(27):
             if weak[nodes[e, a]]:
-                own[size] = nodes[e, a]
-                size += 1
+                own[count] = nodes[e, a]
+                count += 1
         local = np.zeros(27, np.int64)
-        for i in range(size):
+        for i in range(count):
             n = own[i]
             for q in range(first[n], first[n + 1]):
                 other = near[q]
-                for j in range(size):
+                s = size[other]
+                for j in range(count):
+                    local[j] = -1
+                    if kind[other] != 0:
+                        for a in range(27):
+                            if free[other, a] == own[j]:
+                                local[j] = a
+                        continue
                     x = place[own[j], 0] - 2 * position[other, 0]
                     y = place[own[j], 1] - 2 * position[other, 1]
                     z = place[own[j], 2] - 2 * position[other, 2]
-                    inside = 0 <= x <= 2 and 0 <= y <= 2 and 0 <= z <= 2
-                    local[j] = x + 3 * y + 9 * z if inside else -1
-                    if inside and nodes[other, local[j]] != own[j]:
-                        local[j] = -1
+                    inside = 0 <= x <= 2 * s and 0 <= y <= 2 * s and 0 <= z <= 2 * s
+                    if inside and x % s == 0 and y % s == 0 and z % s == 0:
+                        a = x // s + 3 * (y // s) + 9 * (z // s)
+                        if nodes[other, a] == own[j]:
+                            local[j] = a
                 m = row_of[other]
-                for j in range(size):
+                for j in range(count):
                     if local[j] >= 0:
                         for c in range(3):
                             for d in range(3):

@@ -48,8 +48,8 @@ def _stress(
 
 @njit(parallel=True, cache=True, nogil=True)
 def stress_in_elements(
-    nodes: Any, u: Any, edges: Any, lame: Any, filled: Any, gauss: Any, starts: Any, element: Any,
-    reference: Any, out: Any,
+    nodes: Any, u: Any, edges: Any, size: Any, lame: Any, filled: Any, gauss: Any, starts: Any,
+    element: Any, reference: Any, out: Any,
 ) -> None:  # fmt: skip
     """Stress at points; well-filled elements interpolate that of their Gauss points.
 
@@ -58,6 +58,8 @@ def stress_in_elements(
     nodes : (n, 27) int32 array
     u : (N, 3) array, mm
     edges : (3,) array, mm
+    size : (n,) int array
+        Edge of each element over these.
     lame : (3,) array
         Lamé's constants, MPa, and the strain of free expansion.
     filled : (n,) bool array
@@ -74,9 +76,10 @@ def stress_in_elements(
     for r in prange(starts.size - 1):
         e = element[starts[r]]
         own = np.zeros((27, 3))
+        # The gradient is that over the edges of the grid: a larger element strains less.
         for a in range(27):
             for c in range(3):
-                own[a, c] = u[nodes[e, a], c]
+                own[a, c] = u[nodes[e, a], c] / size[e]
         work = np.zeros((6, 3))
         value = np.zeros(6)
         corners = np.zeros((8, 6))

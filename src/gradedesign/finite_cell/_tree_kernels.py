@@ -31,7 +31,7 @@ def elements_of_nodes(nodes: Any, count: int) -> tuple[Any, Any, Any]:
 
 
 @njit(cache=True, nogil=True)
-def _root(parent: Any, i: int) -> int:
+def root_of(parent: Any, i: int) -> int:
     """Representative of a set, with path halving."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -40,32 +40,60 @@ def _root(parent: Any, i: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _join(parent: Any, i: int, j: int) -> None:
+def join(parent: Any, i: int, j: int) -> None:
     """Unite two sets."""
-    a = _root(parent, i)
-    b = _root(parent, j)
+    a = root_of(parent, i)
+    b = root_of(parent, j)
     if a != b:
         parent[max(a, b)] = min(a, b)
 
 
 @njit(cache=True, nogil=True)
-def number_nodes(
-    bricks: Any, order: Any, position: Any, shape: Any, faces: Any, opposite: Any, nodes: Any,
-    count: int,
-) -> Any:  # fmt: skip
-    """Number nodes so that neighbours share those of their face where solid goes through it.
+def join_neighbours(
+    bricks: Any, order: Any, position: Any, size: Any, shape: Any, faces: Any, opposite: Any,
+    sets: Any,
+) -> None:  # fmt: skip
+    """Unite the nodes of faces of neighbours of equal size where solid goes through.
 
     Parameters
     ----------
     bricks, order : (n,) int arrays
         Flat places of the elements in ascending order, and the elements there.
     position : (n, 3) int32 array
+    size : (n,) int8 array
     shape : (3,) int array
         Of the grid.
     faces : (n, 6) int array
         Of `Elements`.
     opposite : (3, 2, 9) int array
         Local nodes of the far and the near face across each axis.
+    sets : (27 n,) int32 array
+        Parents of the sets of nodes, written.
+    """
+    n = position.shape[0]
+    strides = np.array([shape[1] * shape[2], shape[2], 1])
+    for axis in range(3):
+        for k in range(n):
+            e = order[k]
+            if position[e, axis] + size[e] >= shape[axis]:
+                continue
+            beyond = bricks[k] + size[e] * strides[axis]
+            m = np.searchsorted(bricks, beyond)
+            while m < n and bricks[m] == beyond:
+                other = order[m]
+                if size[other] == size[e] and (faces[e, 2 * axis + 1] & faces[other, 2 * axis]):
+                    for q in range(9):
+                        join(sets, 27 * e + opposite[axis, 0, q], 27 * other + opposite[axis, 1, q])
+                m += 1
+
+
+@njit(cache=True, nogil=True)
+def number_nodes(sets: Any, nodes: Any, count: int) -> Any:
+    """Number nodes from the sets that are one.
+
+    Parameters
+    ----------
+    sets : (27 n,) int32 array
     nodes : (n, 27) int32 array
         Number of every place; the first set of nodes at a place keeps it, others are numbered
         from `count` on.
@@ -75,32 +103,11 @@ def number_nodes(
     (m,) int array
         Place of every further node.
     """
-    n = position.shape[0]
-    sets = np.arange(27 * n).astype(np.int32)
-    strides = np.array([shape[1] * shape[2], shape[2], 1])
-    for axis in range(3):
-        at = 0
-        for k in range(n):
-            e = order[k]
-            if position[e, axis] + 1 >= shape[axis]:
-                continue
-            beyond = bricks[k] + strides[axis]
-            while at < n and bricks[at] < beyond:
-                at += 1
-            m = at
-            while m < n and bricks[m] == beyond:
-                other = order[m]
-                if faces[e, 2 * axis + 1] & faces[other, 2 * axis]:
-                    for q in range(9):
-                        _join(
-                            sets, 27 * e + opposite[axis, 0, q], 27 * other + opposite[axis, 1, q]
-                        )
-                m += 1
     taken = np.zeros(count, np.bool_)
     flat = nodes.reshape(-1)
     further = []
-    for i in range(27 * n):
-        r = _root(sets, i)
+    for i in range(sets.size):
+        r = root_of(sets, i)
         if r != i:
             flat[i] = flat[r]
         elif taken[flat[i]]:
@@ -120,7 +127,7 @@ def _numbered(parent: Any, out: Any) -> int:
     number = np.full(parent.size, -1, np.int32)
     count = 0
     for i in range(parent.size):
-        r = _root(parent, i)
+        r = root_of(parent, i)
         if number[r] < 0:
             number[r] = count
             count += 1
@@ -151,7 +158,7 @@ def connected_copies(parent: Any, first: Any, element: Any, copy: Any) -> int:
         for q in range(first[i], first[i + 1]):
             for r in range(first[i], q):
                 if parent[element[q]] == parent[element[r]]:
-                    _join(sets, element[q], element[r])
+                    join(sets, element[q], element[r])
     return _numbered(sets, copy)
 
 
@@ -192,7 +199,7 @@ def coarse_nodes(copy: Any, place: Any, first: Any, element: Any, nodes: Any) ->
                     y = ((c >> 1) & 1) - dy
                     z = (c >> 2) - dz
                     if 0 <= x <= 1 and 0 <= y <= 1 and 0 <= z <= 1:
-                        _join(sets, 8 * a + c, 8 * b + x + 2 * y + 4 * z)
+                        join(sets, 8 * a + c, 8 * b + x + 2 * y + 4 * z)
     flat = np.zeros(8 * m, np.int32)
     count = _numbered(sets, flat)
     nodes[:] = flat.reshape(m, 8)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -62,14 +63,18 @@ class DisconnectedError(LatticeError):
 class Elements:
     """Active elements: whole ones first, then cut ones, each by colour.
 
-    Elements of one colour share no node: there are eight colours, and eight more for every further
-    element that a brick holds.
+    Elements of one colour share no node: there are eight colours for every size, and as many more
+    for every further element that a brick holds.
 
     Attributes
     ----------
     grid : Grid
+        Of the smallest elements.
     position : (n, 3) int32 array
-        Place of each element in the grid.
+        Place of each element's lower corner in the grid.
+    size : (n,) int8 array
+        Edge of each element in bricks of the grid: 1, or 2 for those of a locally refined grid
+        that stay coarse; their positions are even.
     whole : int
         Number of whole elements.
     copy : (n,) int8 array
@@ -93,6 +98,7 @@ class Elements:
 
     grid: Grid
     position: NDArray[np.int32]
+    size: NDArray[np.int8]
     whole: int
     copy: NDArray[np.int8]
     faces: IntArray
@@ -111,7 +117,45 @@ def solid_fraction(elements: Elements) -> FloatArray:
 
 def solid_volume(elements: Elements) -> float:
     """Volume of the solid, mm^3."""
-    return float(np.prod(elements.grid.edges) * solid_fraction(elements).sum())
+    return float((element_volumes(elements) * solid_fraction(elements)).sum())
+
+
+def element_volumes(elements: Elements) -> FloatArray:
+    """Volume of every element with its void, ``(n,)``, mm^3."""
+    return np.asarray(np.prod(elements.grid.edges) * elements.size.astype(np.float64) ** 3)
+
+
+def refined_elements(field: Field, grid: Grid, coarse: BoolArray) -> Elements:
+    """Elements of a locally refined grid, disconnected components among them.
+
+    Parameters
+    ----------
+    field : callable
+        As for `cut_elements`.
+    grid : Grid
+        Of the small elements, of even shape.
+    coarse : (nx / 2, ny / 2, nz / 2) bool array
+        Blocks of eight bricks that are one element each.
+
+    Raises
+    ------
+    LatticeError
+        If nothing is solid, or the field is not finite.
+    """
+    half = Grid(
+        lower=grid.lower,
+        edges=2.0 * grid.edges,
+        shape=(coarse.shape[0], coarse.shape[1], coarse.shape[2]),
+    )
+    report_step("finite cells of the field")
+    fine = np.repeat(np.repeat(np.repeat(~coarse, 2, axis=0), 2, axis=1), 2, axis=2)
+    small, large = _classify(field, grid, SUBCELLS, fine), _classify(field, half, SUBCELLS, coarse)
+    result = _collect(grid, [(1, *small[1:]), (2, *large[1:])], 0, 0.0)
+    log.info(
+        "%d whole and %d cut elements, %d of them of twice the edge",
+        result.whole, len(result.weights), np.count_nonzero(result.size > 1),
+    )  # fmt: skip
+    return result
 
 
 def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
@@ -153,7 +197,7 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
             near = disconnected[z : z + subcells + 1, y : y + subcells + 1, x : x + subcells + 1]
             samples[k][near] = np.abs(samples[k][near])
     del labels, solid
-    result = _collect(grid, whole, cut, samples, dropped, dropped_share)
+    result = _collect(grid, [(1, whole, cut, samples)], dropped, dropped_share)
     log.info(
         "%d whole and %d cut elements, %d disconnected components dropped: field %.2f s, "
         "weights %.2f s",
@@ -165,13 +209,65 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
 
 def _collect(
     grid: Grid,
-    whole: NDArray[np.int32],
-    cut: NDArray[np.int32],
-    samples: FloatArray,
+    sizes: Sequence[tuple[int, NDArray[np.int32], NDArray[np.int32], FloatArray]],
     dropped: int,
     dropped_share: float,
 ) -> Elements:
-    """Part cut bricks into components, integrate over them, sort all by colour."""
+    """Elements of one or two sizes, from their edges, whole and cut places, and samples."""
+    parts = [_integrated(whole, cut, samples) for _, whole, cut, samples in sizes]
+    position = [np.concatenate([edge * p[k] for (edge, *_), p in zip(sizes, parts, strict=True)])
+                for k in range(2)]  # fmt: skip
+    size = [
+        np.concatenate(
+            [np.full(len(p[k]), edge, np.int8) for (edge, *_), p in zip(sizes, parts, strict=True)]
+        )
+        for k in range(2)
+    ]
+    copy, samples, weights = (np.concatenate([p[k] for p in parts]) for k in (2, 3, 4))
+    if not len(position[0]) + len(position[1]):
+        raise LatticeError(
+            "no finite cell holds solid; the field is negative nowhere in the box, or the solid "
+            "is thinner than a quarter of the spacing"
+        )
+    copies = 1 + int(copy.max(initial=0))
+    colours = 8 * copies * len(sizes)
+    whole_order, whole_start = _by_colour(
+        position[0], size[0], np.zeros(len(position[0]), np.int8), copies, colours
+    )
+    cut_order, cut_start = _by_colour(position[1], size[1], copy, copies, colours)
+    samples, weights = samples[cut_order], weights[cut_order]
+    share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
+    centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
+    report_step("solid shares of cut elements")
+    kernels.solid_shares(samples, kernels.TETS, BLOCKS, share, centre)
+    whole = len(whole_order)
+    faces = np.full((whole + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
+    kernels.face_masks(samples, faces[whole:])
+    return Elements(
+        grid=grid,
+        position=np.ascontiguousarray(
+            np.concatenate([position[0][whole_order], position[1][cut_order]])
+        ),
+        size=np.concatenate([size[0][whole_order], size[1][cut_order]]),
+        whole=whole,
+        copy=np.concatenate([np.zeros(whole, np.int8), copy[cut_order]]),
+        faces=faces,
+        colours=np.stack([whole_start, whole + cut_start]),
+        weights=weights,
+        share=share,
+        centre=centre,
+        dropped=dropped,
+        dropped_share=dropped_share,
+    )
+
+
+def _integrated(
+    whole: NDArray[np.int32], cut: NDArray[np.int32], samples: FloatArray
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int8], FloatArray, FloatArray]:
+    """Places of whole elements; places, copies, samples and weights of cut ones.
+
+    Cut bricks are parted into components; those that are full after all count as whole.
+    """
     report_step("connected components of cut elements")
     cut, copy, samples = _by_component(cut, samples)
     weights = np.zeros((len(cut), CUT_POINTS**3))
@@ -186,35 +282,24 @@ def _collect(
     full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])
     kept = np.flatnonzero((fill > LEAST_SHARE) & ~full)
-    if not len(whole) + len(kept):
-        raise LatticeError(
-            "no finite cell holds solid; the field is negative nowhere in the box, or the solid "
-            "is thinner than a quarter of the spacing"
-        )
-    colours = 8 * (1 + int(copy[kept].max(initial=0)))
-    cut_order, cut_start = _by_colour(cut[kept], copy[kept], colours)
-    cut_order = kept[cut_order]
-    whole_order, whole_start = _by_colour(whole, np.zeros(len(whole), np.int8), colours)
-    samples = samples[cut_order]
-    weights = weights[cut_order]
-    share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
-    centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
-    report_step("solid shares of cut elements")
-    kernels.solid_shares(samples, kernels.TETS, BLOCKS, share, centre)
-    faces = np.full((len(whole) + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
-    kernels.face_masks(samples, faces[len(whole) :])
-    return Elements(
-        grid=grid,
-        position=np.ascontiguousarray(np.concatenate([whole[whole_order], cut[cut_order]])),
-        whole=len(whole_order),
-        copy=np.concatenate([np.zeros(len(whole_order), np.int8), copy[cut_order]]),
-        faces=faces,
-        colours=np.stack([whole_start, len(whole_order) + cut_start]),
-        weights=weights,
-        share=share,
-        centre=centre,
-        dropped=dropped,
-        dropped_share=dropped_share,
+    return whole, cut[kept], copy[kept], samples[kept], weights[kept]
+
+
+def selected(elements: Elements, keep: BoolArray) -> Elements:
+    """Only some elements, ``(n,)``, in their order."""
+    before = np.concatenate([[0], np.cumsum(keep)])
+    cut = keep[elements.whole :]
+    return replace(
+        elements,
+        position=elements.position[keep],
+        size=elements.size[keep],
+        whole=int(before[elements.whole]),
+        copy=elements.copy[keep],
+        faces=elements.faces[keep],
+        colours=before[elements.colours],
+        weights=elements.weights[cut],
+        share=elements.share[cut],
+        centre=elements.centre[cut],
     )
 
 
@@ -249,9 +334,9 @@ def _padded(table: FloatArray) -> FloatArray:
 
 
 def _classify(
-    field: Field, grid: Grid, subcells: int
+    field: Field, grid: Grid, subcells: int, wanted: BoolArray | None = None
 ) -> tuple[BoolArray, NDArray[np.int32], NDArray[np.int32], FloatArray]:
-    """Sample the field layer by layer.
+    """Sample the field layer by layer, where only some bricks are wanted only around those.
 
     Returns
     -------
@@ -269,7 +354,8 @@ def _classify(
     solid = np.zeros((z.size, y.size, x.size), dtype=bool)
     # Planes of a layer of elements with one more on either side.
     raw = np.zeros((subcells + 3, y.size, x.size))
-    raw[-2:] = _sample(field, x, y, z[:2])
+    chosen_bricks = None if wanted is None else wanted.T
+    raw[-2:] = _sample(field, x, y, z[:2], _around(chosen_bricks, 0, subcells))
     layer = np.zeros((subcells + 1, y.size, x.size))
     near = ON_SURFACE * float(grid.edges.min())
     window = (subcells + 1,) * 3
@@ -280,7 +366,9 @@ def _classify(
         report_step("finite cells of the field", k / grid.shape[2])
         raw[:3] = raw[-3:]
         ahead = slice(k * subcells + 2, (k + 1) * subcells + 2)
-        raw[3 : 3 + z[ahead].size] = _sample(field, x, y, z[ahead])
+        raw[3 : 3 + z[ahead].size] = _sample(
+            field, x, y, z[ahead], _around(chosen_bricks, k, subcells)
+        )
         kernels.unbias(raw, kernels.EDGES, kernels.EDGES_PER_TET, layer)
         if k == 0:
             layer[:2] = raw[1:3]
@@ -291,6 +379,8 @@ def _classify(
         view = sliding_window_view(layer, window)[0, ::subcells, ::subcells]
         inside = sliding_window_view(layer < 0.0, window)[0, ::subcells, ::subcells]
         some, every = inside.any(axis=(2, 3, 4)), inside.all(axis=(2, 3, 4))
+        if chosen_bricks is not None:
+            some, every = some & chosen_bricks[k], every & chosen_bricks[k]
         for chosen, places in ((every, whole), (some & ~every, cut)):
             j, i = np.nonzero(chosen)
             places.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
@@ -298,18 +388,51 @@ def _classify(
     return solid, np.concatenate(whole), np.concatenate(cut), np.concatenate(samples)
 
 
-def _sample(field: Field, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Field on a small grid, ``(Z, Y, X)``, in calls of bounded size."""
+def _around(wanted: BoolArray | None, layer: int, subcells: int) -> BoolArray | None:
+    """Sample points, ``(Y, X)``, of the wanted bricks of a layer and the next, and one beyond."""
+    if wanted is None:
+        return None
+    bricks = wanted[layer : layer + 2].any(axis=0)
+    near = np.zeros([n * subcells + 1 for n in bricks.shape], dtype=bool)
+    for j, i in np.argwhere(bricks) * subcells:
+        near[max(j - 1, 0) : j + subcells + 2, max(i - 1, 0) : i + subcells + 2] = True
+    return near
+
+
+def _sample(
+    field: Field, x: FloatArray, y: FloatArray, z: FloatArray, near: BoolArray | None = None
+) -> FloatArray:
+    """Field on a small grid, ``(Z, Y, X)``, in calls of bounded size.
+
+    Where it is not ``near``, ``(Y, X)``, it is not asked for and counts as empty.
+    """
+    if near is not None:
+        j, i = np.nonzero(near)
+        values = np.ones((z.size, y.size, x.size))
+        step = max(1, POINTS // z.size)
+        for first in range(0, j.size, step):
+            row, column = j[first : first + step], i[first : first + step]
+            shape = (z.size, row.size)
+            points = np.stack([np.broadcast_to(x[column], shape), np.broadcast_to(y[row], shape),
+                               np.broadcast_to(z[:, None], shape)])  # fmt: skip
+            values[:, row, column] = field(points)
+        _require_finite(values)
+        return values
     values = np.zeros((z.size, y.size, x.size))
     step = max(1, POINTS // (x.size * z.size))
     for first in range(0, y.size, step):
         part = slice(first, first + step)
         points = np.stack(np.meshgrid(z, y[part], x, indexing="ij")[::-1])
         values[:, part] = field(points)
+    _require_finite(values)
+    return values
+
+
+def _require_finite(values: FloatArray) -> None:
+    """Refuse samples that are not finite."""
     if not np.isfinite(values).all():
         bad = int(np.count_nonzero(~np.isfinite(values)))
         raise LatticeError(f"the field of the solid is not finite at {bad} of its sample points")
-    return values
 
 
 def _neighbours() -> BoolArray:
@@ -326,16 +449,21 @@ def _disconnected(labels: NDArray[np.int32], bodies: int) -> tuple[BoolArray, in
     kept = 1 + np.argsort(-size, kind="stable")[:bodies]
     share = 1.0 - float(size[kept - 1].sum() / size.sum())
     if share > DISCONNECTED_SHARE:
-        raise DisconnectedError(
-            f"the solid falls apart: {len(size) - bodies} disconnected components hold "
-            f"{100 * share:.3g} % of its volume, at most {100 * DISCONNECTED_SHARE:g} % may "
-            f"be left out; raise the density, enlarge the cells or use finer finite cells",
-            share=share,
-        )
+        refuse_disconnected(len(size) - bodies, share)
     disconnected = np.ones(len(size) + 1, dtype=bool)
     disconnected[0] = False
     disconnected[kept] = False
     return disconnected[labels], len(size) - bodies, share
+
+
+def refuse_disconnected(count: int, share: float) -> None:
+    """Raise `DisconnectedError` for so many components with a share of the volume."""
+    raise DisconnectedError(
+        f"the solid falls apart: {count} disconnected components hold {100 * share:.3g} % of its "
+        f"volume, at most {100 * DISCONNECTED_SHARE:g} % may be left out; raise the density, "
+        f"enlarge the cells or use finer finite cells",
+        share=share,
+    )
 
 
 def _holds_disconnected(
@@ -350,25 +478,36 @@ def _holds_disconnected(
 
 
 def _by_colour(
-    places: NDArray[np.int32], copy: NDArray[np.int8], colours: int
+    places: NDArray[np.int32],
+    size: NDArray[np.int8],
+    copy: NDArray[np.int8],
+    copies: int,
+    colours: int,
 ) -> tuple[IntArray, IntArray]:
     """Order by colour, then place, and the first of each colour."""
     x, y, z = places.T
-    colour = _colour(places, copy)
+    colour = _colour(places, size, copy, copies)
     order = np.lexsort((x, y, z, colour))
     return order, np.concatenate([[0], np.cumsum(np.bincount(colour, minlength=colours))])
 
 
-def _colour(places: NDArray[np.int32], copy: NDArray[np.int8]) -> IntArray:
-    x, y, z = places.T
-    colour: IntArray = (x & 1) + 2 * (y & 1) + 4 * (z & 1) + 8 * copy.astype(np.int64)
+def _colour(
+    places: NDArray[np.int32], size: NDArray[np.int8], copy: NDArray[np.int8], copies: int
+) -> IntArray:
+    """Colours: small elements first, by copy, by the parity of their places."""
+    x, y, z = places.T // size
+    further = copies * (size.astype(np.int64) - 1) + copy
+    colour: IntArray = (x & 1) + 2 * (y & 1) + 4 * (z & 1) + 8 * further
     return colour
 
 
 def sorted_by_colour(elements: Elements, chosen: IntArray) -> tuple[IntArray, IntArray]:
     """Some elements by colour, and the first of each colour."""
-    colour = _colour(elements.position[chosen], elements.copy[chosen])
     count = elements.colours.shape[1] - 1
+    copies = 1 + int(elements.copy.max(initial=0))
+    colour = _colour(
+        elements.position[chosen], elements.size[chosen], elements.copy[chosen], copies
+    )
     start = np.concatenate([[0], np.cumsum(np.bincount(colour, minlength=count))])
     return chosen[np.argsort(colour, kind="stable")], start
 

@@ -60,7 +60,12 @@ class Grid:
 
 
 def fit_grid(
-    lower: ArrayLike, upper: ArrayLike, spacing: float, planes: Sequence[Plane] = ()
+    lower: ArrayLike,
+    upper: ArrayLike,
+    spacing: float,
+    planes: Sequence[Plane] = (),
+    *,
+    multiple: int = 1,
 ) -> Grid:
     """Grid over a box, no coarser than a spacing, with as many plane faces on it as possible.
 
@@ -72,6 +77,8 @@ def fit_grid(
     spacing : float, mm
         Largest edge of a brick.
     planes : sequence of Plane
+    multiple : int
+        Of which the number of bricks along each axis is one.
 
     Returns
     -------
@@ -89,7 +96,7 @@ def fit_grid(
     if not (np.isfinite(spacing) and spacing > 0):
         raise CaseError(f"the spacing of the finite cells is {spacing:g} mm, expected more than 0")
     counts = [
-        _best_count(low[a], extent[a], spacing, [p for p in planes if p.axis == a])
+        _best_count(low[a], extent[a], spacing, [p for p in planes if p.axis == a], multiple)
         for a in range(3)
     ]
     edges = extent / counts
@@ -97,10 +104,13 @@ def fit_grid(
     return Grid(lower=low, edges=edges, shape=(counts[0], counts[1], counts[2]), missed=missed)
 
 
-def _best_count(low: float, extent: float, spacing: float, planes: Sequence[Plane]) -> int:
+def _best_count(
+    low: float, extent: float, spacing: float, planes: Sequence[Plane], multiple: int
+) -> int:
     """Number of bricks that meets most area of planes, the smallest of equals."""
     least = max(1, int(np.ceil(extent / spacing * (1.0 - 1e-9))))
-    counts = range(least, max(least, int(FINER * least)) + 1)
+    least = -(-least // multiple) * multiple
+    counts = range(least, max(least, int(FINER * least)) + 1, multiple)
     areas = [sum(p.area for p in planes if _on_grid(p, low, extent / n)) for n in counts]
     return counts[int(np.argmax(areas))]
 

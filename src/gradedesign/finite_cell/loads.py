@@ -17,7 +17,7 @@ from gradedesign.finite_cell.basis import (
     gradients_at,
     shapes_at,
 )
-from gradedesign.finite_cell.elements import Elements
+from gradedesign.finite_cell.elements import Elements, element_volumes
 from gradedesign.finite_cell.operator import lame_constants
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.surface import SurfacePoints
@@ -131,14 +131,21 @@ def _volume_force(elements: Elements, space: BrickSpace, pull: FloatArray) -> Fl
 def _divergence_force(elements: Elements, space: BrickSpace) -> FloatArray:
     """Nodal forces of a unit isotropic stress, ``(N, 3)``."""
     gradients = gradients_at(gauss_places(CUT_POINTS), elements.grid.edges)
-    return np.stack([_summed(elements, space, gradients[:, d]) for d in range(3)], axis=1)
+    return np.stack(
+        [_summed(elements, space, gradients[:, d], slopes=True) for d in range(3)], axis=1
+    )
 
 
-def _summed(elements: Elements, space: BrickSpace, values: FloatArray) -> FloatArray:
-    """Integral over the solid of functions of the nodes, given at the Gauss points, ``(N,)``."""
-    volume = float(np.prod(elements.grid.edges))
+def _summed(
+    elements: Elements, space: BrickSpace, values: FloatArray, *, slopes: bool = False
+) -> FloatArray:
+    """Integral over the solid of functions of the nodes, given at the Gauss points, ``(N,)``.
+
+    They, or their slopes, are those of an element as large as a brick of the grid.
+    """
+    volume = element_volumes(elements) / (elements.size if slopes else 1)
     total = np.zeros(len(space.place))
     whole = np.tile(gauss_weights(CUT_POINTS) @ values, (elements.whole, 1))
-    own = np.concatenate([whole, elements.weights @ values]) * volume
+    own = np.concatenate([whole, elements.weights @ values]) * volume[:, None]
     np.add.at(total, space.nodes.ravel(), own.ravel())
     return total

@@ -29,10 +29,18 @@ from gradedesign.finite_cell.basis import (
     point_stiffness,
 )
 from gradedesign.finite_cell.elements import Elements, soft_weights
+from gradedesign.finite_cell.hanging import FreeNodes, free_corners, free_nodes
 from gradedesign.finite_cell.operator import Operator, apply, single
-from gradedesign.finite_cell.patches import OVERLAP, Patches, build_patches
+from gradedesign.finite_cell.patches import OVERLAP, Patches, build_patches, free_matrices
 from gradedesign.finite_cell.space import BrickSpace, linear_space
-from gradedesign.finite_cell.tree import linear_shapes, rows_of, tree_hierarchy
+from gradedesign.finite_cell.tree import (
+    CORNERS,
+    child_weights,
+    linear_shapes,
+    rows_of,
+    slots_of,
+    tree_hierarchy,
+)
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -41,6 +49,8 @@ log = logging.getLogger(__name__)
 SMOOTHING = (2, 12.0)
 #: Elements whose matrices are made at once.
 CHUNK = 4096
+#: Elements with hanging nodes whose matrices are made at once: these have 81 unknowns.
+HANGING_CHUNK = 512
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,6 +98,7 @@ def build_preconditioner(
         In double precision.
     softness : float
     fixed : (N, 3) bool array
+        Hanging nodes among them.
 
     Returns
     -------
@@ -95,12 +106,14 @@ def build_preconditioner(
     """
     report_step(f"multigrid of {3 * len(space.place)} unknowns")
     keep = (~fixed).astype(np.float32)
-    patches = build_patches(elements, space, stiffness, softness, keep)
-    inverse = _inverse_diagonal(elements, space, stiffness, softness, fixed)
+    free = free_nodes(elements, space.nodes, space.hanging)
+    patches = build_patches(elements, space, free, stiffness, softness, keep)
+    inverse = _inverse_diagonal(elements, space, free, stiffness, softness, fixed)
     if patches is not None:
         inverse[patches.weak] = 0.0
-    linear = linear_space(space)
-    prolong = _prolongation(space, linear)
+    corners = free_corners(elements, space.nodes)
+    linear = linear_space(space, corners.nodes)
+    prolong = _prolongation(space, linear, corners)
     coarse_keep = np.ones((len(linear.place), 3), np.float32)
     entries = prolong.tocoo()
     same = entries.data == 1.0
@@ -110,8 +123,9 @@ def build_preconditioner(
     coarse = tree_hierarchy(
         elements.position,
         linear.nodes,
-        _linear_matrices(elements, stiffness, softness),
+        _linear_matrices(elements, corners, stiffness, softness),
         coarse_keep,
+        *_first_transfer(elements, corners),
     )
     low = single(stiffness)
     result = Preconditioner(
@@ -229,41 +243,57 @@ def _largest(
 
 
 def _inverse_diagonal(
-    elements: Elements, space: BrickSpace, stiffness: Operator, softness: float, fixed: BoolArray
+    elements: Elements,
+    space: BrickSpace,
+    free: FreeNodes,
+    stiffness: Operator,
+    softness: float,
+    fixed: BoolArray,
 ) -> NDArray[np.float32]:
-    """Inverted 3 by 3 diagonal blocks of all nodes."""
+    """Inverted 3 by 3 diagonal blocks of all nodes; zero for fixed components."""
     edges, n = elements.grid.edges, len(space.place)
     lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
     diagonal = np.zeros((9, n))
     weights = soft_weights(elements, softness)
-    for count, nodes, w in (
-        (WHOLE_POINTS, space.nodes[: elements.whole], gauss_weights(WHOLE_POINTS)[None]),
-        (CUT_POINTS, space.nodes[elements.whole :], weights),
+    size = np.where(free.kind == 0, elements.size, 0).astype(np.float64)
+    for count, part, w in (
+        (WHOLE_POINTS, slice(elements.whole), gauss_weights(WHOLE_POINTS)[None]),
+        (CUT_POINTS, slice(elements.whole, None), weights),
     ):
         blocks = _diagonal_blocks(gradients_at(gauss_places(count), edges), lame)
         for a in range(27):
-            own = np.broadcast_to(w @ blocks[:, a], (len(nodes), 9))
-            for c in range(9):
-                diagonal[c] += np.bincount(nodes[:, a], weights=own[:, c], minlength=n)
+            own = (w @ blocks[:, a]) * size[part, None]
+            _add_at(diagonal, free.nodes[part, a], own)
     springs = stiffness.springs
     if springs is not None:
+        plain = free.kind[springs.element] == 0
         for a in range(27):
-            own = springs.blocks[:, 3 * a : 3 * a + 3, 3 * a : 3 * a + 3].reshape(-1, 9)
-            for c in range(9):
-                diagonal[c] += np.bincount(
-                    space.nodes[springs.element, a], weights=own[:, c], minlength=n
-                )
+            own = springs.blocks[plain, 3 * a : 3 * a + 3, 3 * a : 3 * a + 3].reshape(-1, 9)
+            _add_at(diagonal, space.nodes[springs.element[plain], a], own)
+    hanging = np.flatnonzero(free.kind)
+    for k in range(0, len(hanging), HANGING_CHUNK):
+        chosen = hanging[k : k + HANGING_CHUNK]
+        matrices = free_matrices(elements, free, stiffness, softness, chosen)
+        for a in range(27):
+            own = matrices[:, 3 * a : 3 * a + 3, 3 * a : 3 * a + 3].reshape(-1, 9)
+            _add_at(diagonal, free.nodes[chosen, a], own)
     blocks = np.ascontiguousarray(diagonal.T).reshape(n, 3, 3)
     del diagonal
     held = fixed.any(axis=1)
-    free = (~fixed[held]).astype(np.float64)
-    both = free[:, :, None] * free[:, None, :]
+    open_ = (~fixed[held]).astype(np.float64)
+    both = open_[:, :, None] * open_[:, None, :]
     some = blocks[held] * both
-    some[:, range(3), range(3)] += 1.0 - free
+    some[:, range(3), range(3)] += 1.0 - open_
     blocks[held] = some
     inverse = np.linalg.inv(blocks).astype(np.float32)
     inverse[held] *= both.astype(np.float32)
     return inverse
+
+
+def _add_at(diagonal: FloatArray, nodes: NDArray[np.int32], own: FloatArray) -> None:
+    """Add blocks ``(k, 9)`` of nodes to those of all, ``(9, N)``."""
+    for c in range(9):
+        diagonal[c] += np.bincount(nodes, weights=own[:, c], minlength=diagonal.shape[1])
 
 
 def _diagonal_blocks(gradients: FloatArray, lame: tuple[float, float]) -> FloatArray:
@@ -276,9 +306,9 @@ def _diagonal_blocks(gradients: FloatArray, lame: tuple[float, float]) -> FloatA
 
 
 def _linear_matrices(
-    elements: Elements, stiffness: Operator, softness: float
+    elements: Elements, corners: FreeNodes, stiffness: Operator, softness: float
 ) -> NDArray[np.float32]:
-    """Galerkin products on the linear functions, ``(n, 24, 24)``."""
+    """Galerkin products on the linear functions of free nodes, ``(n, 24, 24)``."""
     lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
     to_quadratic = np.kron(_linear_at_nodes(), np.eye(3))
     gradients = gradients_at(gauss_places(CUT_POINTS), elements.grid.edges)
@@ -291,10 +321,35 @@ def _linear_matrices(
         part = (1.0 - softness) * elements.weights[k : k + CHUNK] + softness * full
         at = elements.whole + k
         matrices[at : at + len(part)] = (part @ basis).reshape(-1, 24, 24)
+    matrices *= elements.size.astype(np.float32)[:, None, None]
     springs = stiffness.springs
     if springs is not None:
         matrices[springs.element] += to_quadratic.T @ springs.blocks @ to_quadratic
+    for kind in range(1, len(corners.tables)):
+        own = np.flatnonzero(corners.kind == kind)
+        table = np.kron(corners.tables[kind], np.eye(3)).astype(np.float32)
+        matrices[own] = table.T @ matrices[own] @ table
     return matrices
+
+
+def _first_transfer(
+    elements: Elements, corners: FreeNodes
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Row for every linear element, and functions of the next coarser one at its free nodes.
+
+    Large elements stay as they are on the next level.
+    """
+    children = child_weights()
+    if elements.size.max(initial=1) == 1:
+        return slots_of(elements.position), children
+    slot = slots_of(elements.position) + 8 * corners.kind
+    slot[elements.size > 1] = 8 * len(corners.tables)
+    octant = CORNERS[:, None]
+    weights = [
+        linear_shapes(np.moveaxis((2 * octant + far[None]) / 4.0, -1, 0)) for far in corners.far
+    ]
+    table = np.concatenate([*weights, np.eye(8)[None]]).astype(np.float32)
+    return slot, table
 
 
 def _linear_at_nodes() -> FloatArray:
@@ -303,14 +358,20 @@ def _linear_at_nodes() -> FloatArray:
     return linear_shapes(at)
 
 
-def _prolongation(space: BrickSpace, linear: BrickSpace) -> csr_matrix:
-    """Values at quadratic nodes from linear ones."""
+def _prolongation(space: BrickSpace, linear: BrickSpace, corners: FreeNodes) -> csr_matrix:
+    """Values at quadratic nodes from linear ones; hanging nodes are left out."""
     n = len(space.place)
     owner, local = np.zeros(n, np.int64), np.zeros(n, np.int64)
     for a in range(27):
         owner[space.nodes[:, a]] = np.arange(len(space.nodes))
         local[space.nodes[:, a]] = a
     w = _linear_at_nodes()[local]
+    of_hanging = np.flatnonzero(corners.kind[owner])
+    w[of_hanging] = np.einsum(
+        "na,nab->nb", w[of_hanging], corners.tables[corners.kind[owner[of_hanging]]]
+    )
+    if space.hanging is not None:
+        w[space.hanging.values.shape[1] :] = 0.0
     row, corner = np.nonzero(w)
     column = linear.nodes[owner[row], corner]
     return csr_matrix((w[row, corner], (row, column)), shape=(n, len(linear.place)))

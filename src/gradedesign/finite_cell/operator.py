@@ -12,6 +12,12 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.finite_cell import _operator_kernels as kernels
 from gradedesign.finite_cell.basis import CUT_POINTS, WHOLE_POINTS, gauss_weights, line
 from gradedesign.finite_cell.elements import Elements, soft_weights
+from gradedesign.finite_cell.hanging import (
+    Hanging,
+    fill_hanging,
+    gather_hanging,
+    single_hanging,
+)
 from gradedesign.finite_cell.space import BrickSpace
 
 
@@ -43,14 +49,16 @@ class Operator:
     groups : tuple of tuple
         Colours, first element, weights, shapes and slopes of whole and of cut elements.
     lame : (2,) array, N mm
-        Lame's constants times the volume of an element.
+        Lame's constants times the volume of a brick of the grid.
     springs : Springs or None
+    hanging : Hanging or None
     """
 
     nodes: NDArray[np.int32]
     groups: tuple[tuple[IntArray, int, NDArray[Any], NDArray[Any], NDArray[Any]], ...]
     lame: NDArray[Any]
     springs: Springs | None
+    hanging: Hanging | None
 
 
 def lame_constants(youngs_modulus: float, poissons_ratio: float) -> tuple[float, float]:
@@ -79,10 +87,15 @@ def operator(
     springs : Springs, optional
     """
     edges = elements.grid.edges
-    cut_weights = soft_weights(elements, softness)
+    # Stiffness grows with the edge of an element.
+    size = elements.size.astype(np.float64)
+    cut_weights = soft_weights(elements, softness) * size[elements.whole :, None]
+    whole = elements.colours[0]
+    small = int(np.searchsorted(whole, np.count_nonzero(size[: elements.whole] == 1.0)))
     groups = []
     for count, colours, first, weights in (
-        (WHOLE_POINTS, elements.colours[0], 0, gauss_weights(WHOLE_POINTS)[None]),
+        (WHOLE_POINTS, whole[: small + 1], 0, gauss_weights(WHOLE_POINTS)[None]),
+        (WHOLE_POINTS, whole[small:], 0, 2.0 * gauss_weights(WHOLE_POINTS)[None]),
         (CUT_POINTS, elements.colours[1], elements.whole, cut_weights),
     ):
         if colours[-1] > colours[0]:
@@ -94,6 +107,7 @@ def operator(
         groups=tuple(groups),
         lame=np.prod(edges) * np.asarray(lame),
         springs=springs,
+        hanging=space.hanging,
     )
 
 
@@ -120,11 +134,16 @@ def single(operator: Operator) -> Operator:
         ),
         lame=operator.lame.astype(np.float32),
         springs=springs,
+        hanging=single_hanging(operator.hanging),
     )
 
 
 def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
-    """Set y to K u; both are ``(N, 3)`` in the precision of the operator."""
+    """Set y to K u; both are ``(N, 3)`` in the precision of the operator.
+
+    The rows of hanging nodes are set as well: in u to what follows from the others, in y to 0.
+    """
+    fill_hanging(operator.hanging, u)
     y[:] = 0.0
     for colours, first, weights, shapes, slopes in operator.groups:
         kernels.add_product(
@@ -133,6 +152,7 @@ def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
     s = operator.springs
     if s is not None:
         kernels.add_dense(operator.nodes, s.element, s.colours, s.blocks, u, y)
+    gather_hanging(operator.hanging, y)
 
 
 def product(operator: Operator, u: FloatArray) -> FloatArray:

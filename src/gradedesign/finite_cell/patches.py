@@ -25,6 +25,7 @@ from gradedesign.finite_cell.basis import (
     point_stiffness,
 )
 from gradedesign.finite_cell.elements import Elements, solid_fraction, sorted_by_colour
+from gradedesign.finite_cell.hanging import FreeNodes
 from gradedesign.finite_cell.operator import Operator
 from gradedesign.finite_cell.space import BrickSpace
 
@@ -36,6 +37,9 @@ WEAK = 0.5
 OVERLAP = 0.5
 #: Bricks along the edge of the blocks in which patches are assembled together.
 BLOCK = 8
+#: How far elements that share a node lie apart on a refined grid, in its bricks: from a small
+#: element to a large one before it, whose node it follows. Otherwise one.
+REACH = 3
 #: Added to the diagonal of matrices scaled to a diagonal of 1: what single precision resolves.
 SHIFT = 1e-6
 
@@ -68,6 +72,7 @@ class Patches:
 def build_patches(
     elements: Elements,
     space: BrickSpace,
+    free: FreeNodes,
     stiffness: Operator,
     softness: float,
     keep: NDArray[np.float32],
@@ -78,6 +83,8 @@ def build_patches(
     ----------
     elements : Elements
     space : BrickSpace
+    free : FreeNodes
+        Of all elements.
     stiffness : Operator
         In double precision.
     softness : float
@@ -90,25 +97,26 @@ def build_patches(
     counts = weak[space.nodes[chosen]].sum(axis=1)
     widths = 3 * counts
     offsets = np.concatenate([[0], np.cumsum(widths * (widths + 1) // 2)])
-    first, near = _elements_of_weak(space, chosen, weak)
+    holding = np.flatnonzero(weak[free.nodes].any(axis=1))
+    first, near = _elements_of_weak(free.nodes, holding, weak)
     inverse = np.zeros(offsets[-1], np.float32)
-    basis = _basis(elements, stiffness)
     row_of = np.full(len(space.nodes), -1)
-    for rows, around in _blocks(elements.position[chosen]):
-        row_of[chosen[around]] = np.arange(len(around))
-        matrices = _element_matrices(elements, stiffness, softness, chosen[around], basis)
+    reach = 1 if space.hanging is None else REACH
+    for rows, around in _blocks(elements.position, chosen, holding, reach):
+        row_of[around] = np.arange(len(around))
+        matrices = free_matrices(elements, free, stiffness, softness, around)
         for size in np.unique(counts[rows]).tolist():
             own = rows[counts[rows] == size]
             packed = np.zeros((len(own), 3 * size, 3 * size))
             kernels.assemble_patches(
-                weak, space.nodes, space.place, elements.position, chosen[own], row_of, first,
-                near, matrices, packed,
+                weak, space.nodes, free.nodes, free.kind, space.place, elements.position,
+                elements.size, chosen[own], row_of, first, near, matrices, packed,
             )  # fmt: skip
             nodes = space.nodes[chosen[own]]
-            free = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
+            kept = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
             upper = np.triu_indices(3 * size)
             at = offsets[own, None] + np.arange(len(upper[0]))
-            inverse[at] = _inverted(packed, free)[:, upper[0], upper[1]]
+            inverse[at] = _inverted(packed, kept)[:, upper[0], upper[1]]
     return Patches(
         nodes=space.nodes, weak=weak, chosen=chosen, colours=colours, offsets=offsets,
         inverse=inverse,
@@ -122,51 +130,63 @@ def _weak_nodes(elements: Elements, space: BrickSpace, stiffness: Operator) -> B
     weak = best < WEAK
     if stiffness.springs is not None:
         weak[space.nodes[stiffness.springs.element]] = True
+    if space.hanging is not None:
+        weak[space.hanging.values.shape[1] :] = False
     return weak
 
 
-def _basis(elements: Elements, stiffness: Operator) -> FloatArray:
-    """Stiffness of every Gauss point at weight 1, ``(125, 6561)``."""
-    gradients = gradients_at(gauss_places(CUT_POINTS), elements.grid.edges)
-    lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
-    return point_stiffness(gradients, lame).reshape(CUT_POINTS**3, -1)
-
-
-def _element_matrices(
+def free_matrices(
     elements: Elements,
+    free: FreeNodes,
     stiffness: Operator,
     softness: float,
     chosen: IntArray,
-    basis: FloatArray,
 ) -> FloatArray:
-    """Stiffness of some elements, ``(k, 81, 81)``, N/mm."""
+    """Stiffness of some elements on their free nodes, ``(k, 81, 81)``, N/mm."""
+    gradients = gradients_at(gauss_places(CUT_POINTS), elements.grid.edges)
+    lame = (float(stiffness.lame[0]), float(stiffness.lame[1]))
+    basis = point_stiffness(gradients, lame).reshape(CUT_POINTS**3, -1)
     full = gauss_weights(CUT_POINTS)
     weights = np.tile(full, (len(chosen), 1))
     cut = chosen >= elements.whole
     own = elements.weights[chosen[cut] - elements.whole]
     weights[cut] = (1.0 - softness) * own + softness * full
+    weights *= elements.size[chosen, None]
     matrices = (weights @ basis).reshape(-1, 81, 81)
     springs = stiffness.springs
     if springs is not None:
         _, rows, from_springs = np.intersect1d(chosen, springs.element, return_indices=True)
         matrices[rows] += springs.blocks[from_springs]
+    kinds = free.kind[chosen]
+    for kind in np.unique(kinds[kinds > 0]).tolist():
+        rows = np.flatnonzero(kinds == kind)
+        table = np.kron(free.tables[kind], np.eye(3))
+        matrices[rows] = table.T @ matrices[rows] @ table
     return matrices
 
 
-def _blocks(position: NDArray[np.int32]) -> Iterator[tuple[IntArray, IntArray]]:
-    """Rows of elements in blocks of the grid, each with all rows within one brick of it."""
+def _blocks(
+    position: NDArray[np.int32], chosen: IntArray, holding: IntArray, reach: int
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Rows of chosen elements in blocks of the grid, with the elements that may share a node."""
+    dims = (position // BLOCK).max(axis=0).astype(np.int64) + 3
+    members, others = (_by_block(position[some], dims) for some in (chosen, holding))
+    steps = np.array([z * dims[1] * dims[0] + y * dims[0] + x for z, y, x in _AROUND])
+    for own, rows in members.items():
+        near = np.concatenate([others[k] for k in (own + steps).tolist() if k in others])
+        places = position[chosen[rows]]
+        low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
+        at = position[holding[near]]
+        yield rows, holding[near[((at >= low) & (at <= high)).all(axis=1)]]
+
+
+def _by_block(position: NDArray[np.int32], dims: IntArray) -> dict[int, IntArray]:
+    """Rows of places in every block that holds some."""
     block = position // BLOCK
-    dims = block.max(axis=0).astype(np.int64) + 3
     key = ((block[:, 2] + 1) * dims[1] + block[:, 1] + 1) * dims[0] + block[:, 0] + 1
     order = np.argsort(key, kind="stable")
     keys, first = np.unique(key[order], return_index=True)
-    members = dict(zip(keys.tolist(), np.split(order, first[1:]), strict=True))
-    steps = np.array([z * dims[1] * dims[0] + y * dims[0] + x for z, y, x in _AROUND])
-    for own, rows in members.items():
-        near = np.concatenate([members[k] for k in (own + steps).tolist() if k in members])
-        low, high = position[rows].min(axis=0) - 1, position[rows].max(axis=0) + 1
-        inside = ((position[near] >= low) & (position[near] <= high)).all(axis=1)
-        yield rows, near[inside]
+    return dict(zip(keys.tolist(), np.split(order, first[1:]), strict=True))
 
 
 #: Steps to the 27 blocks around a block.
@@ -174,13 +194,13 @@ _AROUND = [(z, y, x) for z in (-1, 0, 1) for y in (-1, 0, 1) for x in (-1, 0, 1)
 
 
 def _elements_of_weak(
-    space: BrickSpace, chosen: IntArray, weak: BoolArray
+    nodes: NDArray[np.int32], holding: IntArray, weak: BoolArray
 ) -> tuple[IntArray, IntArray]:
-    """Elements around every weak node; all of them are among the chosen ones."""
-    nodes = space.nodes[chosen]
+    """Elements around every weak node, given those that hold one."""
+    nodes = nodes[holding]
     hit = weak[nodes]
     node = nodes[hit]
-    element = np.broadcast_to(chosen[:, None], nodes.shape)[hit]
+    element = np.broadcast_to(holding[:, None], nodes.shape)[hit]
     order = np.argsort(node, kind="stable")
     first = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=len(weak)))])
     return first, element[order]

@@ -34,6 +34,9 @@ class Problem:
         plane regions are added.
     bodies : int
         Connected components that belong to the solid.
+    grading : callable, optional
+        Points ``(3, m)`` to how much larger than the spacing elements may be there, ``(m,)``: 2
+        where walls are twice as thick as the thinnest.
     """
 
     field: Field
@@ -44,6 +47,7 @@ class Problem:
     material: Material
     planes: tuple[Plane, ...] = ()
     bodies: int = 1
+    grading: Field | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))

@@ -57,6 +57,7 @@ def recovered_stress(
         space.nodes,
         u,
         elements.grid.edges,
+        elements.size,
         np.array([*lame, thermal_strain]),
         solid_fraction(elements) >= WELL_FILLED,
         gauss_places(BARLOW)[0, :BARLOW],

@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.finite_cell import _stress_kernels as kernels
-from gradedesign.finite_cell.elements import BLOCKS, Elements
+from gradedesign.finite_cell.elements import BLOCKS, Elements, element_volumes
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.surface import reference_of
 
@@ -43,8 +43,9 @@ def solid_points(elements: Elements) -> SolidPoints:
     element = np.repeat(np.arange(count), parts)[used]
     reference = np.ascontiguousarray(reference.reshape(-1, 3)[used].T, dtype=np.float64)
     grid = elements.grid
-    points = grid.lower[:, None] + grid.edges[:, None] * (elements.position[element].T + reference)
-    volume = float(np.prod(grid.edges)) * share.ravel()[used]
+    within = elements.position[element].T + elements.size[element] * reference
+    points = grid.lower[:, None] + grid.edges[:, None] * within
+    volume = element_volumes(elements)[element] * share.ravel()[used]
     return SolidPoints(points=points, volume=volume, element=element, reference=reference)
 
 

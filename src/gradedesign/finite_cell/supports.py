@@ -14,9 +14,15 @@ from gradedesign.fe.rigid_modes import free_modes
 from gradedesign.fe.supports import AGREEMENT
 from gradedesign.finite_cell.basis import shapes_at
 from gradedesign.finite_cell.elements import Elements, sorted_by_colour
+from gradedesign.finite_cell.hanging import fill_hanging, gather_hanging
 from gradedesign.finite_cell.operator import Springs
-from gradedesign.finite_cell.space import BrickSpace, node_points
-from gradedesign.finite_cell.surface import SurfacePoints, brick_of, split_by_grid
+from gradedesign.finite_cell.space import LOCAL, BrickSpace, node_points
+from gradedesign.finite_cell.surface import (
+    SurfacePoints,
+    brick_of,
+    element_table,
+    split_by_grid,
+)
 from gradedesign.part.regions import Region
 
 #: Stiffness of the springs of a weak support, over the P-wave modulus and per edge of an element.
@@ -91,7 +97,7 @@ def held_by(
     force = np.zeros((count, 3))
     seen: list[tuple[FloatArray, tuple[bool, ...]]] = []
     for fix in case.fix:
-        strong = covered_faces(elements, regions[fix.region])
+        strong = _held_alone(space, covered_faces(elements, regions[fix.region]))
         nodes = _face_nodes(space, strong)
         for c, prescribed in enumerate(fix.displacement):
             if prescribed is not None:
@@ -104,6 +110,8 @@ def held_by(
         held = tuple(prescribed is not None for prescribed in fix.displacement)
         seen.append((at.points[:, weak], held))
     _require_held(elements, space, fixed, seen, case.name)
+    fill_hanging(space.hanging, value)
+    gather_hanging(space.hanging, force)
     return Held(fixed=fixed, value=value, springs=_collected(elements, blocks), spring_force=force)
 
 
@@ -113,6 +121,7 @@ def covered_faces(elements: Elements, region: Region) -> IntArray:
     triangles = split_by_grid(region.corners, grid.lower, grid.edges)
     across = 0.5 * np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(across, axis=1)
+    table = element_table(elements).ravel()
     bricks = np.ravel_multi_index(tuple(elements.position.T), grid.shape)
     codes = [np.zeros(0, np.int64)]
     for axis in range(3):
@@ -126,11 +135,17 @@ def covered_faces(elements: Elements, region: Region) -> IntArray:
             middle = triangles[own].mean(axis=1).T
             middle[axis] -= (1e-3 if side else -1e-3) * grid.edges[axis]
             brick = brick_of(elements.grid, middle)
+            first = np.where(brick >= 0, table[brick], -1)
+            # The middle plane of a large element is none of its faces.
+            depth = np.unravel_index(np.maximum(brick, 0), grid.shape)[axis]
+            outer = elements.position[first, axis] + side * (elements.size[first] - 1)
+            at = (first >= 0) & (depth == outer)
             sums = np.bincount(
-                brick[brick >= 0], weights=area[own][brick >= 0], minlength=int(bricks.max()) + 1
+                bricks[first[at]], weights=area[own][at], minlength=int(bricks.max()) + 1
             )
             reached = elements.faces[:, 2 * axis + side] != 0
-            covered = np.flatnonzero(reached & (sums[bricks] >= COVERED * face))
+            whole = COVERED * face * elements.size.astype(np.float64) ** 2
+            covered = np.flatnonzero(reached & (sums[bricks] >= whole))
             codes.append(6 * covered + 2 * axis + side)
     return np.concatenate(codes)
 
@@ -144,10 +159,33 @@ def _face_codes(at: SurfacePoints) -> IntArray:
 
 def _face_nodes(space: BrickSpace, codes: IntArray) -> IntArray:
     """Nodes of faces of elements."""
-    local = np.stack([np.arange(27) % 3, np.arange(27) // 3 % 3, np.arange(27) // 9])
+    return np.unique(_nodes_by_face(space, codes))
+
+
+def _nodes_by_face(space: BrickSpace, codes: IntArray) -> IntArray:
+    """Nine nodes of each face of an element, ``(k, 9)``."""
     element, axis, side = codes // 6, codes % 6 // 2, codes % 2
-    on_face = local[axis] == 2 * side[:, None]
-    return np.unique(space.nodes[element][on_face])
+    on_face = LOCAL[axis] == 2 * side[:, None]
+    return np.asarray(space.nodes[element][on_face]).reshape(-1, 9)
+
+
+def _held_alone(space: BrickSpace, codes: IntArray) -> IntArray:
+    """Faces without hanging nodes that follow a node which no face holds."""
+    if space.hanging is None:
+        return codes
+    free = space.hanging.values.shape[1]
+    while len(codes):
+        nodes = _nodes_by_face(space, codes)
+        loose = np.ones(len(space.place), dtype=bool)
+        loose[nodes] = False
+        follows = abs(space.hanging.values) @ loose[:free].astype(np.float64) > 0.0
+        loose[:] = False
+        loose[free:] = follows
+        bad = loose[nodes].any(axis=1)
+        if not bad.any():
+            break
+        codes = codes[~bad]
+    return codes
 
 
 def _refuse_conflict(fixed: BoolArray, value: FloatArray, prescribed: float, region: str) -> None:
@@ -175,11 +213,12 @@ def _add_springs(
     """Add the springs of one support to the matrices of elements."""
     if not weak.any():
         return
-    stiff = SPRING * modulus / float(elements.grid.edges.max())
+    stiffest = SPRING * modulus / float(elements.grid.edges.max())
     held = [c for c, prescribed in enumerate(fix.displacement) if prescribed is not None]
     index = np.flatnonzero(weak)
     index = index[np.argsort(at.element[index], kind="stable")]
     for e, own in zip(*_groups(at.element[index], index), strict=True):
+        stiff = stiffest / float(elements.size[e])
         shapes = shapes_at(at.reference[:, own])
         mass = stiff * np.einsum("qa,q,qb->ab", shapes, at.area[own], shapes)
         block = blocks.setdefault(int(e), np.zeros((27, 3, 27, 3)))

@@ -44,11 +44,14 @@ class SurfacePoints:
 
 
 def element_table(elements: Elements) -> IntArray:
-    """First element of every brick of the grid, ``(nx, ny, nz)``, -1 where there is none."""
+    """First element over every brick of the grid, ``(nx, ny, nz)``, -1 where there is none."""
     table = np.full(elements.grid.shape, -1)
     # In reverse, so that the one that was numbered first stands at last.
     order = np.argsort(-elements.copy, kind="stable")
     table[tuple(elements.position[order].T)] = order
+    large = order[elements.size[order] > 1]
+    for step in np.ndindex(2, 2, 2):
+        table[tuple((elements.position[large] + step).T)] = large
     return table
 
 
@@ -78,6 +81,10 @@ def locate(
     further = np.flatnonzero(elements.copy)
     if not len(further):
         return element
+    known_at = element >= 0
+    brick[known_at] = np.ravel_multi_index(
+        tuple(elements.position[element[known_at]].T), elements.grid.shape
+    )
     bricks = np.ravel_multi_index(tuple(elements.position[further].T), elements.grid.shape)
     shared = np.flatnonzero((element >= 0) & np.isin(brick, bricks))
     best = _distance_in(elements, element[shared], near[:, shared])
@@ -111,7 +118,7 @@ def reference_of(elements: Elements, element: IntArray, points: FloatArray) -> F
     """Places ``(3, m)`` of points in their elements."""
     grid = elements.grid
     corner = grid.lower[:, None] + grid.edges[:, None] * elements.position[element].T
-    return (points - corner) / grid.edges[:, None]
+    return (points - corner) / (grid.edges[:, None] * elements.size[element])
 
 
 def region_points(elements: Elements, field: Field, region: Region) -> SurfacePoints:

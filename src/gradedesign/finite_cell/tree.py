@@ -33,6 +33,8 @@ def tree_hierarchy(
     nodes: NDArray[np.int32],
     matrices: NDArray[np.float32],
     keep: NDArray[np.float32],
+    slot: NDArray[np.int64],
+    weights: NDArray[np.float32],
 ) -> Hierarchy:
     """Levels from linear bricks down to a factorised one.
 
@@ -43,13 +45,16 @@ def tree_hierarchy(
     matrices : (n, 24, 24) float32 array
     keep : (N, 3) float32 array
         0 where a component is fixed.
+    slot : (n,) int array
+        Row of `weights` for every element.
+    weights : (k, 8, 8) float32 array
+        Functions of the corners of the next coarser element at the nodes of an element.
 
     Returns
     -------
     Hierarchy
     """
     levels = []
-    weights = _child_weights()
     while True:
         first, element, local = kernels.elements_of_nodes(nodes, len(keep))
         row, column, blocks = kernels.block_rows(nodes, matrices, first, element, local)
@@ -65,7 +70,6 @@ def tree_hierarchy(
         place[copy] = parent_place[parent]
         coarse_nodes = np.zeros((count, 8), np.int32)
         coarse_count = kernels.coarse_nodes(copy, place, first, element, coarse_nodes)
-        slot = (position & 1) @ np.array([1, 2, 4])
         child = np.argsort(copy, kind="stable")
         starts = np.concatenate([[0], np.cumsum(np.bincount(copy, minlength=count))])
         coarse = np.zeros((count, 24, 24), np.float32)
@@ -74,6 +78,7 @@ def tree_hierarchy(
         coarse_keep = _coarse_keep(prolong, keep)
         levels.append(_level(matrix, flat, prolong, coarse_keep))
         position, nodes, matrices, keep = place, coarse_nodes, coarse, coarse_keep
+        slot, weights = slots_of(position), child_weights()
     return Hierarchy(
         levels=tuple(levels),
         coarsest=factorised(matrix.astype(np.float64), flat.astype(np.float64)),
@@ -91,7 +96,12 @@ def _parents(position: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np
     return place.astype(np.int32), parent
 
 
-def _child_weights() -> NDArray[np.float32]:
+def slots_of(position: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Corner of the parent in which every element lies, as a row of `child_weights`."""
+    return np.asarray((position & 1) @ np.array([1, 2, 4]))
+
+
+def child_weights() -> NDArray[np.float32]:
     """Functions of a parent's corners at the corners of its children, ``(slot, child, parent)``."""
     at = (CORNERS[:, None] + CORNERS[None]) / 2.0
     return linear_shapes(np.moveaxis(at, -1, 0)).astype(np.float32)

@@ -32,6 +32,7 @@ from gradedesign.loop.lesson import Lesson, Prior, learn
 from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.wall_grading import wall_grading
 from gradedesign.sizing.size import SizingResult, SizingStep
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.correction import (
@@ -120,7 +121,7 @@ def analyse_cells(
     problem, cells = setup.problem, setup.cells
     grid = density_grid(problem, cells, rho)
     design = build_design(problem, cells, grid)
-    solid = printed_solid(problem, design)
+    grading = None
     if spacing is not None:
         resolution = Resolution(spacing=spacing)
     else:
@@ -128,6 +129,8 @@ def analyse_cells(
         resolution = Resolution(
             spacing=finer * follows, coarsest=follows * problem.analysis.coarsest
         )
+        grading = wall_grading(problem, cells, grid, follows)
+    solid = printed_solid(problem, design, grading)
     result = analyse_printed_solid(
         problem.analysis,
         solid,

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
@@ -205,7 +205,9 @@ def build_design(problem: Problem, cells: CellChoice, grid: DensityGrid) -> Latt
     )
 
 
-def printed_solid(problem: Problem, design: LatticeDesign) -> PrintedSolid:
+def printed_solid(
+    problem: Problem, design: LatticeDesign, grading: Field | None = None
+) -> PrintedSolid:
     """A design with the loads, supports and limits of its case."""
     regions = {name: problem.part.regions[name] for name in problem.facets}
     return PrintedSolid(
@@ -219,6 +221,7 @@ def printed_solid(problem: Problem, design: LatticeDesign) -> PrintedSolid:
         percentile=problem.case.limits.percentile,
         solver=problem.solver,
         mesher=problem.mesher,
+        grading=grading,
     )
 
 

@@ -14,7 +14,7 @@ from gradedesign.finite_cell.analysis import brick_grid, divide
 from gradedesign.finite_cell.elements import DisconnectedError, Elements, solid_volume
 from gradedesign.finite_cell.grid import Plane
 from gradedesign.finite_cell.problem import Problem, require_regions
-from gradedesign.finite_cell.space import BrickSpace
+from gradedesign.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.lattice.lattice import lattice_field
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.printed_solid import PrintedSolid
@@ -70,6 +70,7 @@ def design_problem(solid: PrintedSolid, spacing: float) -> Problem:
         material=solid.material,
         planes=passive_planes(solid),
         bodies=domain.bodies,
+        grading=solid.grading,
     )
 
 
@@ -112,7 +113,7 @@ def divided_within_budget(
         _require_room(problem, spacing, memory)
         lost, why, divided = _tried(problem, spacing)
         if divided is not None:
-            unknowns = 3 * len(divided[1].place)
+            unknowns = unknown_count(divided[1])
             need = predict_memory(unknowns)
             if need <= memory:
                 return DividedSolid(

@@ -39,6 +39,9 @@ class PrintedSolid:
     field : callable, optional
         Solid to analyse instead of the design's own lattice, such as the printed surface read
         back: points ``(3, ...)`` mm to ``(...)``, negative inside. Finite cells take it.
+    grading : callable, optional
+        How much larger elements may be than at the thinnest wall: points ``(3, ...)`` mm to ratios
+        ``(...)``. Finite cells take it.
     """
 
     case: Case
@@ -52,3 +55,4 @@ class PrintedSolid:
     solver: LinearSolver = MULTIGRID
     mesher: Mesher = PYTETWILD
     field: Field | None = None
+    grading: Field | None = None

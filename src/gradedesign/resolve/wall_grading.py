@@ -1,0 +1,70 @@
+"""How much thicker than the thinnest the walls and layers of a design are, from place to place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.cell.local_cells import local_cells
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.lattice.density_grid import DensityGrid, evaluate
+from gradedesign.lattice.sample import grid_points
+from gradedesign.resolve.cell_choice import CellChoice
+from gradedesign.resolve.problem import Problem
+
+
+def wall_grading(
+    problem: Problem, cells: CellChoice, grid: DensityGrid, spacing: float
+) -> Field | None:
+    """How much larger than at the thinnest wall the elements of an explicit analysis may be.
+
+    Parameters
+    ----------
+    problem : Problem
+    cells : CellChoice
+    grid : DensityGrid
+        Of the design.
+    spacing : float, mm
+        That the thinnest wall or layer asks for.
+
+    Returns
+    -------
+    callable or None
+        Points ``(3, ...)`` mm to ratios ``(...)``, 1 or more; between the nodes of the density grid
+        the thinner ones count more. None where zones have different cells, nets lie on the part, or
+        the case states its grid.
+    """
+    domain, analysis = problem.domain, problem.analysis
+    if cells.zoning is not None or domain.nets or problem.case.run.explicit_mesh_size is not None:
+        return None
+    walls = wall_mm(cells.cell, grid.values, _sizes(cells, grid))
+    share = spacing * cells.elements_per_wall / np.maximum(walls, 1e-9 * cells.layout.least)
+    shares = DensityGrid(origin=grid.origin, spacing=grid.spacing, values=np.clip(share, 0.0, 1.0))
+    layers = [(p.distance, p.margin, p.margin) for p in domain.passive] + [
+        (s.faces or domain.distance, s.thickness, s.thinnest or s.thickness) for s in domain.skins
+    ]
+    # Layers that bear elements of twice the edge ask for nothing.
+    thin = [
+        (distance, reach, least)
+        for distance, reach, least in layers
+        if least < 2.0 * spacing * analysis.elements_per_layer
+    ]
+
+    def grading(points: FloatArray) -> FloatArray:
+        ratio = 1.0 / np.maximum(evaluate(shares, points), 1e-9)
+        for distance, reach, least in thin:
+            near = np.abs(distance(points)) <= reach
+            wanted = max(least / (spacing * analysis.elements_per_layer), 1.0)
+            ratio = np.where(near, np.minimum(ratio, wanted), ratio)
+        return ratio
+
+    return grading
+
+
+def _sizes(cells: CellChoice, grid: DensityGrid) -> FloatArray | float:
+    """Shortest extent of the cells at the nodes of a grid, mm."""
+    layout = cells.layout
+    if layout.cell_map.name == "uniform":
+        return layout.least
+    nodes = grid_points(grid.origin, (0, 0, 0), grid.values.shape, grid.spacing).reshape(3, -1)
+    return local_cells(layout.cell_map, nodes).least.reshape(grid.values.shape)
