@@ -129,6 +129,27 @@ def test_pictures_and_files_get_the_surface_and_hexahedra(solved, tmp_path):
     np.testing.assert_allclose(probed.T, moved(at.T), rtol=1e-3, atol=1e-3 * 2.5 / 200e3)
 
 
+def test_elements_are_twice_as_large_where_walls_allow(tmp_path):
+    thick = replace(bar(), grading=lambda p: np.where(p[0] > 2.1, 1.0, 2.5))
+    refined = solve_finite_cells(thick, Resolution(spacing=0.5), print)
+    # Two blocks across of 1 mm where x < 2, and 32 bricks of 0.5 mm: an even grid has 64.
+    assert np.bincount(refined.result.elements.size).tolist() == [0, 32, 4]
+    assert refined.division.mesh_size == 0.5
+    # Of 9 x 9 x 5 nodes where elements are small those on their plane with large ones hang that
+    # lie not on its 5 x 3; large ones have 4 x 5 x 3 more.
+    assert refined.division.unknowns == 3 * (9 * 9 * 5 - 9 * 5 + 5 * 3 + 4 * 5 * 3)
+    assert refined.volumes.sum() == pytest.approx(8.0, rel=1e-6)
+    assert refined.von_mises("pull") == pytest.approx(2.5, rel=1e-3)
+    points = np.array([[0.7, 2.1, 3.9], [0.3, 1.1, 1.9], [0.9, 0.2, 0.6]])
+    u, _ = refined.displacement_at("pull", points)
+    np.testing.assert_allclose(u, moved(points), rtol=1e-3, atol=1e-3 * 2.5 / 200e3)
+    volume = refined.volume_fields({"x [mm]": refined.points[0]})
+    middle = volume.points[:, volume.elements].mean(axis=1)
+    np.testing.assert_allclose(volume.element_data["x [mm]"], middle[0], atol=1e-9)
+    nodal = volume.point_data["displacement pull [mm]"]
+    np.testing.assert_allclose(nodal, moved(volume.points), atol=1e-3 * 2.5 / 200e3)
+
+
 def test_a_given_field_is_analysed_in_place_of_the_design():
     half = solve_finite_cells(
         bar(field=lambda p: np.maximum(box(p), p[1] - 1.0)), Resolution(spacing=1.0), print

@@ -15,6 +15,7 @@ from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError, DensityError, LatticeError
 from gradedesign.fe.element_points import element_points
 from gradedesign.lattice.lattice import density_at
+from gradedesign.lattice.skin import Skin
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration_steps import build_design, density_grid, explicit_spacing
 from gradedesign.material.power_law import power_law
@@ -25,6 +26,7 @@ from gradedesign.resolve import resolve_law as law_module
 from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.setup import prepare
 from gradedesign.resolve.solid import solve_solid
+from gradedesign.resolve.wall_grading import wall_grading
 from gradedesign.sizing.homogenised_model import bond_matrix
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 
@@ -127,6 +129,27 @@ def test_walls_are_as_thin_as_their_own_cells(tmp_path, registry):
     design = build_design(setup.problem, setup.cells, grid)
     assert design.cell_map is setup.cells.layout.cell_map
     assert neighbourhood_cells(design) is setup.cells.layout.cell_map
+
+
+def test_thick_walls_bear_larger_elements(tmp_path, registry):
+    setup = prepared(tmp_path, 'size = "6 mm"\n', registry, LONG)
+    problem, cells = setup.problem, setup.cells
+    x = centroids(problem.space.mesh)[0]
+    grid = density_grid(problem, cells, np.where(x < 20, 0.2, 0.6))
+    spacing = explicit_spacing(problem, cells, grid)
+    grading = wall_grading(problem, cells, grid, spacing)
+    walls = wall_mm(calibrate(WALLS), np.array([0.2, 0.6]), 6.0)
+    at = np.array([[4.0, 52.0], [10.0, 10.0], [10.0, 10.0]])
+    np.testing.assert_allclose(grading(at), [1.0, walls[1] / walls[0]], rtol=1e-6)
+    # In a thin skin elements stay small.
+    skin = Skin(thickness=1.5 * spacing * problem.analysis.elements_per_layer)
+    skinned = replace(problem, domain=replace(problem.domain, skins=(skin,)))
+    near = np.array([[52.0, 52.0], [10.0, 10.0], [0.5 * skin.thickness, 10.0]])
+    found = wall_grading(skinned, cells, grid, spacing)(near)
+    np.testing.assert_allclose(found, [1.5, walls[1] / walls[0]], rtol=1e-6)
+    # A third of the part is too little to pay.
+    grid = density_grid(problem, cells, np.where(x < 40, 0.2, 0.6))
+    assert wall_grading(problem, cells, grid, spacing) is None
 
 
 def test_a_straight_grid_has_one_rotation(tmp_path, registry):

@@ -55,6 +55,82 @@ def _join_masters(sets: Any, position: Any, one: int, other: int, x: int, y: int
 
 
 @njit(cache=True, nogil=True)
+def _join_ends(position: Any, size: Any, sets: Any) -> bool:
+    """Unite the ends of edges, and the corners of faces, of large elements whose middle is shared.
+
+    A small element may hold the middle of a large one's edge through a neighbour, but not the end
+    of its own half, across a gap: linear functions would have three values along one edge.
+
+    Returns
+    -------
+    bool
+        Whether anything was united.
+    """
+    n = position.shape[0]
+    holder = np.full(sets.size, -1, np.int32)
+    changed = False
+    for e in range(n):
+        if size[e] != 2:
+            continue
+        for a in range(27):
+            local = (a % 3, a // 3 % 3, a // 9)
+            middles = (local[0] == 1) + (local[1] == 1) + (local[2] == 1)
+            if middles == 0 or middles == 3:
+                continue
+            r = root_of(sets, 27 * e + a)
+            if holder[r] < 0:
+                holder[r] = e
+                continue
+            c = holder[r]
+            x = 2 * (position[e, 0] + local[0])
+            y = 2 * (position[e, 1] + local[1])
+            z = 2 * (position[e, 2] + local[2])
+            changed |= _join_span(position, size, sets, e, c, x, y, z)
+    for e in range(n):
+        if size[e] != 1:
+            continue
+        for a in range(8):
+            x = 2 * (position[e, 0] + (a & 1))
+            y = 2 * (position[e, 1] + ((a >> 1) & 1))
+            z = 2 * (position[e, 2] + (a >> 2))
+            c = holder[root_of(sets, 27 * e + 2 * (a & 1) + 6 * ((a >> 1) & 1) + 18 * (a >> 2))]
+            if c >= 0:
+                changed |= _join_span(position, size, sets, e, c, x, y, z)
+    return changed
+
+
+@njit(cache=True, nogil=True)
+def _join_span(
+    position: Any, size: Any, sets: Any, one: int, large: int, x: int, y: int, z: int
+) -> bool:
+    """Unite nodes of an element with those of a large one at the same places.
+
+    The places span the edge or the face of the large element whose middle lies at x, y and z, in
+    half edges of the grid.
+    """
+    changed = False
+    spanned = (x - 2 * position[large, 0] == 2, y - 2 * position[large, 1] == 2,
+               z - 2 * position[large, 2] == 2)  # fmt: skip
+    for k in range(27):
+        local = (k % 3, k // 3 % 3, k // 9)
+        slot = 0
+        factor = 1
+        for axis in range(3):
+            p = x if axis == 0 else (y if axis == 1 else z)
+            place = 2 * position[one, axis] + size[one] * local[axis]
+            back = place - 2 * position[large, axis]
+            if back < 0 or back > 4 or back & 1 or (place != p and not spanned[axis]):
+                slot = -1
+                break
+            slot += factor * (back // 2)
+            factor *= 3
+        if slot >= 0 and root_of(sets, 27 * one + k) != root_of(sets, 27 * large + slot):
+            join(sets, 27 * one + k, 27 * large + slot)
+            changed = True
+    return changed
+
+
+@njit(cache=True, nogil=True)
 def attach_small(
     bricks: Any, order: Any, position: Any, size: Any, shape: Any, faces: Any, sets: Any
 ) -> Any:
@@ -121,6 +197,8 @@ def attach_small(
                             _join_masters(sets, position, owner[key], c, x, y, z)
                         else:
                             owner[key] = np.int64(c)
+    while _join_ends(position, size, sets):
+        pass
     held = np.zeros((len(owner) - 1, 2), np.int64)
     row = 0
     for key in owner:

@@ -10,18 +10,18 @@ from numba import njit, prange
 
 @njit(parallel=True, cache=True, nogil=True)
 def assemble_patches(
-    weak: Any, nodes: Any, free: Any, kind: Any, place: Any, position: Any, size: Any,
-    chosen: Any, row_of: Any, first: Any, near: Any, matrices: Any, out: Any,
+    weak: Any, nodes: Any, kind: Any, place: Any, position: Any, size: Any, chosen: Any,
+    row_of: Any, first: Any, near: Any, matrices: Any, out: Any,
 ) -> None:  # fmt: skip
     """Stiffness of the weak nodes of some elements, all elements around them included.
 
     Parameters
     ----------
     weak : (N,) bool array
-    nodes, free : (n, 27) int32 array
-        Of the elements, and the free nodes that stand for them.
+    nodes : (n, 27) int32 array
+        Free nodes of the elements.
     kind : (n,) int array
-        0 where both are the same.
+        0 where these are the element's own.
     place : (N, 3) int32 array
         Of the nodes, in half edges.
     position : (n, 3) int32 array
@@ -55,7 +55,7 @@ def assemble_patches(
                     local[j] = -1
                     if kind[other] != 0:
                         for a in range(27):
-                            if free[other, a] == own[j]:
+                            if nodes[other, a] == own[j]:
                                 local[j] = a
                         continue
                     x = place[own[j], 0] - 2 * position[other, 0]
@@ -74,6 +74,38 @@ def assemble_patches(
                                 out[r, 3 * i + c, 3 * j + d] += matrices[
                                     m, 3 * local[i] + c, 3 * local[j] + d
                                 ]
+
+
+@njit(cache=True, nogil=True)
+def colour_patches(nodes: Any, weak: Any, colour: Any) -> None:
+    """Give each patch the first colour that none before it with a common weak node has.
+
+    Parameters
+    ----------
+    nodes : (k, 27) int32 array
+    weak : (N,) bool array
+    colour : (k,) int array
+        Written.
+    """
+    # One bit for each colour; where they do not suffice, a patch has a colour to itself.
+    taken = np.zeros(weak.size, np.int64)
+    last = 62
+    for e in range(nodes.shape[0]):
+        used = np.int64(0)
+        for a in range(27):
+            if weak[nodes[e, a]]:
+                used |= taken[nodes[e, a]]
+        k = 0
+        while k < 62 and (used >> k) & 1:
+            k += 1
+        if k == 62:
+            colour[e] = last
+            last += 1
+            continue
+        colour[e] = k
+        for a in range(27):
+            if weak[nodes[e, a]]:
+                taken[nodes[e, a]] |= np.int64(1) << k
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)

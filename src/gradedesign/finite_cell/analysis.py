@@ -120,7 +120,7 @@ def brick_grid(problem: Problem, spacing: float) -> Grid:
 def divide(problem: Problem, spacing: float) -> tuple[Elements, BrickSpace]:
     """Elements of a spacing, mm, and their nodes: all that the memory of a solve depends on.
 
-    Where the problem's grading saves enough, elements are twice as large where it allows.
+    They are twice as large where the problem's grading allows.
 
     Raises
     ------
@@ -129,9 +129,7 @@ def divide(problem: Problem, spacing: float) -> tuple[Elements, BrickSpace]:
     """
     if problem.grading is not None:
         planes = (*problem.planes, *region_planes(problem.regions))
-        graded = refined(problem, spacing, planes)
-        if graded is not None:
-            return graded
+        return refined(problem, problem.grading, spacing, planes)
     elements = cut_elements(problem.field, brick_grid(problem, spacing), bodies=problem.bodies)
     return elements, brick_space(elements)
 

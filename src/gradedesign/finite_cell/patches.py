@@ -51,7 +51,7 @@ class Patches:
     Attributes
     ----------
     nodes : (n, 27) int32 array
-        Of every element.
+        Free nodes of every element.
     weak : (N,) bool array
     chosen : (k,) int array
         Elements with weak nodes, by colour.
@@ -90,41 +90,46 @@ def build_patches(
     softness : float
     keep : (N, 3) float32 array
     """
-    weak = _weak_nodes(elements, space, stiffness)
-    chosen, colours = sorted_by_colour(elements, np.flatnonzero(weak[space.nodes].any(axis=1)))
-    if not len(chosen):
+    weak = _weak_nodes(elements, space, free, stiffness)
+    holding = np.flatnonzero(weak[free.nodes].any(axis=1))
+    if not len(holding):
         return None
-    counts = weak[space.nodes[chosen]].sum(axis=1)
+    chosen, colours = _by_colour(elements, space, free, weak, holding)
+    counts = weak[free.nodes[chosen]].sum(axis=1)
     widths = 3 * counts
     offsets = np.concatenate([[0], np.cumsum(widths * (widths + 1) // 2)])
-    holding = np.flatnonzero(weak[free.nodes].any(axis=1))
     first, near = _elements_of_weak(free.nodes, holding, weak)
     inverse = np.zeros(offsets[-1], np.float32)
     row_of = np.full(len(space.nodes), -1)
     reach = 1 if space.hanging is None else REACH
-    for rows, around in _blocks(elements.position, chosen, holding, reach):
+    for rows, around in _blocks(elements.position, chosen, reach):
         row_of[around] = np.arange(len(around))
         matrices = free_matrices(elements, free, stiffness, softness, around)
         for size in np.unique(counts[rows]).tolist():
             own = rows[counts[rows] == size]
             packed = np.zeros((len(own), 3 * size, 3 * size))
             kernels.assemble_patches(
-                weak, space.nodes, free.nodes, free.kind, space.place, elements.position,
-                elements.size, chosen[own], row_of, first, near, matrices, packed,
+                weak, free.nodes, free.kind, space.place, elements.position, elements.size,
+                chosen[own], row_of, first, near, matrices, packed,
             )  # fmt: skip
-            nodes = space.nodes[chosen[own]]
+            nodes = free.nodes[chosen[own]]
             kept = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
             upper = np.triu_indices(3 * size)
             at = offsets[own, None] + np.arange(len(upper[0]))
             inverse[at] = _inverted(packed, kept)[:, upper[0], upper[1]]
     return Patches(
-        nodes=space.nodes, weak=weak, chosen=chosen, colours=colours, offsets=offsets,
+        nodes=free.nodes, weak=weak, chosen=chosen, colours=colours, offsets=offsets,
         inverse=inverse,
     )  # fmt: skip
 
 
-def _weak_nodes(elements: Elements, space: BrickSpace, stiffness: Operator) -> BoolArray:
-    """Nodes that only badly cut elements hold, and those of elements with springs."""
+def _weak_nodes(
+    elements: Elements, space: BrickSpace, free: FreeNodes, stiffness: Operator
+) -> BoolArray:
+    """Free nodes that only badly cut elements hold, and those of elements with springs.
+
+    A well filled element that follows such nodes of a large one must be relaxed together with them.
+    """
     best = np.zeros(len(space.place))
     np.maximum.at(best, space.nodes, solid_fraction(elements)[:, None])
     weak = best < WEAK
@@ -132,7 +137,25 @@ def _weak_nodes(elements: Elements, space: BrickSpace, stiffness: Operator) -> B
         weak[space.nodes[stiffness.springs.element]] = True
     if space.hanging is not None:
         weak[space.hanging.values.shape[1] :] = False
+        stands = (free.kind > 0)[:, None] & (free.nodes != space.nodes)
+        follows = (stands & weak[free.nodes]).any(axis=1)
+        weak[free.nodes[follows]] = True
     return weak
+
+
+def _by_colour(
+    elements: Elements, space: BrickSpace, free: FreeNodes, weak: BoolArray, holding: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Elements by colour, so that those of one colour share no weak node, and each colour's first.
+
+    Free nodes of small elements may be those of elements two places on.
+    """
+    if space.hanging is None:
+        return sorted_by_colour(elements, holding)
+    colour = np.zeros(len(holding), np.int64)
+    kernels.colour_patches(free.nodes[holding], weak, colour)
+    start = np.concatenate([[0], np.cumsum(np.bincount(colour))])
+    return holding[np.argsort(colour, kind="stable")], start
 
 
 def free_matrices(
@@ -166,27 +189,22 @@ def free_matrices(
 
 
 def _blocks(
-    position: NDArray[np.int32], chosen: IntArray, holding: IntArray, reach: int
+    position: NDArray[np.int32], chosen: IntArray, reach: int
 ) -> Iterator[tuple[IntArray, IntArray]]:
     """Rows of chosen elements in blocks of the grid, with the elements that may share a node."""
-    dims = (position // BLOCK).max(axis=0).astype(np.int64) + 3
-    members, others = (_by_block(position[some], dims) for some in (chosen, holding))
-    steps = np.array([z * dims[1] * dims[0] + y * dims[0] + x for z, y, x in _AROUND])
-    for own, rows in members.items():
-        near = np.concatenate([others[k] for k in (own + steps).tolist() if k in others])
-        places = position[chosen[rows]]
-        low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
-        at = position[holding[near]]
-        yield rows, holding[near[((at >= low) & (at <= high)).all(axis=1)]]
-
-
-def _by_block(position: NDArray[np.int32], dims: IntArray) -> dict[int, IntArray]:
-    """Rows of places in every block that holds some."""
+    position = position[chosen]
     block = position // BLOCK
+    dims = block.max(axis=0).astype(np.int64) + 3
     key = ((block[:, 2] + 1) * dims[1] + block[:, 1] + 1) * dims[0] + block[:, 0] + 1
     order = np.argsort(key, kind="stable")
     keys, first = np.unique(key[order], return_index=True)
-    return dict(zip(keys.tolist(), np.split(order, first[1:]), strict=True))
+    members = dict(zip(keys.tolist(), np.split(order, first[1:]), strict=True))
+    steps = np.array([z * dims[1] * dims[0] + y * dims[0] + x for z, y, x in _AROUND])
+    for own, rows in members.items():
+        near = np.concatenate([members[k] for k in (own + steps).tolist() if k in members])
+        low, high = position[rows].min(axis=0) - reach, position[rows].max(axis=0) + reach
+        inside = ((position[near] >= low) & (position[near] <= high)).all(axis=1)
+        yield rows, chosen[near[inside]]
 
 
 #: Steps to the 27 blocks around a block.

@@ -26,11 +26,6 @@ from gradedesign.finite_cell.space import BrickSpace, brick_space
 
 log = logging.getLogger(__name__)
 
-#: Share of the elements that large ones must save: below it an even grid is taken, whose iteration
-#: is shorter.
-LEAST_GAIN = 0.3
-#: Small elements in the place of a large one: measured 4 to 5 on gyroid sheets, 8 in solid parts.
-REPLACED = 4.5
 #: Rounding of a grading that allows exactly twice the edge.
 ROUNDING = 1e-9
 #: Blocks whose field is asked for at once.
@@ -38,31 +33,20 @@ CHUNK = 2**13
 
 
 def refined(
-    problem: Problem, spacing: float, planes: Sequence[Plane]
-) -> tuple[Elements, BrickSpace] | None:
+    problem: Problem, grading: Field, spacing: float, planes: Sequence[Plane]
+) -> tuple[Elements, BrickSpace]:
     """Elements of a spacing, mm, and of twice that where the grading allows, and their nodes.
-
-    None where that saves less than `LEAST_GAIN`.
 
     Raises
     ------
     LatticeError
         If nothing is solid, or the solid falls apart.
     """
-    if problem.grading is None:
-        return None
     grid = fit_grid(problem.lower, problem.upper, spacing, planes, multiple=2)
-    coarse, saved = _coarse_blocks(problem, problem.grading, grid, planes)
-    if saved < LEAST_GAIN:
-        log.info(
-            "elements of twice the edge would save %.0f %% of them, less than %.0f %%: not used",
-            100 * saved, 100 * LEAST_GAIN,
-        )  # fmt: skip
-        return None
+    coarse = _coarse_blocks(grading, grid, planes)
     log.info(
-        "elements of %.4g mm, and of twice that in %.0f %% of the box: about %.0f %% fewer than on "
-        "an even grid",
-        float(grid.edges.max()), 100 * coarse.mean(), 100 * saved,
+        "finite cells of %.4g mm, and of twice that in %.0f %% of the box, where walls are thick",
+        float(grid.edges.max()), 100 * coarse.mean(),
     )  # fmt: skip
     elements = refined_elements(problem.field, grid, coarse)
     space = brick_space(elements)
@@ -72,30 +56,25 @@ def refined(
     return elements, space
 
 
-def _coarse_blocks(
-    problem: Problem, grading: Field, grid: Grid, planes: Sequence[Plane]
-) -> tuple[BoolArray, float]:
-    """Blocks of eight bricks that become one element, and the share of elements that saves."""
+def _coarse_blocks(grading: Field, grid: Grid, planes: Sequence[Plane]) -> BoolArray:
+    """Blocks of eight bricks that become one element."""
     shape = tuple(n // 2 for n in grid.shape)
     blocks = np.indices(shape).reshape(3, -1)
     corners = np.stack([*np.ndindex(3, 3, 3)]).T.reshape(3, 1, -1)
     coarse = np.zeros(blocks.shape[1], dtype=bool)
-    solid = np.zeros(blocks.shape[1], dtype=bool)
     lower, edges = (v.reshape(3, 1, 1) for v in (grid.lower, grid.edges))
     for k in range(0, blocks.shape[1], CHUNK):
         points: FloatArray = lower + edges * (2 * blocks[:, k : k + CHUNK, None] + corners)
         flat = points.reshape(3, -1)
         allowed = grading(flat).reshape(points.shape[1:])
         coarse[k : k + CHUNK] = (allowed >= 2.0 * (1.0 - ROUNDING)).all(axis=1)
-        solid[k : k + CHUNK] = (problem.field(flat).reshape(points.shape[1:]) < 0.0).any(axis=1)
     kept = coarse.reshape(shape)
     for plane in planes:
         place = (plane.place - grid.lower[plane.axis]) / grid.edges[plane.axis]
         # A face that goes through the middle of large elements would cut them.
         if plane not in grid.missed and round(place) % 2:
             np.moveaxis(kept, plane.axis, 0)[round(place) // 2] = False
-    share = float(coarse[solid].mean()) if solid.any() else 0.0
-    return kept, share * (1.0 - 1.0 / REPLACED)
+    return kept
 
 
 def _largest_bodies(elements: Elements, space: BrickSpace, bodies: int) -> Elements:
