@@ -129,9 +129,18 @@ def test_pictures_and_files_get_the_surface_and_hexahedra(solved, tmp_path):
     np.testing.assert_allclose(probed.T, moved(at.T), rtol=1e-3, atol=1e-3 * 2.5 / 200e3)
 
 
-def test_elements_are_twice_as_large_where_walls_allow(tmp_path):
-    thick = replace(bar(), grading=lambda p: np.where(p[0] > 2.1, 1.0, 2.5))
-    refined = solve_finite_cells(thick, Resolution(spacing=0.5), print)
+def test_elements_are_twice_as_large_where_the_memory_asks_and_walls_allow():
+    said = []
+    small = bar(memory=300_000_000 + 480 * 1500)
+    thick = replace(small, grading=lambda p: np.where(p[0] > 2.1, 1.0, 2.5))
+    refined = solve_finite_cells(thick, Resolution(spacing=0.5, coarsest=0.7), said.append)
+    assert "taking twice that where walls are thick" in said[0]
+    # What is compared with other spacings is divided evenly or not at all.
+    with pytest.raises(ResourceError, match=r"more than \[run\] memory"):
+        solve_finite_cells(thick, Resolution(spacing=0.5), print)
+    enough = replace(thick, case=bar().case)
+    even = solve_finite_cells(enough, Resolution(spacing=0.5, coarsest=0.7), print)
+    assert even.result.space.hanging is None
     # Two blocks across of 1 mm where x < 2, and 32 bricks of 0.5 mm: an even grid has 64.
     assert np.bincount(refined.result.elements.size).tolist() == [0, 32, 4]
     assert refined.division.mesh_size == 0.5

@@ -41,11 +41,10 @@ def wall_grading(
     callable or None
         Points ``(3, ...)`` mm to ratios ``(...)``, 1 or more; between the nodes of the density grid
         the thinner ones count more. None where less than `LEAST_SHARE` of the part bears elements
-        of twice the edge, zones have different cells, nets lie on the part, or the case states its
-        grid.
+        of twice the edge, zones have different cells, or nets lie on the part.
     """
     domain, analysis = problem.domain, problem.analysis
-    if cells.zoning is not None or domain.nets or problem.case.run.explicit_mesh_size is not None:
+    if cells.zoning is not None or domain.nets:
         return None
     walls = wall_mm(cells.cell, grid.values, _sizes(cells, grid))
     # Where walls are thicker than the thinnest, this is less than 1.

@@ -55,14 +55,15 @@ class DividedSolid:
     refused: tuple[str, ...]
 
 
-def design_problem(solid: PrintedSolid, spacing: float) -> Problem:
+def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False) -> Problem:
     """The solid of a design, or its `PrintedSolid.field`, with the loads and supports of its case.
 
-    ``spacing``, mm, is that of the elements: distances of the part are exact within it.
+    ``spacing``, mm, is that of the elements: distances of the part are exact within it. Of a graded
+    problem the elements are twice as large where walls are thick.
     """
     domain = solid.design.domain
     return Problem(
-        field=solid.field or lattice_field(solid.design, band=spacing),
+        field=solid.field or lattice_field(solid.design, band=2.0 * spacing if graded else spacing),
         lower=domain.lower,
         upper=domain.upper,
         cases=solid.case.load_case,
@@ -70,7 +71,7 @@ def design_problem(solid: PrintedSolid, spacing: float) -> Problem:
         material=solid.material,
         planes=passive_planes(solid),
         bodies=domain.bodies,
-        grading=solid.grading,
+        grading=solid.grading if graded else None,
     )
 
 
@@ -96,11 +97,13 @@ def divided_within_budget(
 ) -> DividedSolid:
     """Elements of the first spacing that holds the solid and fits the memory.
 
-    Without a coarsest spacing the one asked for is taken or refused.
+    Where the memory does not hold a spacing everywhere, elements are first made twice as large
+    where the design has thick walls, then all of them larger. Without a coarsest spacing the one
+    asked for is taken everywhere or refused: analyses that are compared divide the solid alike.
     """
     spacing, memory = resolution.spacing, solid.case.run.memory
     refused: list[str] = []
-    lost_before = 0.0
+    lost_before, graded = 0.0, False
 
     def refuse(message: str) -> None:
         refused.append(message)
@@ -108,7 +111,7 @@ def divided_within_budget(
         say(message)
 
     while True:
-        problem = design_problem(solid, spacing)
+        problem = design_problem(solid, spacing, graded=graded)
         require_regions(problem)
         _require_room(problem, spacing, memory)
         lost, why, divided = _tried(problem, spacing)
@@ -128,6 +131,10 @@ def divided_within_budget(
                 f"finite cells of {spacing:.3g} mm have {unknowns / 1e6:.3g} M unknowns and need "
                 f"{need / 1e9:.3g} GB, more than [run] memory {memory / 1e9:.3g} GB"
             )
+            if resolution.coarsest is not None and solid.grading is not None and not graded:
+                graded = True
+                refuse(f"{words}; taking twice that where walls are thick")
+                continue
             if resolution.coarsest is None or lost_before or spacing * step > resolution.coarsest:
                 raise ResourceError(
                     f"{words}; allow more memory, raise the lower density, or use larger cells "
