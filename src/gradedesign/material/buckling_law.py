@@ -36,8 +36,9 @@ class BucklingLaw:
     Between the densities the logarithm of the use is linear in that of density. The use is a sum
     of terms that fall with density, so that this is above what power laws through the table would
     give. Above the window the critical stresses grow with the density, as if the cell buckled at
-    one mean stress of its material: all that were computed grow faster (exponents 1.2 to 3.3), as
-    Euler's load of a strut does (2), so that this too is safe. Below it the power law of the two least densities goes on: the caller says so.
+    one mean stress of its material: all that were computed grow faster (exponents 1.2 to 7), as
+    Euler's load of a strut does (2), so that this is safe. Below it the power law of the two least
+    densities goes on: the caller says so.
     """
 
     table: BucklingTable
