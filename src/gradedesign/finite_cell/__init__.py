@@ -13,8 +13,9 @@ A solid, its regions and load cases make a `Problem`; two spacings give a value 
     print(tip.value, tip.low, tip.high)
 """
 
-from gradedesign.finite_cell.analysis import Accuracy, analyse
+from gradedesign.finite_cell.analysis import analyse
 from gradedesign.finite_cell.grid import Plane
+from gradedesign.finite_cell.load_cases import Accuracy
 from gradedesign.finite_cell.problem import Problem
 from gradedesign.finite_cell.result import (
     FiniteCellResult,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from gradedesign.finite_cell._tree_kernels import join, root_of
+from gradedesign.finite_cell._node_kernels import join, root_of
 
 
 @njit(cache=True, nogil=True)

@@ -3,7 +3,7 @@
 A brick whose solid consists of several connected components becomes as many elements: parts on
 either side of a gap move independently of each other, however narrow the gap is (duplicated
 elements of Hansbo and Hansbo, Comput. Methods Appl. Mech. Eng. 193, 2004, p. 3523). Above 300
-lines: sampled layers, components and weights share their arrays.
+lines: components and weights share their arrays.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from gradedesign.errors import LatticeError
 from gradedesign.finite_cell import _cut_kernels as kernels
 from gradedesign.finite_cell.basis import CUT_POINTS, gauss_weights, lagrange_tables
 from gradedesign.finite_cell.grid import Grid
+from gradedesign.finite_cell.samples import classify
 from gradedesign.workspace.progress import report_step
 
 log = logging.getLogger(__name__)
@@ -30,17 +31,14 @@ log = logging.getLogger(__name__)
 #: Sub-cells along the edge of an element, in whose tetrahedra the field is taken as linear: a
 #: multiple of `BLOCKS`, at most six for the bits of `Elements.faces`.
 SUBCELLS = 4
-#: A field this close to 0, over the shortest edge of an element, counts as inside: where an edge of
-#: the solid runs along corners of sub-cells, all corners of a tetrahedron inside may be 0.
-ON_SURFACE = 1e-10
 #: Elements with a smaller share of solid are left out: their solid carries nothing.
 LEAST_SHARE = 1e-8
 #: What may miss in an element that counts as whole.
 WHOLE = 1e-9
 #: Share of the volume that disconnected components may hold.
 DISCONNECTED_SHARE = 0.01
-#: Points per call of the field, and cut elements per call of the quadrature.
-POINTS, CHUNK = 2**18, 4096
+#: Cut elements per call of the quadrature.
+CHUNK = 4096
 #: Parts along the edge of an element whose stress is reported.
 BLOCKS = 4
 
@@ -149,7 +147,7 @@ def refined_elements(field: Field, grid: Grid, coarse: BoolArray) -> Elements:
     )
     report_step("finite cells of the field")
     fine = np.repeat(np.repeat(np.repeat(~coarse, 2, axis=0), 2, axis=1), 2, axis=2)
-    small, large = _classify(field, grid, SUBCELLS, fine), _classify(field, half, SUBCELLS, coarse)
+    small, large = classify(field, grid, SUBCELLS, fine), classify(field, half, SUBCELLS, coarse)
     result = _collect(grid, [(1, *small[1:]), (2, *large[1:])], 0, 0.0)
     log.info(
         "%d whole and %d cut elements, %d of them of twice the edge",
@@ -184,7 +182,7 @@ def cut_elements(field: Field, grid: Grid, *, bodies: int = 1) -> Elements:
     subcells = SUBCELLS
     start = time.perf_counter()
     report_step("finite cells of the field")
-    solid, whole, cut, samples = _classify(field, grid, subcells)
+    solid, whole, cut, samples = classify(field, grid, subcells)
     sampled = time.perf_counter()
     dropped, dropped_share = 0, 0.0
     report_step("disconnected components of the finite cells")
@@ -331,108 +329,6 @@ def _padded(table: FloatArray) -> FloatArray:
     rows = np.zeros((table.shape[1], 8))
     rows[:, : len(table)] = table.T
     return rows
-
-
-def _classify(
-    field: Field, grid: Grid, subcells: int, wanted: BoolArray | None = None
-) -> tuple[BoolArray, NDArray[np.int32], NDArray[np.int32], FloatArray]:
-    """Sample the field layer by layer, where only some bricks are wanted only around those.
-
-    Returns
-    -------
-    solid : (Z, Y, X) bool array
-        At every corner of a sub-cell.
-    whole, cut : (k, 3) int32 array
-        Places of elements.
-    samples : (k, s+1, s+1, s+1) array
-        Of cut elements, [element, z, y, x].
-    """
-    x, y, z = (
-        grid.lower[d] + np.arange(grid.shape[d] * subcells + 1) * (grid.edges[d] / subcells)
-        for d in range(3)
-    )
-    solid = np.zeros((z.size, y.size, x.size), dtype=bool)
-    # Planes of a layer of elements with one more on either side.
-    raw = np.zeros((subcells + 3, y.size, x.size))
-    chosen_bricks = None if wanted is None else wanted.T
-    raw[-2:] = _sample(field, x, y, z[:2], _around(chosen_bricks, 0, subcells))
-    layer = np.zeros((subcells + 1, y.size, x.size))
-    near = ON_SURFACE * float(grid.edges.min())
-    window = (subcells + 1,) * 3
-    whole: list[NDArray[np.int32]] = []
-    cut: list[NDArray[np.int32]] = []
-    samples: list[FloatArray] = []
-    for k in range(grid.shape[2]):
-        report_step("finite cells of the field", k / grid.shape[2])
-        raw[:3] = raw[-3:]
-        ahead = slice(k * subcells + 2, (k + 1) * subcells + 2)
-        raw[3 : 3 + z[ahead].size] = _sample(
-            field, x, y, z[ahead], _around(chosen_bricks, k, subcells)
-        )
-        kernels.unbias(raw, kernels.EDGES, kernels.EDGES_PER_TET, layer)
-        if k == 0:
-            layer[:2] = raw[1:3]
-        if k == grid.shape[2] - 1:
-            layer[-2:] = raw[-3:-1]
-        layer[np.abs(layer) <= near] = -near
-        solid[k * subcells : (k + 1) * subcells + 1] = layer < 0.0
-        view = sliding_window_view(layer, window)[0, ::subcells, ::subcells]
-        inside = sliding_window_view(layer < 0.0, window)[0, ::subcells, ::subcells]
-        some, every = inside.any(axis=(2, 3, 4)), inside.all(axis=(2, 3, 4))
-        if chosen_bricks is not None:
-            some, every = some & chosen_bricks[k], every & chosen_bricks[k]
-        for chosen, places in ((every, whole), (some & ~every, cut)):
-            j, i = np.nonzero(chosen)
-            places.append(np.stack([i, j, np.full_like(i, k)], axis=1).astype(np.int32))
-        samples.append(view[some & ~every])
-    return solid, np.concatenate(whole), np.concatenate(cut), np.concatenate(samples)
-
-
-def _around(wanted: BoolArray | None, layer: int, subcells: int) -> BoolArray | None:
-    """Sample points, ``(Y, X)``, of the wanted bricks of a layer and the next, and one beyond."""
-    if wanted is None:
-        return None
-    bricks = wanted[layer : layer + 2].any(axis=0)
-    near = np.zeros([n * subcells + 1 for n in bricks.shape], dtype=bool)
-    for j, i in np.argwhere(bricks) * subcells:
-        near[max(j - 1, 0) : j + subcells + 2, max(i - 1, 0) : i + subcells + 2] = True
-    return near
-
-
-def _sample(
-    field: Field, x: FloatArray, y: FloatArray, z: FloatArray, near: BoolArray | None = None
-) -> FloatArray:
-    """Field on a small grid, ``(Z, Y, X)``, in calls of bounded size.
-
-    Where it is not ``near``, ``(Y, X)``, it is not asked for and counts as empty.
-    """
-    if near is not None:
-        j, i = np.nonzero(near)
-        values = np.ones((z.size, y.size, x.size))
-        step = max(1, POINTS // z.size)
-        for first in range(0, j.size, step):
-            row, column = j[first : first + step], i[first : first + step]
-            shape = (z.size, row.size)
-            points = np.stack([np.broadcast_to(x[column], shape), np.broadcast_to(y[row], shape),
-                               np.broadcast_to(z[:, None], shape)])  # fmt: skip
-            values[:, row, column] = field(points)
-        _require_finite(values)
-        return values
-    values = np.zeros((z.size, y.size, x.size))
-    step = max(1, POINTS // (x.size * z.size))
-    for first in range(0, y.size, step):
-        part = slice(first, first + step)
-        points = np.stack(np.meshgrid(z, y[part], x, indexing="ij")[::-1])
-        values[:, part] = field(points)
-    _require_finite(values)
-    return values
-
-
-def _require_finite(values: FloatArray) -> None:
-    """Refuse samples that are not finite."""
-    if not np.isfinite(values).all():
-        bad = int(np.count_nonzero(~np.isfinite(values)))
-        raise LatticeError(f"the field of the solid is not finite at {bad} of its sample points")
 
 
 def _neighbours() -> BoolArray:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
-from gradedesign.finite_cell import _tree_kernels as kernels
+from gradedesign.finite_cell import _node_kernels as kernels
 from gradedesign.finite_cell._hanging_kernels import attach_small
 from gradedesign.finite_cell.elements import Elements
 from gradedesign.finite_cell.hanging import Hanging, hanging_nodes
