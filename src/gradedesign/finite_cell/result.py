@@ -63,7 +63,7 @@ class FiniteCellResult:
         Where the solid reaches each region.
     volume : float, mm^3
     spacing : float, mm
-        Longest edge of an element.
+        Longest edge of an element; of the small ones where there are two sizes.
     unknowns : int
     processor_seconds : float
     lame : (float, float), MPa
