@@ -14,7 +14,6 @@ from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended, refused_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
 
-
 #: A limit of a design from which the next one learns is used to this share.
 NEAR = 0.88
 
@@ -170,7 +169,7 @@ def _teaches(iterations: Sequence[DesignIteration], factors: Factors, tried: set
     What acceptance finds of it is known to all that follow, and a verdict is at hand early.
     """
     rows = with_factors(iterations[-1].rows, factors)
-    near = NEAR <= worst_utilisation(rows)
+    near = worst_utilisation(rows) >= NEAR
     return not tried and len(iterations) > 1 and all_hold(rows) and near
 
 
