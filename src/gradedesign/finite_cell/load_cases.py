@@ -119,7 +119,7 @@ def solved_cases(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _System:
-    """What load cases with equal supports share.
+    """Set-up that load cases with equal supports share.
 
     Attributes
     ----------
