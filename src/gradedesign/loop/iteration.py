@@ -41,6 +41,7 @@ from gradedesign.verify.correction import (
     kept_share,
 )
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
+from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
@@ -129,7 +130,8 @@ def analyse_cells(
         resolution = Resolution(
             spacing=finer * follows, coarsest=follows * problem.analysis.coarsest
         )
-        grading = wall_grading(problem, cells, grid, follows)
+        if problem.analysis.name == FINITE_CELLS.name:
+            grading = wall_grading(problem, cells, grid, follows)
     solid = printed_solid(problem, design, grading)
     result = analyse_printed_solid(
         problem.analysis,
