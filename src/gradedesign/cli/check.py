@@ -110,7 +110,7 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
     return picture_loads(
         path,
         known.part.surface,
-        region_marks(known.case, known.part.regions),
+        region_marks(known.case, known.part, known.domain),
         action_marks(known.case, known.part),
         title=f"Loading of {known.case.name}",
         note=warming_note(known.case),
