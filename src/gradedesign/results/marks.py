@@ -44,7 +44,7 @@ def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMar
     ]
     volumes = [
         RegionMark(
-            name=keep_words(keep, number),
+            name=keep.name or keep_words(keep, number),
             role="passive",
             corners=corner_points(_solid_volume(part, domain, keep, region)),
         )
