@@ -9,6 +9,7 @@ from small_parts import SHORT_BAR
 from gradedesign.case.read_case import load_case
 from gradedesign.case.schema import BoxSpec
 from gradedesign.check.check_case import check_case
+from gradedesign.cli.check_data import passive_solids
 from gradedesign.errors import CaseError
 from gradedesign.generate import generate_files
 from gradedesign.lattice.domain import KEPT, grown, phase_at
@@ -185,8 +186,13 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     known = found.known
     (mark,) = (m for m in region_marks(case, known.part, known.domain) if m.role == "passive")
     assert mark.name == "plate"
-    np.testing.assert_allclose(mark.corners.min(axis=(0, 1)), [0, 0, 0], atol=0.01)
-    np.testing.assert_allclose(mark.corners.max(axis=(0, 1)), [0.4, 8, 8], atol=0.01)
+    # 0.04 mm, a tenth of its thickness, below the faces.
+    np.testing.assert_allclose(mark.corners.min(axis=(0, 1)), [0.04, 0.04, 0.04], atol=0.01)
+    np.testing.assert_allclose(mark.corners.max(axis=(0, 1)), [0.36, 7.96, 7.96], atol=0.01)
+    (solid,) = passive_solids(found)
+    assert solid["name"] == "'plate'"
+    # Counted on 40,000 points, of which 1,000 lie in it.
+    assert solid["volume_mm3"] == pytest.approx(0.4 * 64, rel=0.05)
 
 
 def test_finite_cells_lay_their_grid_on_faces_of_a_box_in_the_part(tmp_path):

@@ -18,6 +18,8 @@ from gradedesign.part.part import Part
 
 #: Steps along the longest edge of a volume as pictures draw it.
 _DRAWN = 48
+#: How far below the part's faces pictures show it, over the part's diagonal.
+_BELOW = 2e-3
 
 
 def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMark]:
@@ -57,12 +59,17 @@ def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMar
 def _solid_volume(
     part: Part, domain: DesignDomain, keep: KeepSpec, region: PassiveRegion
 ) -> SurfaceMesh:
-    """Surface of what a volume keeps solid of the part, coarse as pictures need it."""
+    """Surface of what a volume keeps solid of the part, coarse as pictures need it.
+
+    A little below the part's faces, so that regions on them cover it.
+    """
     lower, upper = place_box(part, keep)
     lower, upper = lower - region.margin, upper + region.margin
+    below = min(_BELOW * part.diagonal, 0.1 * (region.thickness or region.margin))
 
     def field(points: FloatArray) -> FloatArray:
-        return np.maximum(region.distance(points) - region.margin, domain.distance(points))
+        solid = region.distance(points) - region.margin
+        return np.maximum(solid, domain.distance(points)) + below
 
     return extract_surface(field, lower, upper, float((upper - lower).max()) / _DRAWN)
 
