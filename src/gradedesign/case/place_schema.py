@@ -123,7 +123,7 @@ class PlaceSpec(Table):
 
 
 class KeepSpec(PlaceSpec):
-    """What stays solid: all within a margin of a region's faces, or a volume."""
+    """A passive solid: all within a margin of a region's faces, or a volume."""
 
     region: RegionName | None = Field(default=None, examples=["bolts"])
     """Name of the region."""

@@ -60,7 +60,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
 
 
 def passive_solids(checked: CaseCheck) -> list[dict[str, Any]]:
-    """What stays solid: its name, how thick it is in the part, and how much of the part it is."""
+    """Names of the passive solids, how thick they are in the part, and their volumes in it."""
     known = checked.known
     domain, inside = known.domain, inner_points(known.domain)
     return [
