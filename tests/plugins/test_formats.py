@@ -146,7 +146,7 @@ def test_units_and_bytes_of_the_file_count(installed, tmp_path):
     case = load_case(write(tmp_path, SIZED.replace(PART, PART + 'units = "cm"\n')))
     part = read_part(case, part_readers(case, build_registry()))
     assert part.volume == pytest.approx(250_000.0)
-    assert "read in cm as [part] units says, though its unit is mm" in part.report.warnings[0]
+    assert "read in cm as part.units says, though its unit is mm" in part.report.warnings[0]
     assert part.regions["tip"].area == pytest.approx(2500.0)
     before = load_case(write(tmp_path, SIZED)).case_hash
     assert load_case(write(tmp_path, SIZED, FACETS.replace("10 ", "12 "))).case_hash != before

@@ -8,6 +8,8 @@ from small_parts import box_part, held_bar
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import ResourceError
+from gradedesign.layout.design_domain import design_domain
+from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.resolve.analysable import analysable_bounds, chosen_analysis, grid_spacing
 from gradedesign.resolve.setup import prepare
@@ -32,7 +34,11 @@ cell = "bcc"
 size = "10 mm"
 """
 )
-PLANNED = {"latticed": 60.0 * 40.0 * 40.0, "solid": 0.0, "box": (60.0, 40.0, 40.0)}
+PLANNED = {"latticed": 60.0 * 40.0 * 40.0, "solid": 0.0}
+
+
+def domain_of(case):
+    return design_domain(case, read_part(case, {}))
 
 
 def bcc():
@@ -45,7 +51,9 @@ def bounds_of(tmp_path):
         path = tmp_path / "case.toml"
         path.write_text(CASE + more, encoding="utf-8")
         case = load_case(path)
-        found = analysable_bounds(case, bcc(), bounds, 10.0, STUFFED_TETS, **PLANNED)
+        found = analysable_bounds(
+            case, bcc(), bounds, 10.0, STUFFED_TETS, domain=domain_of(case), **PLANNED
+        )
         return case, found
 
     return call
@@ -77,7 +85,7 @@ def test_the_lower_density_rises_to_what_acceptance_can_judge_in_time(bounds_of)
     assert "and time 20 min hold (at density 0.05" in warning
     # The finer of two resolutions takes a sixth of the time there.
     planned = PlannedSolid(
-        box=PLANNED["box"], load_cases=1,
+        box=(60.0, 40.0, 40.0), load_cases=1,
         volume=PLANNED["latticed"] * (found.bounds[0] + (0.8 - found.bounds[0]) / 3),
     )  # fmt: skip
     first = first_spacing(STUFFED_TETS, found.spacing, bcc(), found.bounds[0])
@@ -101,8 +109,8 @@ def test_a_block_that_never_fits_names_what_would(bounds_of):
 
 def test_layers_need_fewer_cubes_than_struts(bounds_of):
     case, _ = bounds_of('skin = {thickness = "1 mm"}\n[run]\nmemory = "900 GB"\n')
-    assert grid_spacing(case, 1.0, 2.5, STUFFED_TETS) == pytest.approx(0.4)
-    assert grid_spacing(case, 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
+    assert grid_spacing(domain_of(case), 1.0, 2.5, STUFFED_TETS) == pytest.approx(0.4)
+    assert grid_spacing(domain_of(case), 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
 
 
 def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
@@ -116,6 +124,7 @@ def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
                     (0.05, 0.8),
                     10.0,
                     analysis,
+                    domain=domain_of(case),
                     **PLANNED,
                 )
                 for analysis in (STUFFED_TETS, FINITE_CELLS)

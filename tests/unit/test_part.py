@@ -32,7 +32,7 @@ def write_stl(path: Path, corners) -> Path:
 def case(folder: Path, part: dict, **regions):
     spec = PartSpec.model_validate({"mesh_size": "5 mm", **part}, context={"folder": folder})
     models = {name: RegionSpec.model_validate(value) for name, value in regions.items()}
-    return SimpleNamespace(part=spec, region=models, folder=folder)
+    return SimpleNamespace(part=spec, region=models, keep=(), folder=folder)
 
 
 def test_box_part(tmp_path):
@@ -114,4 +114,4 @@ def test_a_unit_of_the_file_is_used_and_one_of_the_case_overrules_it_aloud(tmp_p
     assert "metres" not in str(part.report.warnings)
     part = read_part(case(tmp_path, {"file": "block.stl", "units": "mm"}), {".stl": in_metres})
     assert (part.volume, part.units) == (pytest.approx(6000.0), "mm")
-    assert "read in mm as [part] units says, though its unit is m" in part.report.warnings[0]
+    assert "read in mm as part.units says, though its unit is m" in part.report.warnings[0]

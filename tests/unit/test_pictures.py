@@ -9,6 +9,7 @@ from matplotlib.image import imread
 
 from gradedesign.case.read_case import load_case
 from gradedesign.lattice.surface import extract_surface
+from gradedesign.layout.design_domain import design_domain
 from gradedesign.mesh.boundary_surface import boundary_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
@@ -216,7 +217,7 @@ temperature_change = "20 K"
         ("more", "acceleration", "30 m/s^2"),
     ]
     assert warming_note(case) == "change of temperature: more +20 K"
-    marks = region_marks(case, part.regions)
+    marks = region_marks(case, part, design_domain(case, part))
     assert [(m.name, m.role) for m in marks] == [
         ("root, passive solid", "support"),
         ("tip, passive solid", "load"),

@@ -123,7 +123,7 @@ def prepared(folder, registry, text):
         'formula = "5 * (x - 16)"',
         'box = {lower = ["-50 mm", "-50 mm", "-50 mm"], upper = ["16 mm", "60 mm", "60 mm"]}',
         'region = "root"\nwithin = "16 mm"',
-        'cylinder = {point = ["-84 mm", "4 mm", "4 mm"], axis = "+z", radius = "100 mm"}',
+        'cylinder = {point = ["-84 mm", "4 mm", "4 mm"], axis = "+z", diameter = "200 mm"}',
     ],
 )
 def test_weights_rise_over_the_transition(tmp_path, registry, place):

@@ -17,7 +17,9 @@ _ANY = "*"
 _MOST_REGIONS = 300
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
+    ("keep", _ANY, "body", "region"),
     ("zone", _ANY, "region"),
+    ("zone", _ANY, "body", "region"),
     ("lattice", "skin", "faces"),
     ("lattice", "skin", "faces", _ANY),
     ("lattice", "skin", _ANY, "faces"),

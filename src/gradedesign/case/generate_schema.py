@@ -10,7 +10,6 @@ from gradedesign.case.density_map_schema import DensityMapSpec, FormulaText
 from gradedesign.case.lattice_schema import (
     CellsSpec,
     DensityRange,
-    KeepSpec,
     Parameters,
 )
 from gradedesign.case.limits_schema import LimitsSpec
@@ -18,6 +17,7 @@ from gradedesign.case.load_schema import LoadCaseSpec
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.parameter_map_schema import ParameterMapSpec
 from gradedesign.case.part_schema import GeneratePartSpec
+from gradedesign.case.place_schema import KeepSpec
 from gradedesign.case.print_schema import PrintSpec
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec

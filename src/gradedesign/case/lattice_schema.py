@@ -1,4 +1,4 @@
-"""``[lattice]`` and ``[[keep]]``: which cells fill the part, and what of it stays solid."""
+"""``[lattice]``: which cells fill the part."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ from gradedesign.case.value_types import (
     Quantity,
     Reader,
     Refused,
-    RegionName,
     Size,
     Triple,
     Vector,
@@ -252,12 +251,3 @@ class LatticeSpec(CellsSpec):
                     "[[zone]]: leave it out",
                 )
         return value
-
-
-class KeepSpec(Table):
-    """A region that stays solid, grown by a margin."""
-
-    region: RegionName = Field(examples=["bolts"])
-    """Name of the region."""
-    margin: Annotated[float, Quantity("length", at_least=0.0)] = Field(examples=["3 mm"])
-    """Depth of solid material around the region, mm."""

@@ -62,6 +62,24 @@ class _RepairOptions(Reader):
         return {"type": "object", "additionalProperties": {"type": ["number", "string", "boolean"]}}
 
 
+def part_file(value: object, info: ValidationInfo) -> Path:
+    """Path of a file of a surface that a case names, from the folder of the case on.
+
+    Raises
+    ------
+    Refused, ValueError
+        If it is no text, or no such file is allowed.
+    """
+    if not isinstance(value, str):
+        raise Refused(f'found {shown(value)}; expected a file name such as "bracket.stl"')
+    context = info.context or {}
+    return resolve_part_file(
+        value,
+        folder=context.get("folder", Path.cwd()),
+        allow_outside=bool(context.get("allow_outside", False)),
+    )
+
+
 class ShapeSpec(Table):
     """The shape of the part: exactly one of ``file`` and ``box``."""
 
@@ -85,14 +103,7 @@ class ShapeSpec(Table):
     @field_validator("file", mode="before")
     @classmethod
     def _find_file(cls, value: Any, info: ValidationInfo) -> Path:
-        if not isinstance(value, str):
-            raise Refused(f'found {shown(value)}; expected a file name such as "bracket.stl"')
-        context = info.context or {}
-        return resolve_part_file(
-            value,
-            folder=context.get("folder", Path.cwd()),
-            allow_outside=bool(context.get("allow_outside", False)),
-        )
+        return part_file(value, info)
 
     @field_validator("box", mode="after")
     @classmethod

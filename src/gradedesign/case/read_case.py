@@ -24,6 +24,7 @@ from gradedesign.case.limits_schema import LimitEntry, LimitsSpec, with_limit_en
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.part_path import slices_with
 from gradedesign.case.part_schema import ShapeSpec
+from gradedesign.case.place_schema import PlaceSpec
 from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
@@ -101,6 +102,7 @@ def load_case(
             content,
             file,
             *part_files(content.part),
+            *body_files(*content.keep, *content.zone),
             orientation.vtu if orientation else None,
             own_cell_file(content.lattice),
         ),
@@ -308,6 +310,11 @@ def part_files(part: ShapeSpec) -> list[Path]:
     return [] if part.file is None else slices_with(part.file)
 
 
+def body_files(*places: PlaceSpec) -> list[Path]:
+    """Files of bodies, in the order of their places."""
+    return [p.body.file for p in places if p.body is not None and p.body.file is not None]
+
+
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
     """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
 
@@ -336,6 +343,8 @@ def case_hash(content: Table, file: Path, *read: Path | None) -> str:
             "part": {"file"},
             "run": {"time", "memory", "max_iterations"},
             "lattice": {"own_cell": {"file"}, "orientation": {"vtu"}},
+            "keep": {"__all__": {"body": {"file"}}},
+            "zone": {"__all__": {"body": {"file"}}},
         },
     )
     digest = hashlib.sha256()

@@ -9,7 +9,14 @@ from gradedesign.case.checks import cell_map_problems, skin_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
-from gradedesign.case.read_case import LimitEntries, case_hash, no_entries, part_files, read_layout
+from gradedesign.case.read_case import (
+    LimitEntries,
+    body_files,
+    case_hash,
+    no_entries,
+    part_files,
+    read_layout,
+)
 
 
 def load_generate_case(
@@ -55,6 +62,7 @@ def load_generate_case(
             content,
             file,
             *part_files(content.part),
+            *body_files(*content.keep),
             *_map_files(content),
             own_cell_file(content.lattice),
         ),

@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import Field, SerializeAsAny
 
-from gradedesign.case.lattice_schema import KeepSpec, LatticeSpec
+from gradedesign.case.lattice_schema import LatticeSpec
 from gradedesign.case.limits_schema import (
     DisplacementLimit,
     Exclusion,
@@ -25,6 +25,7 @@ from gradedesign.case.limits_schema import (
 from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.part_schema import PartSpec, ShapeSpec
+from gradedesign.case.place_schema import KeepSpec
 from gradedesign.case.print_schema import PrintSpec
 from gradedesign.case.regions_schema import BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
 from gradedesign.case.run_schema import OutputSpec, RunSpec

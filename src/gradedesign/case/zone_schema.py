@@ -8,34 +8,16 @@ from pydantic import Field, model_validator
 
 from gradedesign.case.density_map_schema import FormulaText
 from gradedesign.case.lattice_schema import DensityRange, Parameters
-from gradedesign.case.regions_schema import BoxSpec
-from gradedesign.case.table import Table, key_error
-from gradedesign.case.value_types import Direction, Name, Point, Refused, RegionName, Size
+from gradedesign.case.place_schema import VOLUMES, PlaceSpec, require_one
+from gradedesign.case.table import key_error
+from gradedesign.case.value_types import Name, Refused, RegionName, Size
 
-_PLACES = ("box", "cylinder", "region", "formula")
 _DIFFERENCES = ("cell", "parameters", "density")
 
 
-class ZoneCylinder(Table):
-    """All within a radius of an axis."""
-
-    point: Point = Field(examples=[["0 mm", "0 mm", "0 mm"]])
-    """A point of the axis, mm."""
-    axis: Direction = "+z"
-    """Its direction."""
-    radius: Size = Field(examples=["10 mm"])
-    """Radius, mm."""
-
-
-class ZoneSpec(Table):
+class ZoneSpec(PlaceSpec):
     """A place, and what is different there; where zones overlap, the last one counts."""
 
-    name: Name | None = Field(default=None, examples=["root"])
-    """Shown in the result; zone 1, zone 2 and so on without it."""
-    box: BoxSpec | None = None
-    """All in this box."""
-    cylinder: ZoneCylinder | None = None
-    """All within a radius of an axis."""
     region: RegionName | None = None
     """All within ``within`` of the faces of this region."""
     within: Size | None = None
@@ -55,10 +37,7 @@ class ZoneSpec(Table):
 
     @model_validator(mode="after")
     def _one_place(self) -> ZoneSpec:
-        given = [key for key in _PLACES if getattr(self, key) is not None]
-        if len(given) != 1:
-            stated = "none" if not given else " and ".join(given)
-            raise Refused(f"found {stated}; expected exactly one of {', '.join(_PLACES)}")
+        require_one(self, (*VOLUMES, "region", "formula"))
         if (self.region is None) != (self.within is None):
             raise key_error("within", 'goes with region, such as within = "6 mm"')
         if all(getattr(self, key) is None for key in _DIFFERENCES):

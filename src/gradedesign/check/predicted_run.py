@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.cell.wall_size import wall_mm
+from gradedesign.layout.passive import keep_words
 from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cost
 from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
@@ -166,11 +167,9 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
     for skin in case.lattice.skin:
         spacings[f"the skin, {skin.thickness[0]:g} mm"] = skin.thickness[0] / layer
-    for keep in case.keep:
-        if keep.margin > 0:
-            spacings[f"the margin of the solid region '{keep.region}', {keep.margin:g} mm"] = (
-                keep.margin / layer
-            )
+    passive = known.domain.layers[len(case.lattice.skin) :]
+    for number, (keep, thick) in enumerate(zip(case.keep, passive, strict=True)):
+        spacings[f"the passive solid {keep_words(keep, number)}, {thick:.4g} mm"] = thick / layer
     set_by = min(spacings, key=spacings.__getitem__)
     spacing = spacings[set_by]
     if case.run.explicit_mesh_size is not None:

@@ -11,7 +11,13 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.check.check_case import CaseCheck, check_case
-from gradedesign.cli.check_data import check_data, file_faces, stated_limits, zone_data
+from gradedesign.cli.check_data import (
+    check_data,
+    file_faces,
+    passive_solids,
+    stated_limits,
+    zone_data,
+)
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
@@ -110,7 +116,7 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
     return picture_loads(
         path,
         known.part.surface,
-        region_marks(known.case, known.part.regions),
+        region_marks(known.case, known.part, known.domain),
         action_marks(known.case, known.part),
         title=f"Loading of {known.case.name}",
         note=warming_note(known.case),
@@ -128,6 +134,12 @@ def print_check(checked: CaseCheck) -> None:
         ("region", "faces", "area mm^2", "centroid mm"),
         [(n, str(len(r.faces)), f"{r.area:.4g}", _triple(r.centroid)) for n, r in regions],
     )
+    if solids := passive_solids(checked):
+        print_table(
+            "Passive solids",
+            ("solid", "thickness mm", "volume mm^3"),
+            [(s["name"], f"{s['thickness_mm']:.4g}", f"{s['volume_mm3']:.4g}") for s in solids],
+        )
     if checked.holes:
         _print_holes(checked)
     _print_file_faces(checked)

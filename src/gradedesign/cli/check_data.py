@@ -11,6 +11,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.check.check_case import CaseCheck
+from gradedesign.layout.part_room import inner_points
+from gradedesign.layout.passive import keep_words
 from gradedesign.part.part import Part
 
 
@@ -29,6 +31,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
             }
             for name, region in sorted(known.part.regions.items())
         ],
+        "passive_solids": passive_solids(checked),
         "holes": [
             {
                 "kind": "hole" if group.concave else "boss or rounding",
@@ -54,6 +57,21 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
         "picture": None if picture is None else str(picture),
         "warnings": list(warnings),
     }
+
+
+def passive_solids(checked: CaseCheck) -> list[dict[str, Any]]:
+    """Names of the passive solids, how thick they are in the part, and their volumes in it."""
+    known = checked.known
+    domain, inside = known.domain, inner_points(known.domain)
+    return [
+        {
+            "name": keep_words(keep, number),
+            "thickness_mm": region.thickness,
+            "volume_mm3": known.part.volume
+            * float((region.distance(inside) < region.margin).mean()),
+        }
+        for number, (keep, region) in enumerate(zip(known.case.keep, domain.passive, strict=True))
+    ]
 
 
 def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:

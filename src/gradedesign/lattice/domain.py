@@ -26,13 +26,21 @@ class PassiveRegion:
     Attributes
     ----------
     distance : callable
-        Unsigned distance to the region's surface, points ``(3, ...)`` mm to ``(...)`` mm.
+        Unsigned distance to a region's surface, or that to a volume, negative inside: points
+        ``(3, ...)`` mm to ``(...)`` mm.
     margin : float, mm
         The part is solid within this distance.
+    thickness : float, mm, optional
+        Of what is solid in the part; the margin without it.
+    from_surface : float, mm, optional
+        Of a volume, how far the part's faces were moved outward: what lies beyond them before it
+        belongs to it, so that it ends at the part's faces where it is flush with them.
     """
 
     distance: Field
     margin: float
+    thickness: float | None = None
+    from_surface: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,6 +100,12 @@ class DesignDomain:
         """Whether no place of the part is solid."""
         return not self.skins and not self.passive
 
+    @property
+    def layers(self) -> tuple[float, ...]:
+        """Least thicknesses of its skins, nets and passive regions, mm, in their order."""
+        passive = [p.margin if p.thickness is None else p.thickness for p in self.passive]
+        return (*(s.least for s in self.skins), *(n.thickness for n in self.nets), *passive)
+
 
 def passive_at(domain: DesignDomain, points: FloatArray) -> BoolArray:
     """Whether points ``(3, ...)`` mm lie in a passive region, ``(...)``."""
@@ -150,6 +164,10 @@ def grown(domain: DesignDomain, overhang: float) -> DesignDomain:
                 start=net.start + overhang,
             )
             for net in domain.nets
+        ),
+        passive=tuple(
+            p if p.from_surface is None else replace(p, from_surface=p.from_surface + overhang)
+            for p in domain.passive
         ),
         lower=domain.lower - overhang,
         upper=domain.upper + overhang,

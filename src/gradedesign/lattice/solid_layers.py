@@ -11,7 +11,7 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.banded_distance import banded_distance
-from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.lattice.drain import drain_value
 from gradedesign.lattice.joint import REACH, joined
 from gradedesign.lattice.net_skin import net_value
@@ -43,8 +43,8 @@ def solid_layers(
         If the band is not positive.
     """
     if band is None:
-        passive = (_passive(_less(p.distance, p.margin)) for p in domain.passive)
         part = domain.distance
+        passive = (_passive(p, _less(p.distance, p.margin), part) for p in domain.passive)
         return part, (*(_skin(skin, part) for skin in domain.skins), *passive)
     if not band > 0:
         raise LatticeError(f"band is {band:g} mm, expected a positive reach")
@@ -69,7 +69,10 @@ def solid_layers(
         faces = banded(_less(skin.faces, skin.thickness), reach + spread, reach)
         layers.append(_skin(replace(skin, faces=_less(faces, -skin.thickness)), part))
     for region in domain.passive:
-        layers.append(_passive(banded(_less(region.distance, region.margin), reach, reach)))
+        # Beyond the part a volume counts less, see `_passive`: exact that much farther.
+        beyond = reach if region.from_surface is None else 3 * reach + 2 * region.from_surface
+        solid = banded(_less(region.distance, region.margin), reach, beyond)
+        layers.append(_passive(region, solid, part))
     return part, tuple(layers)
 
 
@@ -140,8 +143,18 @@ def _skin(skin: Skin, part: Field) -> SolidLayer:
     )
 
 
-def _passive(distance: Field) -> SolidLayer:
-    return lambda points, _: distance(points)
+def _passive(region: PassiveRegion, solid: Field, part: Field) -> SolidLayer:
+    """Layer of a passive region; that of a volume widens beyond the part's faces."""
+    start = region.from_surface
+    if start is None:
+        return lambda points, _: solid(points)
+
+    def volume(points: FloatArray, distance: FloatArray | None) -> FloatArray:
+        known = part(points) if distance is None else distance
+        # Where they are flush the distance to the volume is that beyond the face: less than twice.
+        return np.asarray(solid(points) - 2.0 * np.maximum(known + start, 0.0))
+
+    return volume
 
 
 def _less(distance: Field, by: float) -> Field:

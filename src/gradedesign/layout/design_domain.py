@@ -9,9 +9,10 @@ from gradedesign.case.formula import Formula, evaluate_formula, parse_formula
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case
 from gradedesign.case.skin_schema import PLACE, SkinSpec
-from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.net_skin import NetSkin
 from gradedesign.lattice.skin import Skin
+from gradedesign.layout.passive import passive_regions
 from gradedesign.layout.skin_room import require_stated_thickness
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance, surface_distance
@@ -23,7 +24,8 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
     Raises
     ------
     CaseError
-        If the formula of a skin leaves the thicknesses that the case states.
+        If the formula of a skin leaves the thicknesses that the case states, or no place of the
+        part lies in a volume that stays solid.
     """
     points = part.surface.vertices
     distance = surface_distance(part.surface)
@@ -41,10 +43,7 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
             for spec in case.lattice.skin
             if spec.net
         ),
-        passive=tuple(
-            PassiveRegion(distance=region_distance(part.regions[k.region].corners), margin=k.margin)
-            for k in case.keep
-        ),
+        passive=passive_regions(case, part, distance),
         joint_radius=case.lattice.joint_radius,
         bodies=part.report.bodies,
     )

@@ -15,6 +15,7 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.fields.algebra import gradient
 from gradedesign.lattice.closed_voids import ClosedVoids, closed_voids, void_at
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.drain import Drain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.layout.skin_room import face_places
@@ -158,7 +159,7 @@ def _placed(
     """Hole into one void from a free and even place of the surface, where it is widest."""
     radius = spec.diameter / 2
     points, inward = face_places(part)
-    free = _free(case, part, radius)(points)
+    free = _free(case, part, design.domain, radius)(points)
     points, inward = points[:, free], inward[:, free]
     depths = _depths(radius, design)
     reached = np.full(points.shape[1], np.inf)
@@ -192,13 +193,15 @@ def _depths(radius: float, design: LatticeDesign) -> FloatArray:
     return np.arange(1, np.ceil(_PER_RADIUS * reach / radius) + 1) * radius / _PER_RADIUS
 
 
-def _free(case: Case | GenerateCase, part: Part, radius: float) -> Field:
+def _free(case: Case | GenerateCase, part: Part, domain: DesignDomain, radius: float) -> Field:
     """Whether a mouth lies off every region that the case holds, loads or keeps solid."""
-    names = {keep.region: keep.margin for keep in case.keep}
-    for load_case in getattr(case, "load_case", ()):
-        for entry in (*load_case.fix, *load_case.load):
-            names.setdefault(entry.region, 0.0)
-    distances = [(region_distance(part.regions[n].corners), m) for n, m in names.items()]
+    names = {
+        entry.region
+        for load_case in getattr(case, "load_case", ())
+        for entry in (*load_case.fix, *load_case.load)
+    }
+    distances = [(region_distance(part.regions[name].corners), 0.0) for name in names]
+    distances += [(passive.distance, passive.margin) for passive in domain.passive]
 
     def free(points: FloatArray) -> FloatArray:
         result = np.ones(points.shape[1], dtype=bool)

@@ -94,6 +94,11 @@ def require_lattice_left(
         )
     for number, (spec, region) in enumerate(zip(case.keep, domain.passive, strict=True)):
         reach = float(np.asarray(region.distance(inside)).max())
+        if reach <= region.margin and spec.region is None:
+            raise CaseError(
+                f"{case.where(f'keep[{number}].{spec.volume_key}')}: holds the whole part, so all "
+                f"of it would stay solid; expected a smaller one"
+            )
         if reach <= region.margin:
             raise CaseError(
                 f"{case.where(f'keep[{number}].margin')}: found {region.margin:g} mm, but no place "

@@ -9,11 +9,11 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.formula import parse_formula
 from gradedesign.case.locate import locating
-from gradedesign.case.regions_schema import direction_vector
 from gradedesign.case.schema import Case, ZoneSpec
 from gradedesign.errors import CaseError
 from gradedesign.fields import gradient
 from gradedesign.lattice.formula_density import formula_field
+from gradedesign.layout.place import place_distance
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance
 
@@ -126,33 +126,12 @@ def require_zones_used(case: Case, names: Sequence[str], weights: FloatArray) ->
 
 def _border(case: Case, zone: ZoneSpec, part: Part, distance: Field) -> Field:
     """Distance from the border of a zone, negative inside, mm."""
-    if zone.box is not None:
-        lower, upper = np.array(zone.box.lower), np.array(zone.box.upper)
-        return lambda points: _box_distance(points, lower, upper)
-    if zone.cylinder is not None:
-        centre, radius = np.array(zone.cylinder.point), zone.cylinder.radius
-        axis = np.array(direction_vector(zone.cylinder.axis))
-
-        def from_axis(points: FloatArray) -> FloatArray:
-            apart = points - centre.reshape(3, *(1,) * (points.ndim - 1))
-            along = np.tensordot(axis, apart, axes=1)
-            square = (apart**2).sum(axis=0) - along**2
-            return np.asarray(np.sqrt(np.maximum(square, 0.0)) - radius)
-
-        return from_axis
+    if zone.volume_key is not None:
+        return place_distance(part, zone)
     if zone.region is not None and zone.within is not None:
         away, within = region_distance(part.regions[zone.region].corners), zone.within
         return lambda points: np.asarray(away(points) - within)
     return _formula_border(case, zone, distance)
-
-
-def _box_distance(points: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Signed distance to a box, mm."""
-    shape = (3, *(1,) * (points.ndim - 1))
-    middle, half = (0.5 * (lower + upper)).reshape(shape), (0.5 * (upper - lower)).reshape(shape)
-    beyond = np.abs(points - middle) - half
-    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=0)
-    return np.asarray(outside + np.minimum(beyond.max(axis=0), 0.0))
 
 
 def _formula_border(case: Case, zone: ZoneSpec, distance: Field) -> Field:

@@ -253,7 +253,7 @@ def explicit_spacing_for(problem: Problem, element: float) -> float:
     case = problem.case
     if case.run.explicit_mesh_size is not None:
         return case.run.explicit_mesh_size
-    return float(grid_spacing(case, element, 1.0, problem.analysis))
+    return float(grid_spacing(problem.domain, element, 1.0, problem.analysis))
 
 
 def predict(

@@ -5,16 +5,19 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
+from gradedesign.case.locate import locating
+from gradedesign.case.place_schema import BodySpec
 from gradedesign.case.schema import CaseIdentity, ShapeSpec
 from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.part.bodies import bodies_with, stated_bodies
 from gradedesign.part.box import box_surface
 from gradedesign.part.exact_faces import exact_faces
 from gradedesign.part.file_faces import FileFaces, carried
@@ -54,6 +57,8 @@ class Part:
         Name of the file, or ``box``.
     report : RepairReport
         What was repaired, with all warnings of reading.
+    bodies : mapping of BodySpec to SurfaceMesh
+        Closed surfaces of the bodies that the case names.
     """
 
     surface: SurfaceMesh
@@ -66,6 +71,7 @@ class Part:
     diagonal: float
     source: str
     report: RepairReport
+    bodies: Mapping[BodySpec, SurfaceMesh] = field(default_factory=dict)
 
 
 def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
@@ -96,7 +102,7 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
     units: str | None = None
     chord_tolerance: float | None = None
     if spec.file is not None:
-        raw, units = _read_file(spec, spec.file, readers)
+        raw, units = _read_file("part", spec.units, spec.file, readers)
         source, chord_tolerance = spec.file.name, raw.chord_tolerance
         surface, report, moved = _built(spec, raw, mend, source)
         if raw.faces is not None:
@@ -113,17 +119,20 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
         faces = exact_faces(surface, file_faces)
     else:
         faces = segment_faces(surface)
+    regions = select_regions(surface, faces, case.region, file_faces)
+    bodies, notes = _bodies(case, surface, regions, readers)
     part = Part(
         surface=surface,
         faces=faces,
         file_faces=file_faces,
         units=units,
         chord_tolerance=chord_tolerance,
-        regions=select_regions(surface, faces, case.region, file_faces),
+        regions=regions,
         volume=enclosed_volume(surface),
         diagonal=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
         source=source,
-        report=report,
+        report=replace(report, warnings=(*report.warnings, *notes)),
+        bodies=bodies,
     )
     log.info(
         "%s: %.4g mm^3, %d triangles, %d faces, %.2f s",
@@ -155,22 +164,45 @@ def _built(
     return surface, report, made.moved
 
 
+def _bodies(
+    case: CaseIdentity,
+    surface: SurfaceMesh,
+    regions: Mapping[str, Region],
+    readers: Mapping[str, Reader],
+) -> tuple[dict[BodySpec, SurfaceMesh], list[str]]:
+    """Bodies that the case names, and remarks on reading them."""
+    found: dict[BodySpec, SurfaceMesh] = {}
+    notes: list[str] = []
+    for key, body in stated_bodies(case).items():
+        if body.region is not None:
+            with locating(case, f"{key}.region"):
+                found[body] = bodies_with(surface, regions[body.region].triangles)
+        elif body.file is not None:
+            with locating(case, f"{key}.file"):
+                raw, _ = _read_file(key, body.units, body.file, readers)
+                found[body], report = build_surface(
+                    raw.corners, bodies="all", source=body.file.name
+                )
+            notes += [*raw.warnings, *report.warnings]
+    return found, notes
+
+
 def _read_file(
-    spec: ShapeSpec, path: Path, readers: Mapping[str, Reader]
+    key: str, units: str | None, path: Path, readers: Mapping[str, Reader]
 ) -> tuple[RawTriangles, str]:
-    """Triangles of a part file in mm, and the unit that it was read in."""
+    """Triangles of a file in mm, and the unit that it was read in."""
     read = readers.get(path.suffix.lower())
     if read is None:
         near = instead(path.suffix.lower(), sorted(readers), what="readable")
-        raise CaseError(f"part.file: found {path.name}, which no reader takes; {near}")
+        raise CaseError(f"{key}.file: found {path.name}, which no reader takes; {near}")
     raw = read(path)
-    unit = spec.units or raw.unit
+    unit = units or raw.unit
     if unit is None:
         raise CaseError(
-            f"part.units: missing; {path.name} carries no unit, state mm, cm, m or inch"
+            f"{key}.units: missing; {path.name} carries no unit, state mm, cm, m or inch"
         )
     scaled = in_mm(raw, unit, path.name)
     if raw.unit not in (None, unit):
-        warning = f"{path.name}: read in {unit} as [part] units says, though its unit is {raw.unit}"
+        warning = f"{path.name}: read in {unit} as {key}.units says, though its unit is {raw.unit}"
         scaled = replace(scaled, warnings=(*scaled.warnings, warning))
     return scaled, unit

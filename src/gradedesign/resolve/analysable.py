@@ -17,6 +17,7 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
 from gradedesign.verify.whole_resolution import (
     TIME_SHARE,
@@ -63,17 +64,14 @@ class Analysable:
     zones: tuple[Analysable, ...] = ()
 
 
-def solid_layers(case: Case) -> list[float]:
-    """Least thicknesses of the skins and of the margins of passive regions, mm."""
-    skins = [skin.thickness[0] for skin in case.lattice.skin]
-    return [k.margin for k in case.keep if k.margin > 0] + skins
-
-
 def grid_spacing(
-    case: Case, wall: FloatArray | float, elements_per_wall: float, analysis: ExplicitAnalysis
+    domain: DesignDomain,
+    wall: FloatArray | float,
+    elements_per_wall: float,
+    analysis: ExplicitAnalysis,
 ) -> FloatArray:
-    """Element size for walls ``(...)`` mm beside the solid layers of a case, ``(...)`` mm."""
-    layers = min(solid_layers(case), default=np.inf)
+    """Element size for walls ``(...)`` mm beside the solid layers of a part, ``(...)`` mm."""
+    layers = min(domain.layers, default=np.inf)
     return np.minimum(np.asarray(wall) / elements_per_wall, layers / analysis.elements_per_layer)
 
 
@@ -86,7 +84,7 @@ def analysable_bounds(
     *,
     latticed: float,
     solid: float,
-    box: tuple[float, float, float],
+    domain: DesignDomain,
 ) -> Analysable:
     """Raise the lower density bound to what the budgets can analyse and judge.
 
@@ -102,8 +100,7 @@ def analysable_bounds(
     analysis : ExplicitAnalysis
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
-    box : (float, float, float), mm
-        Edges of the part's box.
+    domain : DesignDomain
 
     Returns
     -------
@@ -118,15 +115,16 @@ def analysable_bounds(
     stated = case.lattice.wall
     walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
     mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
+    x, y, z = (domain.upper - domain.lower).tolist()
     planned = [
-        PlannedSolid(box=box, volume=float(volume), load_cases=len(case.load_case))
+        PlannedSolid(box=(x, y, z), volume=float(volume), load_cases=len(case.load_case))
         for volume in solid + latticed * mean
     ]
     least, per_wall = 0, run.elements_per_wall or analysis.elements_per_wall(cell, low)
     # What a strut needs depends on the density at which it is thinnest, and the other way round.
     refusal = ""
     for _ in range(2):
-        spacings = grid_spacing(case, walls, per_wall, analysis)
+        spacings = grid_spacing(domain, walls, per_wall, analysis)
         if run.explicit_mesh_size:
             spacings = np.full(SAMPLES, run.explicit_mesh_size)
         first = first_spacing(analysis, 1.0, cell, float(rho[least]))
@@ -141,7 +139,8 @@ def analysable_bounds(
         if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
             break
         if not fits.any():
-            refusal = _refusal(case, walls, spacings, memory, analysis)
+            layer = min(domain.layers, default=np.inf)
+            refusal = _refusal(case, walls, spacings, memory, layer, analysis)
             break
         least = int(np.argmax(fits))
         per_wall = run.elements_per_wall or analysis.elements_per_wall(cell, float(rho[least]))
@@ -252,11 +251,15 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
 
 
 def _refusal(
-    case: Case, walls: FloatArray, spacings: FloatArray, need: IntArray, analysis: ExplicitAnalysis
+    case: Case,
+    walls: FloatArray,
+    spacings: FloatArray,
+    need: IntArray,
+    layers: float,
+    analysis: ExplicitAnalysis,
 ) -> str:
     """Sentence about what does not fit the memory, and what would."""
     best = int(np.argmin(need))
-    layers = min(solid_layers(case), default=np.inf)
     larger = (need[best] / case.run.memory) ** (1 / 3)
     governed = spacings[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
     what = (

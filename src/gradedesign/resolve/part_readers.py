@@ -50,12 +50,18 @@ def _blamed(reader: PartReader, source: str, case: CaseIdentity) -> Reader:
     chord_tolerance, memory = case.part.chord_tolerance, case.run.memory
 
     def read(path: Path) -> RawTriangles:
-        if chord_tolerance is not None and not reader.exact:
+        own = path == case.part.file
+        if own and chord_tolerance is not None and not reader.exact:
             raise CaseError(
                 f"part.chord_tolerance: has no meaning for {path.name}, whose format holds "
                 "triangles; leave it out"
             )
-        if case.part.voxels is not None and not reader.sampled:
+        if not own and reader.sampled:
+            raise CaseError(
+                f"{path.name} holds voxels, which only [part] takes; expected a file of triangles "
+                f"or of CAD faces"
+            )
+        if own and case.part.voxels is not None and not reader.sampled:
             raise CaseError(
                 f"part.voxels: has no meaning for {path.name}, whose format holds triangles; leave "
                 "it out"

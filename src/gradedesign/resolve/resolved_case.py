@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.cell.calibration import calibrate
@@ -240,7 +238,6 @@ def analysable_lattice(
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
     """
-    x, y, z = np.ptp(known.part.surface.vertices, axis=0).tolist()
     return chosen_analysis(
         [
             analysable_together(
@@ -253,7 +250,7 @@ def analysable_lattice(
                         analysis,
                         latticed=latticed,
                         solid=solid,
-                        box=(x, y, z),
+                        domain=known.domain,
                     )
                     for zone, window in zip(stated_zones(known), bounds, strict=True)
                 ]

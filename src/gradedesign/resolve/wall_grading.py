@@ -50,7 +50,7 @@ def wall_grading(
     # Where walls are thicker than the thinnest, this is less than 1.
     share = spacing * cells.elements_per_wall / np.maximum(walls, 1e-9 * cells.layout.least)
     shares = DensityGrid(origin=grid.origin, spacing=grid.spacing, values=np.clip(share, 0.0, 1.0))
-    layers = [(p.distance, p.margin, p.margin) for p in domain.passive] + [
+    layers = [(_outside(p.distance), p.margin, p.thickness or p.margin) for p in domain.passive] + [
         (s.faces or domain.distance, s.thickness, s.thinnest or s.thickness) for s in domain.skins
     ]
     # Layers that bear elements of twice the edge ask for nothing.
@@ -77,6 +77,15 @@ def wall_grading(
         "" if share_of_part >= LEAST_SHARE else ": too little for local refinement to pay",
     )
     return grading if share_of_part >= LEAST_SHARE else None
+
+
+def _outside(distance: Field) -> Field:
+    """Distance to a region, or to a volume that is 0 within it."""
+
+    def from_outside(points: FloatArray) -> FloatArray:
+        return np.maximum(distance(points), 0.0)
+
+    return from_outside
 
 
 def _sizes(cells: CellChoice, grid: DensityGrid) -> FloatArray | float:

@@ -131,7 +131,7 @@ def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> t
     warnings = picture_loads(
         out.path_of("loads.png"),
         problem.part.surface,
-        region_marks(problem.case, problem.part.regions),
+        region_marks(problem.case, problem.part, problem.domain),
         action_marks(problem.case, problem.part),
         note=warming_note(problem.case),
     )

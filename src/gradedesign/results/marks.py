@@ -2,38 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.case.load_schema import LoadCaseSpec, LoadSpec
-from gradedesign.case.schema import Case
-from gradedesign.mesh.surface_mesh import corner_points
+from gradedesign.case.schema import Case, KeepSpec
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.surface import extract_surface
+from gradedesign.layout.passive import keep_words
+from gradedesign.layout.place import place_box
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.output.action_mark import ActionMark, Kind
 from gradedesign.output.region_mark import RegionMark, Role
 from gradedesign.part.part import Part
-from gradedesign.part.regions import Region
+
+#: Steps along the longest edge of a volume as pictures draw it.
+_DRAWN = 48
+#: How far below the part's faces pictures show it, over the part's diagonal.
+_BELOW = 2e-3
 
 
-def region_marks(case: Case, regions: Mapping[str, Region]) -> list[RegionMark]:
-    """Supports, loaded and passive regions; one that is several is drawn as the first of these."""
+def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMark]:
+    """Supports, loaded and passive regions; one that is several is drawn as the first of these.
+
+    Of volumes that stay solid what lies in the part is drawn.
+    """
     roles: dict[str, Role] = {
         fix.region: "support" for load_case in case.load_case for fix in load_case.fix
     }
     for load_case in case.load_case:
         for load in load_case.load:
             roles.setdefault(load.region, "load")
-    passive = {keep.region for keep in case.keep}
+    passive = {keep.region for keep in case.keep if keep.region is not None}
     for name in passive:
         roles.setdefault(name, "passive")
-    return [
+    marks = [
         RegionMark(
             name=f"{name}, passive solid" if name in passive and role != "passive" else name,
             role=role,
-            corners=regions[name].corners,
+            corners=part.regions[name].corners,
         )
         for name, role in sorted(roles.items())
     ]
+    volumes = [
+        RegionMark(
+            name=keep.name or keep_words(keep, number),
+            role="passive",
+            corners=corner_points(_solid_volume(part, domain, keep, region)),
+        )
+        for number, (keep, region) in enumerate(zip(case.keep, domain.passive, strict=True))
+        if keep.region is None
+    ]
+    return marks + volumes
+
+
+def _solid_volume(
+    part: Part, domain: DesignDomain, keep: KeepSpec, region: PassiveRegion
+) -> SurfaceMesh:
+    """Surface of what a volume keeps solid of the part, coarse as pictures need it.
+
+    A little below the part's faces, so that regions on them cover it.
+    """
+    lower, upper = place_box(part, keep)
+    lower, upper = lower - region.margin, upper + region.margin
+    below = min(_BELOW * part.diagonal, 0.1 * (region.thickness or region.margin))
+
+    def field(points: FloatArray) -> FloatArray:
+        solid = region.distance(points) - region.margin
+        return np.maximum(solid, domain.distance(points)) + below
+
+    return extract_surface(field, lower, upper, float((upper - lower).max()) / _DRAWN)
 
 
 def action_marks(case: Case, part: Part) -> list[ActionMark]:

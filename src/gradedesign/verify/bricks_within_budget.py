@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import BoxSpec
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.finite_cell.analysis import brick_grid, divide
 from gradedesign.finite_cell.elements import DisconnectedError, Elements, solid_volume
 from gradedesign.finite_cell.grid import Plane
 from gradedesign.finite_cell.problem import Problem, require_regions
 from gradedesign.finite_cell.space import BrickSpace, unknown_count
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import lattice_field
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.printed_solid import PrintedSolid
@@ -76,11 +78,13 @@ def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False)
 
 
 def passive_planes(solid: PrintedSolid) -> tuple[Plane, ...]:
-    """Inner faces of passive solids along plane regions across an axis."""
+    """Inner faces of passive solids across an axis: along plane regions, and of boxes."""
     planes = []
     for keep in solid.case.keep:
-        region = solid.regions.get(keep.region)
-        if region is None or keep.margin <= 0.0:
+        if keep.box is not None:
+            planes += _box_planes(keep.box, keep.margin or 0.0, solid.design.domain)
+        region = None if keep.region is None else solid.regions.get(keep.region)
+        if region is None or not keep.margin:
             continue
         corners = region.corners.reshape(-1, 3)
         axis = int(np.argmin(np.ptp(corners, axis=0)))
@@ -90,6 +94,19 @@ def passive_planes(solid: PrintedSolid) -> tuple[Plane, ...]:
         place = float(corners[0, axis] + inward * keep.margin)
         planes.append(Plane(axis=axis, place=place, area=region.area))
     return tuple(planes)
+
+
+def _box_planes(box: BoxSpec, margin: float, domain: DesignDomain) -> list[Plane]:
+    """Faces of a passive box that lie inside the part's."""
+    low = np.maximum(np.array(box.lower) - margin, domain.lower)
+    high = np.minimum(np.array(box.upper) + margin, domain.upper)
+    edges = high - low
+    return [
+        Plane(axis=axis, place=float(ends[axis]), area=float(np.delete(edges, axis).prod()))
+        for axis in range(3)
+        for ends, outer in ((low, domain.lower), (high, domain.upper))
+        if ends[axis] != outer[axis]
+    ]
 
 
 def divided_within_budget(
