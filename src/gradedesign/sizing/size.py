@@ -107,8 +107,7 @@ def size(
     previous: list[FloatArray] = []
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
-    calm = np.ones(x.shape)
-    kept = keep * x
+    calm, kept = np.ones(x.shape), keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
