@@ -61,7 +61,7 @@ def _rebuild(case: CaseIdentity) -> Mend:
     if set(options) != {"spacing"} or isinstance(spacing, bool | str) or not spacing:
         raise CaseError(
             f'{where}: repair = "{REBUILD}" takes the spacing of a grid and nothing else, found '
-            f'{shown(dict(options))}; write spacing = "0.5 mm", a third of the thinnest wall or less'
+            f'{shown(dict(options))}; write spacing = "0.5 mm", half of the thinnest wall'
         )
 
     def mend(

@@ -72,6 +72,4 @@ def rebuilt(
         return np.asarray(found).reshape(points.shape[1:])
 
     # The surface's nodes lie half a spacing below the box that it is cut at.
-    return extract_surface(
-        field, origin + 1.5 * spacing, origin + (steps - 2.0) * spacing, spacing
-    )
+    return extract_surface(field, origin + 1.5 * spacing, origin + (steps - 2.0) * spacing, spacing)
