@@ -17,6 +17,8 @@ SIDE = 8
 NODES = SIDE**3
 #: Winding number from which on a point is inside.
 INSIDE = 0.5
+#: Rows along the edge of a tile that one thread sweeps.
+TILE = 16
 
 
 @njit(cache=True)
@@ -173,11 +175,15 @@ def sign_bands(tri, turn, right, first, count, moments, brick, shape, values, ap
             if several and filled > 1:
                 asked = 6
                 _extremes(queue, filled, extreme)
-            inside = 0
+            inside, last = 0, 0
             for e in range(asked):
+                if e > 0 and extreme[e] == extreme[e - 1]:
+                    inside += last
+                    continue
                 x, y, z = _place(ox, oy, oz, extreme[e])
                 w = winding(tri, turn, right, first, count, moments, x, y, z, stack)
-                inside += w > INSIDE
+                last = int(w > INSIDE)
+                inside += last
             for q in range(filled):
                 here = inside == asked
                 if 0 < inside < asked:
@@ -297,30 +303,40 @@ def _take(points, seed, square, i, j, k, s):
             seed[i, j, k] = s
 
 
+@njit(cache=True)
+def _sweep_row(points, seed, square, i, j, back_x, back_y):
+    """Let a row along z take the seeds of the rows before it, then hand them on both ways."""
+    nx, ny, nz = seed.shape
+    if 0 <= i + back_x < nx:
+        for k in range(nz):
+            _take(points, seed, square, i, j, k, seed[i + back_x, j, k])
+    if 0 <= j + back_y < ny:
+        for k in range(nz):
+            _take(points, seed, square, i, j, k, seed[i, j + back_y, k])
+    for k in range(1, nz):
+        _take(points, seed, square, i, j, k, seed[i, j, k - 1])
+    for k in range(nz - 2, -1, -1):
+        _take(points, seed, square, i, j, k, seed[i, j, k + 1])
+
+
 @njit(cache=True, parallel=True, nogil=True)
 def sweep(points, seed, square, forward_x, forward_y):
     """Sweep seeds over the even nodes, one way along x and y, both ways along z.
 
-    Rows along z of one diagonal across x and y depend on the diagonal before only.
+    Tiles of rows along z of one diagonal across x and y depend on the diagonal before only.
     """
-    nx, ny, nz = seed.shape
+    nx, ny, _ = seed.shape
+    across, along = (nx + TILE - 1) // TILE, (ny + TILE - 1) // TILE
     back_x, back_y = -1 if forward_x else 1, -1 if forward_y else 1
-    for diagonal in range(nx + ny - 1):
-        low = max(0, diagonal - ny + 1)
-        for row in prange(min(diagonal, nx - 1) - low + 1):
-            i, j = low + row, diagonal - low - row
-            i = i if forward_x else nx - 1 - i
-            j = j if forward_y else ny - 1 - j
-            if 0 <= i + back_x < nx:
-                for k in range(nz):
-                    _take(points, seed, square, i, j, k, seed[i + back_x, j, k])
-            if 0 <= j + back_y < ny:
-                for k in range(nz):
-                    _take(points, seed, square, i, j, k, seed[i, j + back_y, k])
-            for k in range(1, nz):
-                _take(points, seed, square, i, j, k, seed[i, j, k - 1])
-            for k in range(nz - 2, -1, -1):
-                _take(points, seed, square, i, j, k, seed[i, j, k + 1])
+    for diagonal in range(across + along - 1):
+        low = max(0, diagonal - along + 1)
+        for tile in prange(min(diagonal, across - 1) - low + 1):
+            u, v = TILE * (low + tile), TILE * (diagonal - low - tile)
+            for a in range(u, min(u + TILE, nx)):
+                i = a if forward_x else nx - 1 - a
+                for b in range(v, min(v + TILE, ny)):
+                    j = b if forward_y else ny - 1 - b
+                    _sweep_row(points, seed, square, i, j, back_x, back_y)
 
 
 @njit(cache=True)
