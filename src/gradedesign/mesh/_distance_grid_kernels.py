@@ -222,15 +222,15 @@ def _flood(values, apart, done, queue):
 
 @njit(cache=True)
 def _extremes(queue, filled, extreme):
-    """First and last nodes along each axis."""
+    """First nodes along each axis, which are often one, then last ones."""
     for a, step in enumerate((SIDE * SIDE, SIDE, 1)):
         low, high = SIDE, -1
         for q in range(filled):
             along = queue[q] // step % SIDE
             if along < low:
-                low, extreme[2 * a] = along, queue[q]
+                low, extreme[a] = along, queue[q]
             if along > high:
-                high, extreme[2 * a + 1] = along, queue[q]
+                high, extreme[3 + a] = along, queue[q]
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -341,17 +341,17 @@ def sweep(points, seed, square, forward_x, forward_y):
 
 @njit(cache=True)
 def _swept(points, seed, i, j, k):
-    """Distance of a node to the nearest of the seeds of the even nodes about it."""
-    best = np.inf
-    last = -1
-    for a in range(i // 2, min((i + 1) // 2 + 1, seed.shape[0])):
-        for b in range(j // 2, min((j + 1) // 2 + 1, seed.shape[1])):
-            for c in range(k // 2, min((k + 1) // 2 + 1, seed.shape[2])):
-                s = seed[a, b, c]
-                if s != last:
-                    last = s
-                    dx, dy, dz = i - points[s, 0], j - points[s, 1], k - points[s, 2]
-                    best = min(best, dx * dx + dy * dy + dz * dz)
+    """Distance of a node to the nearer of the seeds of the even nodes before and behind it."""
+    s = seed[i // 2, j // 2, k // 2]
+    dx, dy, dz = i - points[s, 0], j - points[s, 1], k - points[s, 2]
+    best = dx * dx + dy * dy + dz * dz
+    a = min((i + 1) // 2, seed.shape[0] - 1)
+    b = min((j + 1) // 2, seed.shape[1] - 1)
+    c = min((k + 1) // 2, seed.shape[2] - 1)
+    if seed[a, b, c] != s:
+        s = seed[a, b, c]
+        dx, dy, dz = i - points[s, 0], j - points[s, 1], k - points[s, 2]
+        best = min(best, dx * dx + dy * dy + dz * dz)
     return np.sqrt(best)
 
 

@@ -18,8 +18,8 @@ from gradedesign.mesh.unbalanced_edges import unbalanced_edge_count
 #: Nodes along the edge of a brick.
 SIDE = kernels.SIDE
 #: Spacings from the triangles beyond which neighbours on the grid lie on one side of them: half of
-#: one; a whole one where the triangles leave holes.
-_APART, _APART_OPEN = 0.5 + 1e-6, 1.0
+#: one; more where the triangles leave holes.
+_APART, _APART_OPEN = 0.5 + 1e-6, 0.75
 #: Even nodes within so many spacings of the triangles hand their closest points on.
 _SEEDS = 2.0
 
@@ -111,8 +111,8 @@ def distance_grid(
 
     Exact up to ``band`` spacings from the triangles, as :func:`distance_bricks` finds it. Beyond,
     closest points are swept over every second node along each axis, and the others take the
-    nearest of those about them: never too small, and off by 0.1 of a spacing on average and 1.3
-    at most on a bumpy ball.
+    nearer of two of those about them: never too small, and off by 0.1 of a spacing on average and
+    1.3 at most on a bumpy ball.
 
     Parameters
     ----------
