@@ -48,7 +48,7 @@ class BucklingLimit(Limit):
         """Largest utilisation over all tetrahedra that hold lattice, and all load cases.
 
         Clamped edges are not excluded: unlike a yielding point, a buckling cell spreads. In denser
-        cells than the law knows its last critical stress is used, see `BucklingLaw`.
+        cells than the law knows critical stresses grow with density, see `BucklingLaw`.
         """
         density = state.effective_density
         utilisations = np.stack(

@@ -12,6 +12,8 @@ from gradedesign.material.buckling_table import BucklingTable
 _BISECTIONS = 50
 #: Uses below this are none.
 _NO_USE = 1e-30
+#: Exponent of density with which critical stresses grow beyond the densest computed cell.
+GROWTH_BEYOND = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,8 +35,10 @@ class BucklingLaw:
     -----
     Between the densities the logarithm of the use is linear in that of density. The use is a sum
     of terms that fall with density, so that this is above what power laws through the table would
-    give. Above the window the critical stresses of its end are kept, which is too little and so
-    safe. Below it the power law of the two least densities goes on: the caller says so.
+    give. Above the window the critical stresses grow with the density, as if the cell buckled at
+    one mean stress of its material: all that were computed grow faster (exponents 1.2 to 7), as
+    Euler's load of a strut does (2), so that this is safe. Below it the power law of the two least
+    densities goes on: the caller says so.
     """
 
     table: BucklingTable
@@ -70,13 +74,14 @@ class BucklingLaw:
     def at(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
         """Use at any density, from a profile ``(k, n)`` and densities ``(n,)``; ``(n,)``."""
         x, knots = np.log(rho), np.log(self.table.density)
+        beyond = np.maximum(x - knots[-1], 0.0)
         x = np.minimum(x, knots[-1])
         piece = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
         place = (x - knots[piece]) / np.diff(knots)[piece]
         y = np.log(np.maximum(profile, _NO_USE))
         column = np.arange(x.size)
         low, high = y[piece, column], y[piece + 1, column]
-        return np.asarray(np.exp(low + place * (high - low)))
+        return np.asarray(np.exp(low + place * (high - low) - GROWTH_BEYOND * beyond))
 
     def least_density(
         self, profile: FloatArray, permitted: float, bounds: tuple[float, float]
