@@ -36,7 +36,9 @@ def test_the_slope_is_at_most_one_and_signs_are_those_of_the_winding_number(shap
         ends = np.maximum(np.abs(found), np.roll(np.abs(found), -1, axis=axis))
         known = np.delete(ends, -1, axis=axis) < 3 * SPACING
         assert step[known].max() <= SPACING * (1 + 1e-5)
-        assert step.max() <= SPACING * 2.5  # swept beyond the band, off by about one spacing at most
+        assert (
+            step.max() <= SPACING * 2.5
+        )  # swept beyond the band, off by about one spacing at most
     points = grid_points(LOWER, (0, 0, 0), (N, N, N), SPACING).reshape(3, -1)
     winding = igl.winding_number(*shape, points.T.copy()).reshape(found.shape)
     assert np.array_equal(found < 0, winding > 0.5)
