@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from gradedesign.material.scaling_law import LawOrigin, ScalingLaw
     from gradedesign.material.shipped_tables import shipped_laws
     from gradedesign.material.tabulated_law import tabulated_law
+    from gradedesign.mesh.distance_grid import DistanceBricks, distance_bricks, distance_grid
     from gradedesign.mesh.mesher import Mesher, serve_mesher
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter
@@ -79,6 +80,7 @@ __all__ = [
     "CellMaker",
     "DensityError",
     "Discretisation",
+    "DistanceBricks",
     "EigenProblem",
     "EigenSolver",
     "ExactSurface",
@@ -129,6 +131,8 @@ __all__ = [
     "as_multiple",
     "cubic_law",
     "cubic_table_law",
+    "distance_bricks",
+    "distance_grid",
     "hookimpl",
     "in_number",
     "load_case",
@@ -168,6 +172,7 @@ _HOMES = {
     "material.scaling_law": "LawOrigin ScalingLaw",
     "material.shipped_tables": "shipped_laws",
     "material.tabulated_law": "tabulated_law",
+    "mesh.distance_grid": "DistanceBricks distance_bricks distance_grid",
     "mesh.mesher": "Mesher serve_mesher",
     "mesh.surface_mesh": "SurfaceMesh",
     "output.exporter": "Exporter",

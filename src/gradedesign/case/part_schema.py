@@ -24,8 +24,9 @@ from gradedesign.case.value_types import (
 )
 from gradedesign.case.voxels_schema import VoxelsSpec
 
-#: Ways of repair that need no plugin.
-OWN_REPAIRS = ("safe", "auto")
+#: Ways of repair that need no plugin; the last one rebuilds the whole surface on a grid.
+REBUILD = "rebuild"
+OWN_REPAIRS = ("safe", "auto", REBUILD)
 UNITS = ("mm", "cm", "m", "inch")
 #: Edges of a box shorter than this are no part, mm.
 _LEAST_EDGE = 1e-3
@@ -92,9 +93,9 @@ class ShapeSpec(Table):
     chord_tolerance: Size | None = None
     """Largest distance of the triangles from the curved faces of a CAD file, mm."""
     repair: Annotated[str, Text("a way of repair", 80)] = "safe"
-    """How far a damaged surface may be repaired: ``safe``, ``auto`` or a plugin's repairer."""
+    """How far a damaged surface may be repaired: ``safe``, ``auto``, ``rebuild`` or a plugin's."""
     repair_options: Annotated[dict[str, Any], _RepairOptions()] = Field(default_factory=dict)
-    """Options of the plugin's repairer by name; lengths with their unit."""
+    """Options of ``rebuild`` or the plugin's repairer by name; lengths with their unit."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
     """Whether several disjoint bodies are accepted."""
     voxels: VoxelsSpec | None = None

@@ -9,13 +9,15 @@ from typing import Any
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.case.part_schema import OWN_REPAIRS
+from gradedesign.case.part_schema import OWN_REPAIRS, REBUILD
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead, shown
 from gradedesign.errors import CaseError, MeshError, PartError
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.mended import Mend
 from gradedesign.part.repairer import Repairer
 from gradedesign.plugin.registry import Registry, absent
+from gradedesign.resolve.rebuilt import rebuilt
 from gradedesign.workspace.worker import run_worker
 
 
@@ -30,11 +32,13 @@ def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
         The same, when a plugin that might have supplied it is disabled.
     """
     name, options = case.part.repair, case.part.repair_options
+    if name == REBUILD:
+        return _rebuild(case)
     if name in OWN_REPAIRS:
         if options:
             raise CaseError(
                 f'{case.where("part.repair_options")}: repair = "{name}" has no options; '
-                "expected the repairer of a plugin"
+                f'expected repair = "{REBUILD}" or the repairer of a plugin'
             )
         return None
     repairer = registry.repairers.get(name)
@@ -48,6 +52,30 @@ def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
                 f"{case.where(f'part.repair_options.{key}')}: '{name}' has no such option; {near}"
             )
     return _asked(repairer, case)
+
+
+def _rebuild(case: CaseIdentity) -> Mend:
+    """Rebuild the surface on the grid that the options state, within the memory of the case."""
+    options = case.part.repair_options
+    where, spacing = case.where("part.repair_options"), options.get("spacing")
+    if set(options) != {"spacing"} or isinstance(spacing, bool | str) or not spacing:
+        raise CaseError(
+            f'{where}: repair = "{REBUILD}" takes the spacing of a grid and nothing else, found '
+            f'{shown(dict(options))}; write spacing = "0.5 mm", half of the thinnest wall'
+        )
+
+    def mend(
+        vertices: FloatArray, faces: IntArray
+    ) -> tuple[NDArray[Any], NDArray[Any], Mapping[str, int]]:
+        made = rebuilt(
+            SurfaceMesh(vertices=vertices, faces=faces),
+            float(spacing),
+            memory_limit_bytes=case.run.memory,
+            where=where,
+        )
+        return made.vertices, made.faces, {"triangles_rebuilt": len(made.faces)}
+
+    return mend
 
 
 def _asked(repairer: Repairer, case: CaseIdentity) -> Mend:
