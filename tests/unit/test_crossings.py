@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.mesh import crossings
+from gradedesign.mesh import crossings, triangle_cells
 from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.mesh.winding import winding_numbers, winding_volumes
@@ -38,7 +38,7 @@ def plain_crossing(p, q) -> bool:
 @pytest.mark.parametrize("many", [10**9, 1], ids=["tree", "cells"])
 def test_pairs_are_those_of_the_plain_test_over_all_pairs(many, monkeypatch):
     monkeypatch.setattr(crossings, "MANY", many)
-    monkeypatch.setattr(crossings, "_ENTRIES", 1000)
+    monkeypatch.setattr(triangle_cells, "ENTRIES", 1000)
     rng = np.random.default_rng(11)
     corners = rng.uniform(0, 10, (120, 1, 3)) + rng.uniform(-2, 2, (120, 3, 3))
     faces = np.arange(360).reshape(-1, 3)
@@ -68,7 +68,7 @@ def test_pairs_are_those_of_the_plain_test_over_all_pairs(many, monkeypatch):
 @pytest.mark.parametrize("many", [10**9, 1], ids=["tree", "cells"])
 def test_boxes(shift, scale, crosses, many, monkeypatch):
     monkeypatch.setattr(crossings, "MANY", many)
-    monkeypatch.setattr(crossings, "_ENTRIES", 1000)
+    monkeypatch.setattr(triangle_cells, "ENTRIES", 1000)
     assert bool(len(crossing_triangles(*both(shift, scale), 1e-5))) == crosses
 
 

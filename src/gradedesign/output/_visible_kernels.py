@@ -6,6 +6,60 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+#: Samples along a tile, whose farthest depth hides whole triangles, and samples that change before
+#: it is looked up again. Triangles are taken from near to far in so many groups.
+_TILE, _STALE, _GROUPS = 16, 64, 250
+
+
+@njit(cache=True, nogil=True)
+def _depth_order(vertices, faces, back, middle):
+    """Triangles from near to far, by groups of the depth of their nearest corner."""
+    depth = np.zeros(len(vertices), dtype=np.float32)
+    low, high = np.inf, -np.inf
+    for v in range(len(vertices)):
+        d = 0.0
+        for a in range(3):
+            d += (vertices[v, a] - middle[a]) * back[a]
+        depth[v] = d
+        low, high = min(low, d), max(high, d)
+    per_group = (high - low) / (_GROUPS - 1) if high > low else 1.0
+    group = np.zeros(len(faces), dtype=np.uint8)
+    start = np.zeros(_GROUPS + 2, dtype=np.int64)
+    for f in range(len(faces)):
+        nearest = max(depth[faces[f, 0]], depth[faces[f, 1]], depth[faces[f, 2]])
+        group[f] = min(max(int((high - nearest) / per_group), 0), _GROUPS - 1)
+        start[group[f] + 2] += 1
+    for g in range(_GROUPS):
+        start[g + 2] += start[g + 1]
+    order = np.zeros(len(faces), dtype=np.int32)
+    for f in range(len(faces)):
+        order[start[group[f] + 1]] = f
+        start[group[f] + 1] += 1
+    return order
+
+
+@njit(cache=True)
+def _farthest(depth, p, q):
+    """Least depth of a tile; higher is nearer."""
+    least = np.inf
+    for i in range(p * _TILE, min((p + 1) * _TILE, depth.shape[0])):
+        for j in range(q * _TILE, min((q + 1) * _TILE, depth.shape[1])):
+            least = min(least, depth[i, j])
+    return least
+
+
+@njit(cache=True)
+def _is_hidden(depth, farthest, changes, nearest, low_i, high_i, low_j, high_j):
+    """Whether all tiles between samples are nearer than a depth throughout."""
+    for p in range(low_i // _TILE, high_i // _TILE + 1):
+        for q in range(low_j // _TILE, high_j // _TILE + 1):
+            if changes[p, q] >= _STALE:
+                farthest[p, q] = _farthest(depth, p, q)
+                changes[p, q] = 0
+            if nearest > farthest[p, q]:
+                return False
+    return True
+
 
 @njit(cache=True, nogil=True)
 def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
@@ -23,8 +77,11 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
     """
     depth = np.full(shape, -np.inf, dtype=np.float32)
     owner = np.full(shape, -1, dtype=np.int32)
+    tiles = (shape[0] // _TILE + 1, shape[1] // _TILE + 1)
+    farthest = np.full(tiles, -np.inf)
+    changes = np.zeros(tiles, dtype=np.int64)
     x, y, z = np.zeros(3), np.zeros(3), np.zeros(3)
-    for f in range(len(faces)):
+    for f in _depth_order(vertices, faces, back, middle):
         for c in range(3):
             v = faces[f, c]
             a, b, d = (
@@ -38,8 +95,15 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
         area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
         if area == 0.0:
             continue
-        low_i, high_i = max(int(np.ceil(x.min())), 0), min(int(np.floor(x.max())), shape[0] - 1)
-        low_j, high_j = max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())), shape[1] - 1)
+        low_i = max(int(np.ceil(min(x[0], x[1], x[2]))), 0)
+        high_i = min(int(np.floor(max(x[0], x[1], x[2]))), shape[0] - 1)
+        low_j = max(int(np.ceil(min(y[0], y[1], y[2]))), 0)
+        high_j = min(int(np.floor(max(y[0], y[1], y[2]))), shape[1] - 1)
+        if low_i > high_i or low_j > high_j:
+            continue
+        nearest = max(z[0], z[1], z[2])
+        if _is_hidden(depth, farthest, changes, nearest, low_i, high_i, low_j, high_j):
+            continue
         for i in range(low_i, high_i + 1):
             for j in range(low_j, high_j + 1):
                 u = ((x[1] - i) * (y[2] - j) - (x[2] - i) * (y[1] - j)) / area
@@ -51,6 +115,7 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
                 if here > depth[i, j]:
                     depth[i, j] = here
                     owner[i, j] = f
+                    changes[i // _TILE, j // _TILE] += 1
     seen = np.zeros(len(faces), dtype=np.bool_)
     for i in range(shape[0]):
         for j in range(shape[1]):

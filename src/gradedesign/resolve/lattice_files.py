@@ -19,6 +19,7 @@ from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
 from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import float32_vertices
@@ -125,8 +126,11 @@ def printed_lattice(
     )
 
 
-def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
-    """Warnings on triangles of the surface, as files hold it, that pass through each other."""
+def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tuple[str, ...]:
+    """Warnings on triangles of the surface, as files hold it, that pass through each other.
+
+    The grid is that of its contour, where it is known.
+    """
     if len(surface.faces) > MOST_TESTED:
         return (
             f"the printed surface of {len(surface.faces)} triangles is not tested for crossing "
@@ -134,7 +138,7 @@ def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
         )
     report_step("triangles that pass through each other")
     vertices = float32_vertices(surface.vertices)
-    pairs = crossing_triangles(vertices, surface.faces, TOUCHING)
+    pairs = crossing_triangles(vertices, surface.faces, TOUCHING, grid)
     if len(pairs) == 0:
         return ()
     at = ", ".join(f"{c:.4g}" for c in vertices[surface.faces[pairs[0, 0]]].mean(axis=0))
