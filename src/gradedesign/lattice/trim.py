@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gradedesign.arrays import FloatArray
 from gradedesign.lattice.deep_blocks import BLOCK, deep_blocks
 from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
@@ -56,7 +58,10 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         deep = deep_blocks(design.domain.distance, grid.origin, grid.shape, step)
         raw = contour(field, grid, marked=deep, block=BLOCK)
     with stepping(f"cutting {len(raw.others)} of {raw.count} triangles with the part"):
-        trimmed = _cut(raw, part, SHORTEST * step)
+        vertices, faces = _cut(raw, part)
+        del raw  # the triangles once more
+        report_step("collapsing short edges")
+        trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     require_closed(trimmed)
     return trimmed
 
@@ -67,12 +72,10 @@ def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:
     return boxed_grid(domain.lower - beyond, domain.upper + beyond, step)
 
 
-def _cut(raw: Contour, part: SurfaceMesh, shortest: float) -> SurfaceMesh:
+def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]]:
     """Cut the triangles near the part's surface, and join those deep inside to them again."""
     near = np.concatenate([raw.others, raw.caps])
     cut = cut_capped(raw.vertices, near, len(raw.caps), part, what="printed surface")
     number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
     vertices = np.concatenate([raw.vertices, cut.vertices])
-    faces = np.concatenate([raw.marked, number[cut.faces].astype(np.int32)])
-    report_step("collapsing short edges")
-    return used_only(vertices, without_short_edges(vertices, faces, shortest))
+    return vertices, np.concatenate([raw.marked, number[cut.faces].astype(np.int32)])

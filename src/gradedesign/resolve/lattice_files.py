@@ -17,7 +17,7 @@ from gradedesign.errors import PluginError, blaming
 from gradedesign.lattice.beams import beam_lattice
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
-from gradedesign.mesh.crossings import crossing_triangles
+from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter
@@ -32,8 +32,6 @@ log = logging.getLogger(__name__)
 
 #: Name of the exported surface that acceptance reads back.
 STL_NAME = "lattice.stl"
-#: Triangles that reach less than this beyond each other only touch, mm.
-TOUCHING = 1e-3
 #: Largest surface that is tested for crossing itself, triangles: about 1 GB is taken.
 MOST_TESTED = 20_000_000
 #: Other files of a lattice, whose names no exporter gets.
@@ -124,6 +122,11 @@ def printed_lattice(
         build_direction="+z" if case.print is None else case.print.build_direction,
         beams=lambda: beam_lattice(design, part),
     )
+
+
+def chord_tolerance(case: CaseIdentity) -> float | None:
+    """Distance within which triangles of the printed surface may be larger, mm."""
+    return None if case.print is None else case.print.chord_tolerance
 
 
 def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tuple[str, ...]:
