@@ -27,19 +27,37 @@ def cell_range(vertices, faces, i, origin, spacing, shape, reach, cells):
 
 
 @njit(cache=True, nogil=True)
-def count_in_cells(vertices, faces, origin, spacing, shape, reach, start):
-    """Add the triangles of every cell to ``start[cell + 1]``; returns their sum."""
+def sum_extents(vertices, faces):
+    """Extents of the triangles along each axis, added up, ``(3,)``."""
+    size = np.zeros(3)
+    for f in range(len(faces)):
+        for a in range(3):
+            x, y, z = vertices[faces[f, 0], a], vertices[faces[f, 1], a], vertices[faces[f, 2], a]
+            size[a] += max(x, y, z) - min(x, y, z)
+    return size
+
+
+@njit(cache=True, nogil=True)
+def count_in_cells(vertices, faces, origin, spacing, shape, reach, most, start):
+    """Add the triangles of every cell to ``start[cell + 1]``; returns their sum.
+
+    It stops where the sum exceeds ``most``.
+    """
     cells = np.zeros((2, 3), dtype=np.int64)
     total = 0
     for f in range(len(faces)):
         cell_range(vertices, faces, f, origin, spacing, shape, reach, cells)
+        size = 1
+        for a in range(3):
+            size *= cells[1, a] + 1 - cells[0, a]
+        total += size
+        if total > most:
+            break
         for i in range(cells[0, 0], cells[1, 0] + 1):
             for j in range(cells[0, 1], cells[1, 1] + 1):
                 row = (i * shape[1] + j) * shape[2] + 1
-                total += cells[1, 2] + 1 - cells[0, 2]
-                if len(start):
-                    for k in range(cells[0, 2], cells[1, 2] + 1):
-                        start[row + k] += 1
+                for k in range(cells[0, 2], cells[1, 2] + 1):
+                    start[row + k] += 1
     return total
 
 

@@ -21,8 +21,8 @@ log = logging.getLogger(__name__)
 #: Passes at most, and the share of the triangles that one must remove for another to follow.
 PASSES, LEAST_GAIN = 100, 2e-3
 #: Share of the tolerance within which samples stay: between them the surface is farther off, by
-#: up to 35 % where triangles become twice as long, and less where they become longer.
-_SAMPLED = 0.7
+#: up to half of that where triangles become twice as long, less where they become longer.
+_SAMPLED = 0.6
 #: Rounds in which vertices near crossings are kept, before the tolerance is refused.
 ROUNDS = 4
 
@@ -33,7 +33,7 @@ def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
     Vertices are removed one by one, each moved onto the neighbour from which the surface then is
     least far away (half-edge collapse), and only where the surface stays a manifold, no triangle
     turns by more than 60 degrees, and the vertices and centres of the given triangles stay within
-    0.7 times the tolerance of the triangles that replace them. Flat faces keep their corners and
+    0.6 times the tolerance of the triangles that replace them. Flat faces keep their corners and
     little else. Where triangles of the result would pass through each other, the vertices round
     them are kept.
 

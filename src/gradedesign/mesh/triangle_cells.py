@@ -12,8 +12,6 @@ from gradedesign.mesh import _cell_kernels as kernels
 
 #: Places of a triangle in the lists of cells, and cells a triangle, at most on average.
 ENTRIES = 10
-#: Triangles whose sizes are looked at together.
-_BATCH = 1 << 18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,7 +75,7 @@ def triangle_cells(
         None where triangles are too unequal: they would take `ENTRIES` places each, or more.
     """
     lower, upper = vertices.min(axis=0), vertices.max(axis=0)
-    spacing = width * _mean_extent(vertices, faces)
+    spacing = width * float(kernels.sum_extents(vertices, faces).max()) / len(faces)
     grids = [] if grid is None else [grid]
     grids += [CellGrid(origin=lower, spacing=spacing * 1.5**n) for n in range(4)]
     most = ENTRIES * len(faces)
@@ -88,19 +86,10 @@ def triangle_cells(
         if np.prod(shape.astype(np.float64)) > most:
             continue
         told = (vertices, faces, origin, h, shape, reach)
-        if kernels.count_in_cells(*told, np.zeros(0, np.int64)) > most:
-            continue
         start = np.zeros(int(np.prod(shape)) + 1, dtype=np.int64)
-        kernels.count_in_cells(*told, start)
+        if kernels.count_in_cells(*told, most, start) > most:
+            continue
         np.cumsum(start, out=start)
         users = kernels.list_in_cells(*told, start)
         return TriangleCells(origin=origin, spacing=h, shape=shape, start=start, users=users)
     return None
-
-
-def _mean_extent(vertices: FloatArray, faces: IntArray) -> float:
-    """Mean extent of the triangles along the axis where it is largest, mm."""
-    size = np.zeros(3)
-    for low in range(0, len(faces), _BATCH):
-        size += np.ptp(vertices[faces[low : low + _BATCH]], axis=1).sum(axis=0)
-    return float(size.max()) / len(faces)

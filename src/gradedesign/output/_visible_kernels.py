@@ -7,35 +7,18 @@ import numpy as np
 from numba import njit
 
 #: Samples along a tile, whose farthest depth hides whole triangles, and samples that change before
-#: it is looked up again. Triangles are taken from near to far in so many groups.
-_TILE, _STALE, _GROUPS = 16, 64, 250
+#: it is looked up again. So many neighbouring triangles, which share vertices, are taken together.
+_TILE, _STALE, _RUN = 16, 64, 512
 
 
-@njit(cache=True, nogil=True)
-def _depth_order(vertices, faces, back, middle):
-    """Triangles from near to far, by groups of the depth of their nearest corner."""
-    depth = np.zeros(len(vertices), dtype=np.float32)
-    low, high = np.inf, -np.inf
-    for v in range(len(vertices)):
-        d = 0.0
-        for a in range(3):
-            d += (vertices[v, a] - middle[a]) * back[a]
-        depth[v] = d
-        low, high = min(low, d), max(high, d)
-    per_group = (high - low) / (_GROUPS - 1) if high > low else 1.0
-    group = np.zeros(len(faces), dtype=np.uint8)
-    start = np.zeros(_GROUPS + 2, dtype=np.int64)
-    for f in range(len(faces)):
-        nearest = max(depth[faces[f, 0]], depth[faces[f, 1]], depth[faces[f, 2]])
-        group[f] = min(max(int((high - nearest) / per_group), 0), _GROUPS - 1)
-        start[group[f] + 2] += 1
-    for g in range(_GROUPS):
-        start[g + 2] += start[g + 1]
-    order = np.zeros(len(faces), dtype=np.int32)
-    for f in range(len(faces)):
-        order[start[group[f] + 1]] = f
-        start[group[f] + 1] += 1
-    return order
+@njit(cache=True)
+def _depth_order(vertices, faces, back):
+    """Runs of neighbouring triangles, from near to far by their first corners."""
+    depth = np.zeros((len(faces) + _RUN - 1) // _RUN)
+    for run in range(len(depth)):
+        v = faces[run * _RUN, 0]
+        depth[run] = vertices[v, 0] * back[0] + vertices[v, 1] * back[1] + vertices[v, 2] * back[2]
+    return np.argsort(-depth)
 
 
 @njit(cache=True)
@@ -81,41 +64,42 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
     farthest = np.full(tiles, -np.inf)
     changes = np.zeros(tiles, dtype=np.int64)
     x, y, z = np.zeros(3), np.zeros(3), np.zeros(3)
-    for f in _depth_order(vertices, faces, back, middle):
-        for c in range(3):
-            v = faces[f, c]
-            a, b, d = (
-                vertices[v, 0] - middle[0],
-                vertices[v, 1] - middle[1],
-                vertices[v, 2] - middle[2],
-            )
-            x[c] = (a * right[0] + b * right[1] + d * right[2]) / spacing + 0.5 * (shape[0] - 1)
-            y[c] = (a * up[0] + b * up[1] + d * up[2]) / spacing + 0.5 * (shape[1] - 1)
-            z[c] = a * back[0] + b * back[1] + d * back[2]
-        area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
-        if area == 0.0:
-            continue
-        low_i = max(int(np.ceil(min(x[0], x[1], x[2]))), 0)
-        high_i = min(int(np.floor(max(x[0], x[1], x[2]))), shape[0] - 1)
-        low_j = max(int(np.ceil(min(y[0], y[1], y[2]))), 0)
-        high_j = min(int(np.floor(max(y[0], y[1], y[2]))), shape[1] - 1)
-        if low_i > high_i or low_j > high_j:
-            continue
-        nearest = max(z[0], z[1], z[2])
-        if _is_hidden(depth, farthest, changes, nearest, low_i, high_i, low_j, high_j):
-            continue
-        for i in range(low_i, high_i + 1):
-            for j in range(low_j, high_j + 1):
-                u = ((x[1] - i) * (y[2] - j) - (x[2] - i) * (y[1] - j)) / area
-                v = ((x[2] - i) * (y[0] - j) - (x[0] - i) * (y[2] - j)) / area
-                w = 1.0 - u - v
-                if min(u, v, w) < 0.0:
-                    continue
-                here = u * z[0] + v * z[1] + w * z[2]
-                if here > depth[i, j]:
-                    depth[i, j] = here
-                    owner[i, j] = f
-                    changes[i // _TILE, j // _TILE] += 1
+    for run in _depth_order(vertices, faces, back):
+        for f in range(run * _RUN, min((run + 1) * _RUN, len(faces))):
+            for c in range(3):
+                v = faces[f, c]
+                a, b, d = (
+                    vertices[v, 0] - middle[0],
+                    vertices[v, 1] - middle[1],
+                    vertices[v, 2] - middle[2],
+                )
+                x[c] = (a * right[0] + b * right[1] + d * right[2]) / spacing + 0.5 * (shape[0] - 1)
+                y[c] = (a * up[0] + b * up[1] + d * up[2]) / spacing + 0.5 * (shape[1] - 1)
+                z[c] = a * back[0] + b * back[1] + d * back[2]
+            area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
+            if area == 0.0:
+                continue
+            low_i = max(int(np.ceil(min(x[0], x[1], x[2]))), 0)
+            high_i = min(int(np.floor(max(x[0], x[1], x[2]))), shape[0] - 1)
+            low_j = max(int(np.ceil(min(y[0], y[1], y[2]))), 0)
+            high_j = min(int(np.floor(max(y[0], y[1], y[2]))), shape[1] - 1)
+            if low_i > high_i or low_j > high_j:
+                continue
+            nearest = max(z[0], z[1], z[2])
+            if _is_hidden(depth, farthest, changes, nearest, low_i, high_i, low_j, high_j):
+                continue
+            for i in range(low_i, high_i + 1):
+                for j in range(low_j, high_j + 1):
+                    u = ((x[1] - i) * (y[2] - j) - (x[2] - i) * (y[1] - j)) / area
+                    v = ((x[2] - i) * (y[0] - j) - (x[0] - i) * (y[2] - j)) / area
+                    w = 1.0 - u - v
+                    if min(u, v, w) < 0.0:
+                        continue
+                    here = u * z[0] + v * z[1] + w * z[2]
+                    if here > depth[i, j]:
+                        depth[i, j] = here
+                        owner[i, j] = f
+                        changes[i // _TILE, j // _TILE] += 1
     seen = np.zeros(len(faces), dtype=np.bool_)
     for i in range(shape[0]):
         for j in range(shape[1]):

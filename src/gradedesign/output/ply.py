@@ -15,7 +15,7 @@ from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.workspace.progress import report_step
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])  # 13 bytes
-_BATCH = 1 << 18
+_BATCH = 1 << 15
 
 
 def export_ply(path: Path, lattice: PrintedLattice) -> None:
