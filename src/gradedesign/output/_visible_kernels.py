@@ -88,14 +88,16 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
             nearest = max(z[0], z[1], z[2])
             if _is_hidden(depth, farthest, changes, nearest, low_i, high_i, low_j, high_j):
                 continue
+            u_up, v_up = (x[2] - x[1]) / area, (x[0] - x[2]) / area
+            z_u, z_v = z[0] - z[2], z[1] - z[2]
             for i in range(low_i, high_i + 1):
+                u_start = ((x[1] - i) * y[2] - (x[2] - i) * y[1]) / area
+                v_start = ((x[2] - i) * y[0] - (x[0] - i) * y[2]) / area
                 for j in range(low_j, high_j + 1):
-                    u = ((x[1] - i) * (y[2] - j) - (x[2] - i) * (y[1] - j)) / area
-                    v = ((x[2] - i) * (y[0] - j) - (x[0] - i) * (y[2] - j)) / area
-                    w = 1.0 - u - v
-                    if min(u, v, w) < 0.0:
+                    u, v = u_start + u_up * j, v_start + v_up * j
+                    if u < 0.0 or v < 0.0 or u + v > 1.0:
                         continue
-                    here = u * z[0] + v * z[1] + w * z[2]
+                    here = z[2] + u * z_u + v * z_v
                     if here > depth[i, j]:
                         depth[i, j] = here
                         owner[i, j] = f
