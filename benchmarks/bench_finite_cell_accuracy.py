@@ -56,6 +56,11 @@ def block_of(name, rho, cells):
     return cell, solid, float(wall_mm(cell, rho, 1.0))
 
 
+def residual_of(result, case):
+    """Residual of the tractions in a load case."""
+    return next(s.traction_residual for s in result.solutions if s.name == case)
+
+
 def compare(name, rho, cells):
     """Print limits of tetrahedra, bands of finite cells and what both took."""
     from test_finite_cells import tetrahedra_of
@@ -82,7 +87,8 @@ def compare(name, rho, cells):
     )
     for case in coarse.work:
         known = banded([(h, work[case]) for h, work in found], (2.0, 2.0, 2.0))
-        band = banded([(r.spacing, r.work[case]) for r in (coarse, fine)], ORDERS)
+        residuals = [residual_of(r, case) for r in (coarse, fine)]
+        band = banded([(r.spacing, r.work[case]) for r in (coarse, fine)], ORDERS, residuals)
         inside = "in the band" if band.low <= known.value <= band.high else "OUTSIDE THE BAND"
         finest = found[-1][1][case] / known.value - 1
         if abs(finest) > CONVERGED:
@@ -91,7 +97,8 @@ def compare(name, rho, cells):
             f"  {case}: tetrahedra {known.value:.4g} N mm (finest {finest:+.1%}); "
             f"finite cells {coarse.work[case] / known.value - 1:+.1%}, "
             f"{fine.work[case] / known.value - 1:+.1%}, band {band.low / known.value - 1:+.1%} to "
-            f"{band.high / known.value - 1:+.1%}, half {band.half_width:.1%}: {inside}",
+            f"{band.high / known.value - 1:+.1%}, half {band.half_width:.1%}, "
+            f"residual {residuals[1]:.2f}: {inside}",
             flush=True,
         )
 

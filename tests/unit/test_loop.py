@@ -152,6 +152,20 @@ def test_a_design_that_its_factors_break_is_not_judged_again():
     assert [number for number, _ in faked.judged] == [1, 3]
 
 
+def test_the_second_design_that_holds_teaches_before_one_is_tight():
+    """Explicit 0.9 is judged at once, so that the next one knows its factor of 1.05."""
+    designs = [an_iteration(1, 0.9), an_iteration(2, 0.9), an_iteration(3, 0.94)]
+    faked = Faked(designs, accepts={n: (1.05,) for n in (2, 3)})
+    outcome = faked.run()
+    assert [number for number, _ in faked.judged] == [2, 3]
+    assert faked.given[2] == {designs[0].rows[0].key: pytest.approx(1.05)}
+    assert outcome.ended.by == "tight"
+    # Later ones wait until they are tight, and one that uses little teaches nothing.
+    little = Faked([an_iteration(n, 0.8) for n in (1, 2, 3)], ends=after(3))
+    little.run()
+    assert [number for number, _ in little.judged] == [1]  # the lightest left, at the end
+
+
 def test_where_a_budget_ends_the_loop_the_lightest_left_is_judged():
     designs = [
         an_iteration(1, 0.80, mass=9.0),

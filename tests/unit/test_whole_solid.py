@@ -39,7 +39,9 @@ class Stand:
         for size, error in self.fails.items():
             if abs(spacing - size) < 1e-3:
                 raise error
-        return SimpleNamespace(mesh_size=spacing, tip=1.0 - self.slope * spacing**1.5)
+        return SimpleNamespace(
+            mesh_size=spacing, tip=1.0 - self.slope * spacing**1.5, traction_residual={}
+        )
 
     def judge(self, allowed, ratio=1.5):
         stage = WholeStage(
@@ -134,7 +136,7 @@ def test_no_resolution_at_all_is_an_error_by_name():
 def test_elements_that_divide_the_part_alike_are_no_second_resolution():
     stand = Stand()
     same = stand.analyse
-    stand.analyse = lambda h: SimpleNamespace(mesh_size=1.0, tip=same(h).tip)
+    stand.analyse = lambda h: SimpleNamespace(mesh_size=1.0, tip=same(h).tip, traction_residual={})
     found = stand.judge(1.5)
     assert found.rows[0].band is None
     assert "divide the part as others do" in found.refused[0]

@@ -28,6 +28,7 @@ from gradedesign.finite_cell.surface import (
     locate,
     region_points,
 )
+from gradedesign.finite_cell.traction_residual import residual_places, traction_residual
 from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
@@ -175,6 +176,8 @@ def _solved(
     material = problem.material
     lame = lame_constants(material.youngs_modulus, material.poissons_ratio)
     modulus = lame[0] + 2.0 * lame[1]
+    acting = {part.region for case in problem.cases for part in (*case.fix, *case.load)}
+    balance = residual_places(elements, problem.field, [places[n].element for n in acting])
     groups: dict[object, list[int]] = {}
     for k, case in enumerate(problem.cases):
         groups.setdefault(support_key(case), []).append(k)
@@ -204,6 +207,8 @@ def _solved(
                 )  # fmt: skip
             _require_converged(case.name, solution, accuracy)
             u = solution.u + own.value
+            strain = material.thermal_expansion * case.temperature_change
+            loaded_only = strain == 0.0 and not own.value.any() and not own.spring_force.any()
             solved[k] = CaseSolution(
                 name=case.name,
                 u=u,
@@ -211,7 +216,10 @@ def _solved(
                 work=float(np.einsum("nc,nc->", u, mechanical)),
                 iterations=solution.iterations,
                 residual=solution.residual,
-                thermal_strain=material.thermal_expansion * case.temperature_change,
+                thermal_strain=strain,
+                traction_residual=(
+                    traction_residual(elements, space, u, lame, balance) if loaded_only else None
+                ),
             )
             log.info(
                 "'%s': %d iterations, residual %.1e, error %.1e",

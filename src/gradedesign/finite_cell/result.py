@@ -33,6 +33,9 @@ class CaseSolution:
     residual : float
         Norm of unbalanced forces over that of the right-hand side.
     thermal_strain : float
+    traction_residual : float or None
+        What finer elements add to the work, but for a factor, see `traction_residual`. None where
+        displacements are prescribed or the solid is heated: then the work says less of the error.
     """
 
     name: str
@@ -42,6 +45,7 @@ class CaseSolution:
     iterations: int
     residual: float
     thermal_strain: float
+    traction_residual: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

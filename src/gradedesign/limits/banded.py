@@ -21,6 +21,17 @@ UNKNOWN_ORDER = 2.0
 #: sign, walls that are held too stiff and struts that lose volume, may cancel in the difference of
 #: two meshes. Measured on stuffed tetrahedra: docs/decisions.md, "Bands".
 LEAST_UNKNOWN = 0.04
+#: Share by which a value is too small over the residual of the tractions: usual, most where value
+#: and residual fall together well, and most. Measured with one cell across between plates, where
+#: errors are largest, for 15 blocks of 12 cells in compression, shear and bending: 0.04 to 0.39 at
+#: the resolutions that judge, above 0.3 for one of them; docs/finite-cells.md.
+RESIDUAL_FACTORS = (0.18, 0.25, 0.4)
+#: An order that three resolutions show is believed where it leaves this share of the residual.
+LEAST_REST = 0.05
+#: Residuals tell the factor where the finer one has fallen to this share of the other or less.
+TELLING = 0.75
+#: Two values that agree better than this, over the value, do not make a band of nothing.
+LEAST_FALL = 0.005
 #: Safety factor on an observed order (Roache, J. Fluids Eng. 116, 1994: grid convergence index).
 SAFETY = 1.25
 
@@ -35,9 +46,10 @@ class Banded:
         In the unit of the value.
     sizes_mm : tuple of float, mm
         Elements of the analyses behind it, coarse first.
-    order : {"assumed", "observed", "unknown"}
+    order : {"assumed", "observed", "residual", "unknown"}
         Order with which the error falls: a range that was assumed, the one that three resolutions
-        show, or none, where the band is symmetric about the value of the finest one.
+        show, or none, where the residual of the tractions gives the band, or where it is symmetric
+        about the value of the finest one.
     """
 
     value: float
@@ -73,8 +85,12 @@ class Banded:
         )
 
 
-def banded(values: Sequence[ValueAtSize], orders: Sequence[float] | None) -> Banded:
-    """Value for small elements from those at two or three resolutions (Richardson).
+def banded(
+    values: Sequence[ValueAtSize],
+    orders: Sequence[float] | None,
+    residuals: Sequence[float] | None = None,
+) -> Banded:
+    """Value for small elements from those at two or three resolutions.
 
     Parameters
     ----------
@@ -83,7 +99,12 @@ def banded(values: Sequence[ValueAtSize], orders: Sequence[float] | None) -> Ban
         the three spacings are in one ratio and converge evenly.
     orders : sequence of float or None
         Orders with which the error may fall: the least and the most give the ends of the band, the
-        middle one the value. None where errors of opposite sign meet and none can be assumed.
+        middle one the value (Richardson). None where errors of opposite sign meet and none can be
+        assumed.
+    residuals : sequence of float, optional
+        Of the tractions at every spacing, see `finite_cell.traction_residual`. They give the band
+        where three resolutions do not show an order: then neither a range of orders is needed, nor
+        values that rise.
 
     Returns
     -------
@@ -112,13 +133,52 @@ def banded(values: Sequence[ValueAtSize], orders: Sequence[float] | None) -> Ban
         half = max(abs(change) / (ratio**UNKNOWN_ORDER - 1.0), LEAST_UNKNOWN * abs(value))
         return Banded(value=value, low=value - half, high=value + half, sizes_mm=sizes)
     seen = observed_order(values)
+    rest = 0.0 if seen is None else change / (ratio**seen - 1.0)
     if seen is not None and min(orders) <= seen <= max(orders):
-        rest = change / (ratio**seen - 1.0)
-        ends, best, order = (value, value + SAFETY * rest), value + rest, "observed"
-    else:
-        limits = [value + change / (ratio**order - 1.0) for order in sorted(orders)]
-        ends, best, order = (value, *limits), limits[len(limits) // 2], "assumed"
-    return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
+        least = 0.0 if residuals is None else LEAST_REST * residuals[-1]
+        if abs(rest) >= least * abs(value):
+            ends = (value, value + SAFETY * rest)
+            best, order = value + rest, "observed"
+            return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
+    if residuals is not None:
+        return _from_residuals(values, (residuals[-2], residuals[-1]))
+    limits = [value + change / (ratio**order - 1.0) for order in sorted(orders)]
+    ends = (value, *limits)
+    return Banded(
+        value=limits[len(limits) // 2],
+        low=min(ends),
+        high=max(ends),
+        sizes_mm=sizes,
+        order="assumed",
+    )
+
+
+def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[float, float]) -> Banded:
+    """Band from what tractions out of balance say is missing, with what the last two values add.
+
+    Where the value rises while the residual falls well, both tell the factor between them. Where it
+    falls, the solid of the coarse one was too thin, by an error that falls with order 2.
+    """
+    (coarse, before), (fine, value) = values[-2], values[-1]
+    usual, least, most = RESIDUAL_FACTORS
+    size = abs(value)
+    change = size - abs(before)
+    factor = most
+    fallen = residuals[0] * abs(before) - residuals[1] * size
+    if change > 0.0 and fallen > 0.0 and residuals[1] <= TELLING * residuals[0]:
+        factor = min(max(change / fallen, least), most)
+    lost = max(-change, 0.0) / ((coarse / fine) ** UNKNOWN_ORDER - 1.0)
+    low = size - max(lost, LEAST_FALL * size)
+    high = size * (1.0 + max(factor * residuals[1], LEAST_FALL))
+    best = size * (1.0 + usual * residuals[1])
+    ends = (math.copysign(low, value), math.copysign(high, value))
+    return Banded(
+        value=math.copysign(best, value),
+        low=min(ends),
+        high=max(ends),
+        sizes_mm=tuple(spacing for spacing, _ in values),
+        order="residual",
+    )
 
 
 def observed_order(values: Sequence[ValueAtSize]) -> float | None:

@@ -9,10 +9,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
-from gradedesign.limits.verdict import Factors, all_hold, is_tight, with_factors
+from gradedesign.limits.verdict import Factors, all_hold, is_tight, with_factors, worst_utilisation
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended, refused_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
+
+#: A limit of a design from which the next one learns is used to this share.
+NEAR = 0.88
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -101,7 +104,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         if (
             iterations
             and iterations[-1].summary.number not in tried
-            and _is_ready(iterations[-1], factors)
+            and (_is_ready(iterations[-1], factors) or _teaches(iterations, factors, tried))
         ):
             tried.add(iterations[-1].summary.number)
             latest = stages.accept(iterations[-1], analysed)
@@ -158,6 +161,16 @@ def _better(earlier: Accepted | None, later: Accepted) -> Accepted:
     if not later.holds:
         return earlier
     return min(earlier, later, key=lambda a: a.iteration.summary.mass_g)
+
+
+def _teaches(iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]) -> bool:
+    """From the second on, the first design that holds is near enough to learn from.
+
+    What acceptance finds of it is known to all that follow, and a verdict is at hand early.
+    """
+    rows = with_factors(iterations[-1].rows, factors)
+    near = worst_utilisation(rows) >= NEAR
+    return not tried and len(iterations) > 1 and all_hold(rows) and near
 
 
 def _is_ready(iteration: DesignIteration, factors: Factors) -> bool:

@@ -31,7 +31,7 @@ from gradedesign.verify.submodel_choice import (
     most_stressed_submodels,
 )
 from gradedesign.verify.tets import solve_tets
-from gradedesign.workspace.progress import counted, stepping
+from gradedesign.workspace.progress import counted, report_step, stepping
 
 #: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
 EDGE_PER_SPACING = 1.2
@@ -166,6 +166,7 @@ def accept_submodels(
         If no submodel can be chosen.
     """
     avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
+    report_step("choosing the most stressed cells")
     submodels = _chosen_submodels(solid, explicit, avoid)
     results, refused = [], []
     for submodel in counted(submodels, "submodel", len(submodels)):

@@ -186,6 +186,13 @@ class SolvedSolid(Protocol):
     def work(self) -> Mapping[str, float]:
         """Work of loads and inertia on the displacements they cause, by load case, N mm."""
 
+    @property
+    def traction_residual(self) -> Mapping[str, float]:
+        """Squared residual of the tractions over the energy, by load case.
+
+        Empty where an analysis does not know it; see `finite_cell.traction_residual`.
+        """
+
     def von_mises(self, load_case: str) -> FloatArray:
         """Von Mises stress, ``(n, q)``, MPa: q values, each for a q-th of a point's volume."""
 

@@ -55,6 +55,11 @@ class ExplicitResult:
         return self.solved.work
 
     @property
+    def traction_residual(self) -> Mapping[str, float]:
+        """Residual of the tractions by load case, see `SolvedSolid.traction_residual`."""
+        return self.solved.traction_residual
+
+    @property
     def mesh_size(self) -> float:
         """Edge of the elements, mm."""
         return self.solved.division.mesh_size

@@ -87,6 +87,15 @@ class FiniteCellFields:
         """Work of loads and inertia on the displacements they cause, by load case, N mm."""
         return self.result.work
 
+    @property
+    def traction_residual(self) -> Mapping[str, float]:
+        """Squared residual of the tractions over the energy, by load case under forces alone."""
+        return {
+            s.name: s.traction_residual
+            for s in self.result.solutions
+            if s.traction_residual is not None
+        }
+
     def von_mises(self, load_case: str) -> FloatArray:
         """Von Mises stress at the sample points, ``(n, 1)``, MPa."""
         values = np.zeros(self.at.volume.size)

@@ -70,6 +70,11 @@ class TetFields:
         """Nodal displacements, ``(3, N)``, mm."""
         return self.solutions[load_case].displacement
 
+    @property
+    def traction_residual(self) -> Mapping[str, float]:
+        """Not known of tetrahedra."""
+        return {}
+
     def von_mises(self, load_case: str) -> FloatArray:
         """Von Mises stress at the Gauss points, ``(M, 4)``, MPa."""
         return element_von_mises(

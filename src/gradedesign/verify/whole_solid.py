@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.limits.banded import LEAST_RATIO, Banded, banded
@@ -113,13 +114,17 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
     )
 
 
+#: Spacing, rows, and residual of the tractions by load case.
+_Values: TypeAlias = tuple[float, dict[LimitKey, LimitRow], Mapping[str, float]]
+
+
 @dataclass(slots=True, kw_only=True)
 class _Analyses:
     """Rows of one solid by spacing, coarse first, and the result of the finest analysis."""
 
     stage: WholeStage
     limits: Sequence[Limit]
-    values: list[tuple[float, dict[LimitKey, LimitRow]]] = field(default_factory=list)
+    values: list[_Values] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     result: ExplicitResult | None = None
 
@@ -141,14 +146,15 @@ class _Analyses:
             self.refused.append(f"elements of {spacing:.3g} mm were refused: {error}")
             return False
         size = result.mesh_size
-        if any(max(size, known) < LEAST_RATIO * min(size, known) for known, _ in self.values):
+        if any(max(size, known) < LEAST_RATIO * min(size, known) for known, *_ in self.values):
             self.refused.append(f"elements of {spacing:.3g} mm divide the part as others do")
             return False
         if not self.values or size < self.values[-1][0]:
             self.result = result
         rows = limit_rows(self.limits, result, self.stage.judged_by)
-        self.values.append((size, {row.key: row for row in rows}))
-        self.values.sort(key=lambda pair: -pair[0])
+        found = {row.key: row for row in rows}
+        self.values.append((size, found, result.traction_residual))
+        self.values.sort(key=lambda known: -known[0])
         return True
 
     def rows(self) -> tuple[LimitRow, ...]:
@@ -156,10 +162,18 @@ class _Analyses:
         return tuple(self._banded(row) for row in self.values[-1][1].values())
 
     def _banded(self, row: LimitRow) -> LimitRow:
-        values = [(size, rows[row.key].value) for size, rows in self.values if row.key in rows]
-        if len(values) < 2:
+        known = [each for each in self.values if row.key in each[1]]
+        if len(known) < 2:
             return row
-        return row.banded(banded(values, self.stage.orders if row.converges else None))
+        values = [(size, rows[row.key].value) for size, rows, _ in known]
+        residuals = [lost[row.load_case] for *_, lost in known if row.load_case in lost]
+        return row.banded(
+            banded(
+                values,
+                self.stage.orders if row.converges else None,
+                residuals if len(residuals) == len(values) else None,
+            )
+        )
 
 
 def _unclear(row: LimitRow) -> bool:
