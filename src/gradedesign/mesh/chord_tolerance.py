@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import LatticeError
@@ -74,7 +73,7 @@ def within_chord(surface: SurfaceMesh, tolerance: float) -> SurfaceMesh:
 
 def _decimated(
     vertices: FloatArray, fine: IntArray, tolerance: float, open_ends: BoolArray
-) -> NDArray[np.int32]:
+) -> IntArray:
     """Triangles after as many passes as it takes; only open vertices go."""
     kept = ~open_ends
     faces = fine.astype(np.int32)
@@ -94,7 +93,7 @@ def _decimated(
         open_ends &= ~kept
         if 2 * done <= LEAST_GAIN * len(faces):
             break
-    return faces
+    return faces.astype(np.int64)
 
 
 def _near(vertices: FloatArray, corners: FloatArray, reach: float) -> BoolArray:
