@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gradedesign.mesh import crossings
+from gradedesign.lattice.surface import boxed_grid, extract_surface
+from gradedesign.mesh import crossings, triangle_cells
 from gradedesign.mesh.crossings import crossing_triangles
 from gradedesign.mesh.surface_mesh import corner_points
+from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.mesh.winding import winding_numbers, winding_volumes
 from gradedesign.part.box import box_surface
 
@@ -38,7 +40,7 @@ def plain_crossing(p, q) -> bool:
 @pytest.mark.parametrize("many", [10**9, 1], ids=["tree", "cells"])
 def test_pairs_are_those_of_the_plain_test_over_all_pairs(many, monkeypatch):
     monkeypatch.setattr(crossings, "MANY", many)
-    monkeypatch.setattr(crossings, "_ENTRIES", 1000)
+    monkeypatch.setattr(triangle_cells, "ENTRIES", 1000)
     rng = np.random.default_rng(11)
     corners = rng.uniform(0, 10, (120, 1, 3)) + rng.uniform(-2, 2, (120, 3, 3))
     faces = np.arange(360).reshape(-1, 3)
@@ -68,8 +70,25 @@ def test_pairs_are_those_of_the_plain_test_over_all_pairs(many, monkeypatch):
 @pytest.mark.parametrize("many", [10**9, 1], ids=["tree", "cells"])
 def test_boxes(shift, scale, crosses, many, monkeypatch):
     monkeypatch.setattr(crossings, "MANY", many)
-    monkeypatch.setattr(crossings, "_ENTRIES", 1000)
+    monkeypatch.setattr(triangle_cells, "ENTRIES", 1000)
     assert bool(len(crossing_triangles(*both(shift, scale), 1e-5))) == crosses
+
+
+@pytest.mark.parametrize("shift", [(3.0, 0.01, 0.02), (0.3, 0.0, 0.0), (0.5, 0.5, 0.25)])
+def test_the_grid_of_a_contour_hides_no_crossing(shift, monkeypatch):
+    """Two contours of a ball, the second moved: within, along and across cells of the grid."""
+    ball = extract_surface(lambda p: np.linalg.norm(p, axis=0) - 2.0, [-3] * 3, [3] * 3, 0.25)
+    vertices = np.concatenate([ball.vertices, ball.vertices + shift])
+    faces = np.concatenate([ball.faces, ball.faces + len(ball.vertices)])
+    tree = {int(i) for i, _ in crossing_triangles(vertices, faces, 1e-3)}
+    monkeypatch.setattr(crossings, "MANY", 1)
+    monkeypatch.setattr(triangle_cells, "ENTRIES", 1000)
+    grid = CellGrid(origin=boxed_grid([-3] * 3, [3] * 3, 0.25).origin, spacing=0.25)
+    assert {int(i) for i, _ in crossing_triangles(vertices, faces, 1e-3, grid)} == tree
+    assert tree
+    cells = triangle_cells.triangle_cells(ball.vertices, ball.faces, grid=grid, reach=-1e-5)
+    assert cells.spacing == 0.25
+    assert len(cells.users) == len(ball.faces)  # each in one cell
 
 
 def test_a_closed_surface_does_not_cross_itself():

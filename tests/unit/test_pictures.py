@@ -14,6 +14,7 @@ from gradedesign.mesh.boundary_surface import boundary_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.output import _opengl, pictures, visible
+from gradedesign.output._visible_kernels import front_triangles
 from gradedesign.output.action_mark import SHORTEST, ActionMark
 from gradedesign.output.label_places import label_box
 from gradedesign.output.pictures import (
@@ -392,6 +393,32 @@ def test_sharp_edges_of_a_box_are_its_twelve():
     np.testing.assert_array_equal(np.sort(length), [1] * 8 + [4] * 4)
     open_box = Layer(vertices=surface.vertices, faces=surface.faces[1:])
     assert len(sharp_edges(open_box)) == 12 + 1  # the diagonal is a rim now
+
+
+def test_the_depth_buffer_finds_what_a_plain_one_does():
+    """Two balls, one half hidden by the other: foremost triangle of every sample, one by one."""
+    size, spacing = (64, 48), 0.11
+    vertices = np.concatenate([BALL.vertices, 0.7 * BALL.vertices + [0.5, 1.0, 0.5]])
+    faces = np.concatenate([BALL.faces, BALL.faces + len(BALL.vertices)])
+    frame = frame_of(Scene(title="balls", layers=(Layer(vertices=vertices, faces=faces),)))
+    axes = np.stack([frame.right, frame.up, frame.back])
+    seen = front_triangles(
+        *(vertices, faces, *axes, frame.middle, spacing, size),
+    )
+    corners = ((vertices - frame.middle) @ axes.T)[faces]
+    plain = set()
+    for i in range(size[0]):
+        for j in range(size[1]):
+            at = spacing * (np.array([i, j]) - 0.5 * (np.array(size) - 1))
+            sides = np.roll(corners[..., :2], -1, axis=1) - corners[..., :2]
+            away = at - corners[..., :2]
+            turns = sides[..., 0] * away[..., 1] - sides[..., 1] * away[..., 0]
+            hit = np.flatnonzero((turns > 0).all(axis=1) | (turns < 0).all(axis=1))
+            weights = np.roll(turns[hit], -1, axis=1)
+            depth = (weights * corners[hit, :, 2]).sum(axis=1) / weights.sum(axis=1)
+            plain |= {int(hit[depth.argmax()])} if len(hit) else set()
+    assert len(plain) > 100
+    assert set(np.flatnonzero(seen).tolist()) == plain
 
 
 def test_hidden_triangles_are_left_out_and_the_frame_stays(monkeypatch):

@@ -50,13 +50,12 @@ def test_an_altered_file_is_neither_adopted_nor_read(out):
 def exported(monkeypatch, out):
     """What `export_surface` returns for a box in the place of a lattice."""
     none = Islands(dropped=0, dropped_volume=0, dropped_share=0, pockets=0, pocket_volume=0)
-    monkeypatch.setattr(accepting, "trimmed_surface", lambda *_: BOX)
-    monkeypatch.setattr(accepting, "remove_islands", lambda surface, **_: (surface, none))
+    monkeypatch.setattr(accepting, "printed_surface", lambda *_: (BOX, none))
     setup = SimpleNamespace(
         problem=SimpleNamespace(
             part=SimpleNamespace(surface=BOX),
             domain=SimpleNamespace(bodies=1),
-            case=SimpleNamespace(part=SimpleNamespace(bodies="one")),
+            case=SimpleNamespace(part=SimpleNamespace(bodies="one"), print=None),
         )
     )
     solved = SimpleNamespace(division=SimpleNamespace(surface_size=0.5))

@@ -30,7 +30,8 @@ from gradedesign.workspace.progress import (
 CASES = Path(__file__).parents[2] / "cases"
 #: Stage, steps, share where known, seconds; time of the budget; memory.
 STATUS = re.compile(
-    r"[a-z-]+ +\S.*?(, \d{1,3} %)?, \d+ s; \d+:\d\d( of \d+:\d\d(:\d\d)?| in all); \d+\.\d GB"
+    r"[a-z-]+ +\S.*?(, \d{1,3} %)?, \d+ s(, \d+ s left)?; "
+    r"\d+:\d\d( of \d+:\d\d(:\d\d)?| in all); \d+\.\d GB"
 )
 
 
@@ -127,7 +128,8 @@ def test_a_status_names_steps_share_times_and_memory():
     ]
     values = {"step_s": 12.4, "elapsed_s": 3700.0, "budget_s": 7200.0, "memory_GB": 3.14}
     text = status_text(steps, values)
-    assert text == "2 of 8 at most: multigrid, 25 %, 12 s; 1:01:40 of 2:00:00; 3.1 GB"
+    share = "2 of 8 at most: multigrid, 25 %, 12 s, 37 s left"  # 0.75 / 0.25 times 12.4 s
+    assert text == f"{share}; 1:01:40 of 2:00:00; 3.1 GB"
     assert STATUS.fullmatch(f"iteration   {text}") is None  # an hour more
     assert clock(59.6) == "1:00"
 
@@ -240,7 +242,7 @@ def test_every_long_command_shows_progress():
         ("fe._multigrid_kernels", "_multiply_threaded _relax_threaded inverse_diagonal"),
         ("lattice._marching_kernels", "count_slab march_slab"),
         ("lattice._surface_kernels", "unpaired_edges vertex_shells shell_volumes volumes_under"),
-        ("mesh._collapse_kernels", "mark_short stars collapse_short number_used"),
+        ("mesh._collapse_kernels", "mark_short stars collapse_short number_used renumber"),
         ("cell._percolation_kernels", "flood"),
     ],
 )

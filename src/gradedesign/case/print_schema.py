@@ -96,6 +96,8 @@ class PrintSpec(Table):
     """Thickness of a layer, mm; formats of layers need it."""
     pixel_size: Size | None = None
     """Resolution within a layer, mm; the layer height by default."""
+    chord_tolerance: Size | None = Field(default=None, examples=["0.01 mm"])
+    """Fewer triangles of the printed surface, none of it moved by more than this, mm."""
     build_direction: Direction = "+z"
     """Direction of the part that points upwards in the printer."""
     overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] = 45.0

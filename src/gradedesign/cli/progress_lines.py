@@ -33,6 +33,8 @@ BLOCKED = 2.0
 POLL, LIVE_POLL = 0.5, 0.5
 #: Sizing reports every iteration; only each n-th is worth a line.
 SIZING_EVERY = 10
+#: Share and seconds of a step from which on the time left is told.
+LEAST_SHARE, LEAST_SECONDS = 0.05, 2.0
 #: Columns of the stage's name.
 STAGE = 12
 
@@ -187,17 +189,22 @@ class ProgressLines:
 def status_text(steps: Sequence[Step], values: dict[str, float]) -> str:
     """One line: the steps, the share and seconds of the innermost, time of the budget, memory.
 
+    What is left of the innermost step is told where enough is done to say.
+
     Examples
     --------
     >>> step = Step(text="multigrid, load case 'pull'", fraction=0.43, began=0.0)
     >>> status_text([step], {"step_s": 12, "elapsed_s": 220, "budget_s": 1200, "memory_GB": 1.24})
-    "multigrid, load case 'pull', 43 %, 12 s; 3:40 of 20:00; 1.2 GB"
+    "multigrid, load case 'pull', 43 %, 12 s, 16 s left; 3:40 of 20:00; 1.2 GB"
     """
     share = steps[-1].fraction
     done = "" if share is None else f", {100 * min(max(share, 0.0), 1.0):.0f} %"
+    left = ""
+    if share is not None and LEAST_SHARE <= share <= 1.0 and values["step_s"] >= LEAST_SECONDS:
+        left = f", {values['step_s'] * (1.0 - share) / share:.0f} s left"
     budget = f" of {clock(values['budget_s'])}" if "budget_s" in values else " in all"
     return (
-        f"{': '.join(step.text for step in steps)}{done}, {values['step_s']:.0f} s; "
+        f"{': '.join(step.text for step in steps)}{done}, {values['step_s']:.0f} s{left}; "
         f"{clock(values['elapsed_s'])}{budget}; {values['memory_GB']:.1f} GB"
     )
 

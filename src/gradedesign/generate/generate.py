@@ -24,11 +24,13 @@ from gradedesign.generate.stated_cells import (
 from gradedesign.generate.stated_density import stated_density
 from gradedesign.generate.stated_map import stated_map
 from gradedesign.lattice.density_source import DensitySource
-from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.islands import Islands
 from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
-from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.lattice.solid_layers import solid_layers
+from gradedesign.lattice.trim import contour_grid
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_data, drain_warnings, drained
 from gradedesign.layout.part_room import require_lattice_left
@@ -38,11 +40,12 @@ from gradedesign.loop.announce import Announcer
 from gradedesign.loop.stages import default_folder, open_stages
 from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.result import RunResult
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.resolve.build_volume import require_fits
-from gradedesign.resolve.lattice_files import lattice_files, printed_lattice
+from gradedesign.resolve.lattice_files import chord_tolerance, lattice_files, printed_lattice
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
@@ -177,7 +180,9 @@ def _generate(
         announce.say("lattice", f"joints add {joints:.4g} mm^3")
     result = with_print_limits(result, case, made.printability, material)
     lattice = printed_lattice(case, part.surface, made.surface, made.design, material)
-    return write_generated(out, case, formats, lattice, made.slabs, result, announce)
+    origin = contour_grid(made.design.domain, made.step).origin
+    grid = CellGrid(origin=origin, spacing=made.step)
+    return write_generated(out, case, formats, lattice, grid, made.slabs, result, announce)
 
 
 def _design(
@@ -224,15 +229,14 @@ def build(
     wall = thinnest_wall(cells, least_density(design.density), size)
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
-    raw = trimmed_surface(design, part.surface, step)
-    report_step("disconnected components of the surface")
-    surface, islands = remove_islands(
-        raw, keep=design.domain.bodies, least_pocket=(0.5 * step) ** 3
-    )
+    surface, islands = printed_surface(design, part.surface, step, chord_tolerance(case))
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
+    depth, _ = solid_layers(design.domain, band=3 * step)
     slabs = tuple(
-        slab_density(design, field, surface, part.surface, axis=axis, thickness=thickness)
+        slab_density(
+            *(design, field, surface, part.surface), axis=axis, thickness=thickness, depth=depth
+        )
         for axis in counted(range(3), "density by slabs, axis", 3)
     )
     report_step("thickness of the printed solid")

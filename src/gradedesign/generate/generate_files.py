@@ -11,6 +11,7 @@ import numpy as np
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.lattice.slab_density import SlabDensities
 from gradedesign.loop.announce import Announcer
+from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.pictures import picture_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.result import RunResult
@@ -26,16 +27,20 @@ def write_generated(
     case: GenerateCase,
     formats: Sequence[LatticeFile],
     lattice: PrintedLattice,
+    grid: CellGrid,
     slabs: Sequence[SlabDensities],
     result: RunResult,
     announce: Announcer,
 ) -> RunResult:
-    """Write surface, picture, densities and result.json; return the result with its files."""
+    """Write surface, picture, densities and result.json; return the result with its files.
+
+    The surface was contoured on the grid.
+    """
     files = {"slabs": SLABS_NAME, "result": RESULT_NAME}
     with announce.stage("output"):
         files |= write_lattice_files(out, formats, lattice)
         cell = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
-        warnings = crossing_warnings(lattice.surface)
+        warnings = crossing_warnings(lattice.surface, grid)
         warnings += picture_lattice(out.path_of("lattice.png"), lattice.surface, title=cell)
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")

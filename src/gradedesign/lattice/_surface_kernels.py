@@ -20,6 +20,16 @@ def cut_at_box(
                 values[i] = outside
 
 
+@njit(cache=True)
+def nudge(values: FloatArray, least: float) -> None:
+    """Replace values (a, b, c) closer to zero than ``least`` by it."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            for k in range(values.shape[2]):
+                if abs(values[i, j, k]) < least:
+                    values[i, j, k] = least
+
+
 @njit(cache=True, nogil=True)
 def unpaired_edges(faces: IntArray, vertices: int) -> tuple[int, int]:
     """Edges not shared by exactly two opposed triangles: (open or misoriented, overloaded).

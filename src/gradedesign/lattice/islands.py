@@ -108,7 +108,7 @@ def remove_islands(
     log.info(
         "dropped %d components, %.3g mm^3 (%.2g of the volume)", len(disconnected), gone, share
     )
-    return used_only(surface.vertices, surface.faces[kept[shell]]), report
+    return used_only(surface.vertices, surface.faces, kept[shell]), report
 
 
 def largest_components(

@@ -80,6 +80,7 @@ def slab_density(
     *,
     axis: int,
     thickness: float,
+    depth: Field | None = None,
 ) -> SlabDensities:
     """Measure the density of slabs.
 
@@ -95,6 +96,8 @@ def slab_density(
     axis : int
         Across which slabs lie.
     thickness : float, mm
+    depth : callable, optional
+        Distance of the part, right in sign and where skins end; by default that of the design.
 
     Returns
     -------
@@ -114,10 +117,14 @@ def slab_density(
     printed = np.diff(volumes_below(surface, axis, edges))
     target = np.zeros(len(whole))
     share = np.zeros(len(whole))
+    spread = spread_points(POINTS_PER_SLAB)
+    depth = design.domain.distance if depth is None else depth
     for n, (low, high) in enumerate(pairwise(edges)):
         lower, upper = np.array(design.domain.lower), np.array(design.domain.upper)
         lower[axis], upper[axis] = low, high
-        target[n], share[n] = _means(design, lattice, lower, upper)
+        target[n], share[n] = _means(
+            design, lattice, depth, lower[:, None] + (upper - lower)[:, None] * spread
+        )
     return SlabDensities(
         axis=axis,
         edges=edges,
@@ -148,14 +155,13 @@ def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatA
 
 
 def _means(
-    design: LatticeDesign, lattice: Field, lower: FloatArray, upper: FloatArray
+    design: LatticeDesign, lattice: Field, distance: Field, points: FloatArray
 ) -> tuple[float, float]:
-    """Mean target and share of the lattice over the part in a box."""
-    points = lower[:, None] + (upper - lower)[:, None] * spread_points(POINTS_PER_SLAB)
+    """Mean target and share of the lattice over the points ``(3, n)`` that lie in the part."""
     inside, solid, target = 0, 0, 0.0
     for start in range(0, points.shape[1], _BATCH):
         batch = points[:, start : start + _BATCH]
-        depth = design.domain.distance(batch)
+        depth = distance(batch)
         batch, depth = batch[:, depth <= 0], depth[depth <= 0]
         if not batch.size:
             continue
@@ -166,6 +172,7 @@ def _means(
         target += float(wanted.sum())
     if inside == 0:
         raise LatticeError(
-            f"no point of the part was found between {lower.tolist()} and {upper.tolist()} mm"
+            f"no point of the part was found between {points.min(axis=1).tolist()} and "
+            f"{points.max(axis=1).tolist()} mm"
         )
     return target / inside, solid / inside

@@ -13,7 +13,7 @@ from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
 from gradedesign.lattice._marching_kernels import count_slab, edge_points, march_slab
 from gradedesign.lattice._marching_table import marching_table
-from gradedesign.lattice._surface_kernels import cut_at_box, unpaired_edges
+from gradedesign.lattice._surface_kernels import cut_at_box, nudge, unpaired_edges
 from gradedesign.lattice.sample import BATCH, NODES, Shape, checked_values, sample_slabs
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.workspace.progress import report_step
@@ -171,7 +171,7 @@ def contour(
     count, cornered = 0, 0
     for piece in sample_slabs(boxed, grid.origin, grid.shape, h, nodes=nodes):
         values = piece.values
-        values[np.abs(values) < NUDGE * h] = NUDGE * h
+        nudge(values, NUDGE * h)
         total = count_slab(values, piece.first, table[1], marked, block)
         edges, ends, nodes_of_caps, *triangles = march_slab(
             values, piece.first, table, (marked, block), total, (count, cornered), number, corner

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gradedesign.arrays import FloatArray
 from gradedesign.lattice.deep_blocks import BLOCK, deep_blocks
-from gradedesign.lattice.domain import grown
+from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.surface import Contour, boxed_grid, contour, require_closed
+from gradedesign.lattice.surface import BoxedGrid, Contour, boxed_grid, contour, require_closed
 from gradedesign.mesh.boolean import cut_capped
 from gradedesign.mesh.short_edges import used_only, without_short_edges
 from gradedesign.mesh.surface_mesh import SurfaceMesh
@@ -49,25 +51,31 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     MeshError
         If the Boolean kernel refuses a surface or nothing is left.
     """
-    overhang = OVERHANG * step
-    untrimmed = replace(design, domain=grown(design.domain, overhang))
+    untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
     field = lattice_field(untrimmed, band=3 * step, single=True)
-    grid = boxed_grid(untrimmed.domain.lower - step, untrimmed.domain.upper + step, step)
+    grid = contour_grid(design.domain, step)
     with stepping(f"contouring at {step:.3g} mm"):
         deep = deep_blocks(design.domain.distance, grid.origin, grid.shape, step)
         raw = contour(field, grid, marked=deep, block=BLOCK)
     with stepping(f"cutting {len(raw.others)} of {raw.count} triangles with the part"):
-        trimmed = _cut(raw, part, SHORTEST * step)
+        vertices, faces = _cut(raw, part)
+        del raw  # the triangles once more
+        report_step("collapsing short edges")
+        trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     require_closed(trimmed)
     return trimmed
 
 
-def _cut(raw: Contour, part: SurfaceMesh, shortest: float) -> SurfaceMesh:
+def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:
+    """Grid on which `trimmed_surface` contours a lattice."""
+    beyond = (OVERHANG + 1.0) * step
+    return boxed_grid(domain.lower - beyond, domain.upper + beyond, step)
+
+
+def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]]:
     """Cut the triangles near the part's surface, and join those deep inside to them again."""
     near = np.concatenate([raw.others, raw.caps])
     cut = cut_capped(raw.vertices, near, len(raw.caps), part, what="printed surface")
     number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
     vertices = np.concatenate([raw.vertices, cut.vertices])
-    faces = np.concatenate([raw.marked, number[cut.faces].astype(np.int32)])
-    report_step("collapsing short edges")
-    return used_only(vertices, without_short_edges(vertices, faces, shortest))
+    return vertices, np.concatenate([raw.marked, number[cut.faces].astype(np.int32)])

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.islands import Islands, remove_islands
+from gradedesign.lattice.islands import Islands
+from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.lattice.surface import require_closed
-from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
@@ -22,7 +22,7 @@ from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import surface_of_stl, write_stl
-from gradedesign.resolve.lattice_files import STL_NAME
+from gradedesign.resolve.lattice_files import STL_NAME, chord_tolerance
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
     Acceptance,
@@ -156,10 +156,8 @@ def export_surface(
     design, problem = analysed.design, setup.problem
     size = analysed.result.solved.division.surface_size
     step = SURFACE_PER_SPACING * size
-    raw = trimmed_surface(design, problem.part.surface, step)
-    report_step("disconnected components of the surface")
-    surface, islands = remove_islands(
-        raw, keep=setup.problem.domain.bodies, least_pocket=(0.5 * step) ** 3
+    surface, islands = printed_surface(
+        design, problem.part.surface, step, chord_tolerance(problem.case)
     )
     report_step("writing and reading back the surface")
     digest = write_stl(out.path_of(STL_NAME), surface)

@@ -162,15 +162,27 @@ def collapse_short(vertices, faces, short2, first, users, locked):
 
 
 @njit(cache=True, nogil=True)
-def number_used(faces, vertices):
-    """New numbers of the vertices that triangles use, in order, and their number."""
+def number_used(faces, chosen, vertices):
+    """New numbers of the vertices that chosen triangles use, in order, and their number."""
     number = np.full(vertices, -1, dtype=np.int32)
     for f in range(len(faces)):
-        for c in range(3):
-            number[faces[f, c]] = 0
+        if chosen[f]:
+            for c in range(3):
+                number[faces[f, c]] = 0
     count = 0
     for v in range(vertices):
         if number[v] == 0:
             number[v] = count
             count += 1
     return number, count
+
+
+@njit(cache=True, nogil=True)
+def renumber(faces, chosen, number, packed):
+    """Fill the chosen triangles in new numbers."""
+    row = 0
+    for f in range(len(faces)):
+        if chosen[f]:
+            for c in range(3):
+                packed[row, c] = number[faces[f, c]]
+            row += 1

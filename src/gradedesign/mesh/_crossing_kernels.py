@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from gradedesign.mesh._cell_kernels import cell_range
 from gradedesign.mesh._closest_kernels import CHUNK, DEPTH
 
 
@@ -157,51 +158,10 @@ def find_crossed(vertices, faces, box, right, first, count, order, margin, cross
             )
 
 
-@njit(cache=True)
-def _cell_range(vertices, faces, i, origin, spacing, shape, cells):
-    """First and last cell of triangle i along each axis, into ``cells`` (2, 3)."""
-    for a in range(3):
-        x, y, z = vertices[faces[i, 0], a], vertices[faces[i, 1], a], vertices[faces[i, 2], a]
-        cells[0, a] = int((min(x, y, z) - origin[a]) / spacing)
-        cells[1, a] = min(int((max(x, y, z) - origin[a]) / spacing), shape[a] - 1)
-
-
-@njit(cache=True, nogil=True)
-def count_in_cells(vertices, faces, origin, spacing, shape, start):
-    """Add the triangles of every cell to ``start[cell + 1]``; returns their sum."""
-    cells = np.zeros((2, 3), dtype=np.int64)
-    total = 0
-    for f in range(len(faces)):
-        _cell_range(vertices, faces, f, origin, spacing, shape, cells)
-        for i in range(cells[0, 0], cells[1, 0] + 1):
-            for j in range(cells[0, 1], cells[1, 1] + 1):
-                row = (i * shape[1] + j) * shape[2] + 1
-                total += cells[1, 2] + 1 - cells[0, 2]
-                if len(start):
-                    for k in range(cells[0, 2], cells[1, 2] + 1):
-                        start[row + k] += 1
-    return total
-
-
-@njit(cache=True, nogil=True)
-def list_in_cells(vertices, faces, origin, spacing, shape, start):
-    """Triangles of every cell, in order, from the running sums ``start``."""
-    users = np.zeros(start[-1], dtype=np.int32)
-    fill = start[:-1].copy()
-    cells = np.zeros((2, 3), dtype=np.int64)
-    for f in range(len(faces)):
-        _cell_range(vertices, faces, f, origin, spacing, shape, cells)
-        for i in range(cells[0, 0], cells[1, 0] + 1):
-            for j in range(cells[0, 1], cells[1, 1] + 1):
-                for k in range(cells[0, 2], cells[1, 2] + 1):
-                    at = (i * shape[1] + j) * shape[2] + k
-                    users[fill[at]] = f
-                    fill[at] += 1
-    return users
-
-
 @njit(cache=True, parallel=True, nogil=True)
-def find_crossed_in_cells(vertices, faces, origin, spacing, shape, start, users, margin, crossed):
+def find_crossed_in_cells(
+    vertices, faces, origin, spacing, shape, reach, start, users, margin, crossed
+):
     """As `find_crossed`, from the triangles that share a cell of a cubic grid."""
     n = len(faces)
     thin = 1e-3 * margin
@@ -218,7 +178,7 @@ def find_crossed_in_cells(vertices, faces, origin, spacing, shape, start, users,
                 low[a], high[a] = min(x, y, z), max(x, y, z)
             plane = high[3:]
             _plane(vertices, faces, t, plane)
-            _cell_range(vertices, faces, t, origin, spacing, shape, cells)
+            cell_range(vertices, faces, t, origin, spacing, shape, reach, cells)
             for i in range(cells[0, 0], cells[1, 0] + 1):
                 for j in range(cells[0, 1], cells[1, 1] + 1):
                     for k in range(cells[0, 2], cells[1, 2] + 1):

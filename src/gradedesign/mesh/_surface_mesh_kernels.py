@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 from gradedesign.arrays import FloatArray, IntArray
@@ -27,3 +28,17 @@ def signed_volume(vertices: FloatArray, faces: IntArray) -> float:
             + (vertices[i, 2] - z) * (bx * cy - by * cx)
         )
     return total / 6.0
+
+
+@njit(cache=True, nogil=True)
+def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Area of every triangle, ``(m,)``."""
+    areas = np.zeros(len(faces))
+    for f in range(len(faces)):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        bx, cx = vertices[j, 0] - vertices[i, 0], vertices[k, 0] - vertices[i, 0]
+        by, cy = vertices[j, 1] - vertices[i, 1], vertices[k, 1] - vertices[i, 1]
+        bz, cz = vertices[j, 2] - vertices[i, 2], vertices[k, 2] - vertices[i, 2]
+        x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        areas[f] = 0.5 * np.sqrt(x * x + y * y + z * z)
+    return areas

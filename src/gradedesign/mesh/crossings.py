@@ -7,13 +7,19 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.mesh import _crossing_kernels as kernels
 from gradedesign.mesh.closest import build_triangle_tree
+from gradedesign.mesh.triangle_cells import CellGrid, triangle_cells
 
-#: From as many triangles on they are searched by the cells of a grid, in which each has this many
-#: places at most on average, and whose sizes are looked at so many at a time.
-MANY, _ENTRIES, _BATCH = 200_000, 10, 1 << 18
+#: From as many triangles on they are searched by the cells of a grid.
+MANY = 200_000
+#: Triangles of a printed surface that reach less than this beyond each other only touch, mm.
+TOUCHING = 1e-3
+#: Triangles that cross reach into a common cell by at least this share of the margin.
+_SHARED = 0.01
 
 
-def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> IntArray:
+def crossing_triangles(
+    vertices: FloatArray, faces: IntArray, margin: float, grid: CellGrid | None = None
+) -> IntArray:
     """Pairs of triangles that pass through each other, ``(k, 2)``.
 
     Two triangles pass through each other where a side of one meets the inside of the other.
@@ -27,6 +33,8 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
         Neighbours share vertex numbers.
     margin : float, mm
         Depth up to which triangles only touch.
+    grid : CellGrid, optional
+        Of a contour: most triangles then lie in one cell, so that there are few pairs.
 
     Returns
     -------
@@ -38,7 +46,15 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
     if len(faces) == 0:
         return np.zeros((0, 2), dtype=np.int64)
     vertices, faces = np.ascontiguousarray(vertices), np.ascontiguousarray(faces)
-    if len(faces) < MANY or not _cross_in_cells(vertices, faces, margin, crossed):
+    reach = -_SHARED * margin
+    many = len(faces) >= MANY
+    cells = triangle_cells(vertices, faces, grid=grid, reach=reach) if many else None
+    if cells is not None:
+        kernels.find_crossed_in_cells(
+            *(vertices, faces, cells.origin, cells.spacing, cells.shape, reach),
+            *(cells.start, cells.users, margin, crossed),
+        )
+    else:
         tree = build_triangle_tree(vertices[faces])
         kernels.find_crossed(
             *(vertices, faces, tree.box, tree.right, tree.first, tree.count, tree.order),
@@ -46,35 +62,3 @@ def crossing_triangles(vertices: FloatArray, faces: IntArray, margin: float) -> 
         )
     rows = np.flatnonzero(crossed >= 0)
     return np.stack([rows, crossed[rows]], axis=1)
-
-
-def _cross_in_cells(
-    vertices: FloatArray, faces: IntArray, margin: float, crossed: IntArray
-) -> bool:
-    """Search by the cells of a grid; False where triangles are too unequal for one.
-
-    Quicker than a tree, and with less memory, for triangles of about one size.
-    """
-    size = np.zeros(3)
-    for low in range(0, len(faces), _BATCH):
-        size += np.ptp(vertices[faces[low : low + _BATCH]], axis=1).sum(axis=0)
-    spacing = 1.5 * float(size.max()) / len(faces)
-    origin = vertices.min(axis=0)
-    for _ in range(4):
-        shape = np.floor((vertices.max(axis=0) - origin) / spacing).astype(np.int64) + 1
-        room = kernels.count_in_cells(
-            vertices, faces, origin, spacing, shape, np.zeros(0, np.int64)
-        )
-        if room <= _ENTRIES * len(faces) and np.prod(shape) <= _ENTRIES * len(faces):
-            break
-        spacing *= 1.5
-    else:
-        return False
-    start = np.zeros(int(np.prod(shape)) + 1, dtype=np.int64)
-    kernels.count_in_cells(vertices, faces, origin, spacing, shape, start)
-    start = np.cumsum(start)
-    users = kernels.list_in_cells(vertices, faces, origin, spacing, shape, start)
-    kernels.find_crossed_in_cells(
-        vertices, faces, origin, spacing, shape, start, users, margin, crossed
-    )
-    return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.mesh import _collapse_kernels as kernels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
@@ -17,6 +17,8 @@ _Faces = NDArray[np.int32] | NDArray[np.int64]
 
 def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) -> _Faces:
     """Triangles with edges shorter than a length collapsed where the surface stays sound.
+
+    Those that are given are changed on the way.
 
     Vertices do not move: of the two ends of an edge, the one stays from which the triangles round
     the other are less far away. An edge stays where a triangle would turn by more than 78 degrees
@@ -33,7 +35,7 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
     -------
     (k, 3) int array
     """
-    vertices, faces = np.ascontiguousarray(vertices), faces.copy()
+    vertices = np.ascontiguousarray(vertices)
     for _ in range(PASSES):
         marked = np.zeros(len(vertices), dtype=np.bool_)
         if not kernels.mark_short(vertices, faces, shortest**2, marked):
@@ -48,13 +50,16 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
     return faces
 
 
-def used_only(vertices: FloatArray, faces: _Faces) -> SurfaceMesh:
-    """A surface of the vertices that its triangles use, in their order.
+def used_only(vertices: FloatArray, faces: _Faces, chosen: BoolArray | None = None) -> SurfaceMesh:
+    """A surface of chosen triangles and of the vertices that they use, in their order.
 
     Where all are used, the surface keeps ``vertices`` itself and locks it.
     """
-    number, count = kernels.number_used(faces, len(vertices))
-    packed = number.astype(np.int64)[faces]
+    if chosen is None:
+        chosen = np.ones(len(faces), dtype=bool)
+    number, count = kernels.number_used(faces, chosen, len(vertices))
+    packed = np.zeros((np.count_nonzero(chosen), 3), dtype=np.int64)
+    kernels.renumber(faces, chosen, number, packed)
     if count < len(vertices):
         vertices = vertices[number >= 0]
     packed.flags.writeable = False  # new arrays of nobody else: the record need not copy them

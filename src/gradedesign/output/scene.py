@@ -112,8 +112,10 @@ def scene_box(scene: Scene) -> tuple[FloatArray, FloatArray]:
     pieces = [layer.vertices for layer in scene.layers if len(layer.vertices)]
     pieces += [np.stack([a.tail, a.tip]) for a in scene.arrows]
     pieces += [bars.segments.reshape(-1, 3) for bars in scene.lines if bars.radius > 0]
-    points = np.concatenate(pieces)
-    return points.min(axis=0), points.max(axis=0)
+    return (
+        np.min([points.min(axis=0) for points in pieces], axis=0),
+        np.max([points.max(axis=0) for points in pieces], axis=0),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

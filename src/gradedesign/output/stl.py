@@ -28,7 +28,7 @@ VOLUME_TOLERANCE = 1e-3
 _RECORD = np.dtype(
     [("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )  # 50 bytes, as the format wants
-_BATCH = 1 << 18
+_BATCH = 1 << 15
 
 
 def write_stl(path: Path, surface: SurfaceMesh) -> str:

@@ -1,4 +1,4 @@
-"""The printed surface as OBJ, PLY, OFF or GLB, encoded by trimesh and read back by our readers."""
+"""The printed surface as OBJ, OFF or GLB, encoded by trimesh and read back by our readers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles
-from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, read_ply
+from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off
 
 #: Decimals of coordinates in text, mm: below the steps of float32 above 0.01 mm.
 _DIGITS = 9
@@ -33,15 +33,6 @@ def export_obj(path: Path, lattice: PrintedLattice) -> None:
     text = _encoded(lattice, 1.0, "obj", digits=_DIGITS, header="\n# ".join(_lines(lattice)))
     path.write_text(text, encoding="utf-8")
     _require_same(path, lattice, read_obj)
-
-
-def export_ply(path: Path, lattice: PrintedLattice) -> None:
-    """Write the printed lattice as binary PLY, in mm; errors as of `export_obj`."""
-    data: bytes = _encoded(lattice, 1.0, "ply")
-    head, end, rest = data.partition(b"format binary_little_endian 1.0\n")
-    comments = "".join(f"comment {line}\n" for line in _lines(lattice))
-    path.write_bytes(head + end + comments.encode() + rest)
-    _require_same(path, lattice, read_ply)
 
 
 def export_off(path: Path, lattice: PrintedLattice) -> None:

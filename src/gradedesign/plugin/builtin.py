@@ -21,10 +21,11 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.cli_layers import export_cli, export_cli_binary
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.ply import export_ply
 from gradedesign.output.png_stack import export_png_stack
 from gradedesign.output.stl import export_stl
 from gradedesign.output.threemf import export_3mf, export_3mf_beams
-from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off, export_ply
+from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off
 from gradedesign.part.reader import PartReader
 from gradedesign.part.stl import read_stl
 from gradedesign.part.threemf import read_3mf

@@ -17,8 +17,9 @@ from gradedesign.errors import PluginError, blaming
 from gradedesign.lattice.beams import beam_lattice
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
-from gradedesign.mesh.crossings import crossing_triangles
+from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
+from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import float32_vertices
@@ -31,8 +32,6 @@ log = logging.getLogger(__name__)
 
 #: Name of the exported surface that acceptance reads back.
 STL_NAME = "lattice.stl"
-#: Triangles that reach less than this beyond each other only touch, mm.
-TOUCHING = 1e-3
 #: Largest surface that is tested for crossing itself, triangles: about 1 GB is taken.
 MOST_TESTED = 20_000_000
 #: Other files of a lattice, whose names no exporter gets.
@@ -125,8 +124,16 @@ def printed_lattice(
     )
 
 
-def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
-    """Warnings on triangles of the surface, as files hold it, that pass through each other."""
+def chord_tolerance(case: CaseIdentity) -> float | None:
+    """Distance within which triangles of the printed surface may be larger, mm."""
+    return None if case.print is None else case.print.chord_tolerance
+
+
+def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tuple[str, ...]:
+    """Warnings on triangles of the surface, as files hold it, that pass through each other.
+
+    The grid is that of its contour, where it is known.
+    """
     if len(surface.faces) > MOST_TESTED:
         return (
             f"the printed surface of {len(surface.faces)} triangles is not tested for crossing "
@@ -134,7 +141,7 @@ def crossing_warnings(surface: SurfaceMesh) -> tuple[str, ...]:
         )
     report_step("triangles that pass through each other")
     vertices = float32_vertices(surface.vertices)
-    pairs = crossing_triangles(vertices, surface.faces, TOUCHING)
+    pairs = crossing_triangles(vertices, surface.faces, TOUCHING, grid)
     if len(pairs) == 0:
         return ()
     at = ", ".join(f"{c:.4g}" for c in vertices[surface.faces[pairs[0, 0]]].mean(axis=0))

@@ -10,9 +10,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
-from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.trim import trimmed_surface
+from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.iteration import DesignIteration
@@ -32,6 +31,7 @@ from gradedesign.output.vtu import write_vtu
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import (
     STL_NAME,
+    chord_tolerance,
     crossing_warnings,
     printed_lattice,
     write_lattice_files,
@@ -219,9 +219,8 @@ def _unjudged_lattice(
     """Surface of a design that no analysis has judged."""
     design = build_design(problem, cells, density_grid(problem, cells, rho))
     step = cells.layout.least / 24
-    raw = trimmed_surface(design, problem.part.surface, step)
-    surface, islands = remove_islands(
-        raw, keep=problem.domain.bodies, least_pocket=(0.5 * step) ** 3
+    surface, islands = printed_surface(
+        design, problem.part.surface, step, chord_tolerance(problem.case)
     )
     out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), surface))
     warnings = _exported_files(out, problem, surface, design, files)

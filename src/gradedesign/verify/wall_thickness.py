@@ -9,9 +9,12 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError
+from gradedesign.mesh._cell_kernels import exit_lengths_in_cells
 from gradedesign.mesh._ray_kernels import exit_lengths
+from gradedesign.mesh._surface_mesh_kernels import triangle_areas
 from gradedesign.mesh.closest import build_triangle_tree
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.mesh.triangle_cells import triangle_cells
 
 #: Rays of a measurement. The thinnest 0.1 % then rest on 100 of them.
 RAYS = 100_000
@@ -19,6 +22,8 @@ RAYS = 100_000
 PERCENTILES = (0.1, 1.0, 5.0, 50.0)
 #: Largest share of rays that may find no way out of a closed surface by rounding.
 MOST_LOST = 1e-4
+#: Cells that rays walk through, in mean extents of the triangles.
+_WIDTH = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,11 +67,18 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
         If rays find no way out of the solid: the surface is open.
     """
     origins, inward = surface_rays(surface, rays)
-    tree = build_triangle_tree(corner_points(surface))
     length = np.zeros(origins.shape[1])
-    exit_lengths(
-        tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, inward, length
-    )
+    cells = triangle_cells(surface.vertices, surface.faces, width=_WIDTH)
+    if cells is not None:
+        exit_lengths_in_cells(
+            *(surface.vertices, surface.faces, cells.origin, cells.spacing, cells.shape),
+            *(cells.start, cells.users, origins, inward, length),
+        )
+    else:
+        tree = build_triangle_tree(corner_points(surface))
+        exit_lengths(
+            tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, inward, length
+        )
     thickness = length[np.isfinite(length)]
     lost = len(length) - len(thickness)
     if lost > MOST_LOST * len(length):
@@ -83,8 +95,7 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
 
 def surface_rays(surface: SurfaceMesh, count: int) -> tuple[FloatArray, FloatArray]:
     """About ``count`` points spread evenly by area, and the inward normals there, ``(3, n)``."""
-    vectors = area_vectors(surface)
-    area = np.linalg.norm(vectors, axis=1)
+    area = triangle_areas(surface.vertices, surface.faces)
     total = np.cumsum(area)
     rng = np.random.default_rng(20_231)
     at = (np.arange(count) + rng.random(count)) / count * total[-1]
@@ -92,7 +103,7 @@ def surface_rays(surface: SurfaceMesh, count: int) -> tuple[FloatArray, FloatArr
     chosen = chosen[area[chosen] > 0]
     u, v = np.sqrt(rng.random(len(chosen))), rng.random(len(chosen))
     weights = np.stack([1.0 - u, u * (1.0 - v), u * v])
-    origins = np.einsum("cn,ncd->dn", weights, corner_points(surface)[chosen])
-    return np.ascontiguousarray(origins), np.ascontiguousarray(
-        -(vectors[chosen] / area[chosen, None]).T
-    )
+    some = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[chosen])
+    origins = np.einsum("cn,ncd->dn", weights, corner_points(some))
+    normals = area_vectors(some) / area[chosen, None]
+    return np.ascontiguousarray(origins), np.ascontiguousarray(-normals.T)
