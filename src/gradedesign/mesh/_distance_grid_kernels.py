@@ -1,6 +1,7 @@
 """Compiled distances on a grid: triangles into bricks, exact bands, signs, far fields.
 
-Lengths are in grid spacings from the first node.
+Lengths are in grid spacings from the first node. Above 300 lines: bands, signs and sweeps share
+the bricks' indices and the nearest point of a triangle.
 """
 
 # mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False

@@ -135,19 +135,6 @@ def winding(tri, turn, right, first, count, moments, x, y, z, stack):
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def windings(tri, turn, right, first, count, moments, points, result):
-    """Fill the winding number of every point of a (3, n) array."""
-    n = points.shape[1]
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stack = np.zeros(DEPTH, dtype=np.int64)
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            result[i] = winding(
-                tri, turn, right, first, count, moments, points[0, i], points[1, i], points[2, i],
-                stack,
-            )  # fmt: skip
-
-
-@njit(cache=True, parallel=True, nogil=True)
 def find_rises(tri, turn, right, first, count, moments, share, asked, rise):
     """Fill how much more the others wind in front of a triangle than behind, where it is asked.
 

@@ -27,7 +27,9 @@ class WindingTree:
     turn : (m,) int array
         By sorted place: -1 where a triangle counts turned around, else 1.
     moments : (k, 16) array
-        As :func:`gradedesign.mesh._fast_winding_kernels.fill_moments` fills them.
+        As :func:`gradedesign.mesh._fast_winding_kernels.fill_moments` fills them: nodes farther away
+        than twice their radius count by two terms, within 0.05 of the exact sum on a smooth surface
+        (Barill, Dickson, Schmidt, Levin & Jacobson 2018, ACM Trans. Graph. 37(4), eqs. 14 to 18).
     """
 
     tree: TriangleTree
@@ -42,42 +44,6 @@ def winding_tree(tree: TriangleTree, turn: IntArray | None = None) -> WindingTre
     moments = np.zeros((len(tree.box), 16))
     kernels.fill_moments(tree.triangles, turn, tree.box, tree.first, tree.count, moments)
     return WindingTree(tree=tree, turn=turn, moments=moments)
-
-
-def fast_winding(winding: WindingTree, points: FloatArray) -> FloatArray:
-    """Winding number of triangles about points, closed or not.
-
-    Nodes farther away than twice their radius count by the first two terms of their expansion:
-    within 0.05 of the exact sum on a smooth surface.
-
-    Parameters
-    ----------
-    winding : WindingTree
-    points : (3, n) array, mm
-
-    Returns
-    -------
-    (n,) array
-        1 inside a closed outward surface and 0 outside; in between beside holes.
-
-    References
-    ----------
-    Barill, Dickson, Schmidt, Levin & Jacobson, "Fast winding numbers for soups and clouds", ACM
-    Transactions on Graphics 37(4), 43, 2018, eqs. 14 to 18.
-    """
-    result = np.zeros(points.shape[1])
-    tree = winding.tree
-    kernels.windings(
-        tree.triangles,
-        winding.turn,
-        tree.right,
-        tree.first,
-        tree.count,
-        winding.moments,
-        np.ascontiguousarray(points, dtype=np.float64),
-        result,
-    )
-    return result
 
 
 def agreeing(winding: WindingTree) -> WindingTree:
