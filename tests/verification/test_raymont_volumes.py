@@ -2,14 +2,16 @@
 
 Q1 and Q2 are the mean and the deviation of ``|cos x + cos y + cos z|`` over the points of the
 surface, caps left out, every triangle split in 64. His surfaces are by the marching cubes of
-Lorensen and Cline, here scikit-image's, from voxels of 8 bits, whose values are cut off, not
+Lorensen and Cline, here VTK's, from voxels of 8 bits, whose values are cut off, not
 rounded.
 """
 
 import numpy as np
 import pytest
 from scipy.ndimage import convolve1d, uniform_filter
-from skimage.measure import marching_cubes
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersCore import vtkMarchingCubes
 
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.plugin.registry import build_registry
@@ -39,9 +41,17 @@ def quality(vertices, faces, splits=8):
 
 
 def of_voxels(values):
-    step = (LENGTH / (len(values) - 1),) * 3
-    vertices, faces, *_ = marching_cubes(values, ISO, spacing=step, method="lorensen")
-    return quality(vertices.astype(float), faces)
+    image, contour = vtkImageData(), vtkMarchingCubes()
+    image.SetDimensions(values.shape)
+    image.SetSpacing((LENGTH / (len(values) - 1),) * 3)
+    image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(order="F").astype(float), deep=True))
+    contour.SetInputData(image)
+    contour.SetValue(0, ISO)
+    contour.Update()
+    surface = contour.GetOutput()
+    vertices = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+    faces = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    return quality(vertices, faces)
 
 
 def of_field(count):
