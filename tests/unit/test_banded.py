@@ -69,6 +69,9 @@ def test_values_that_rise_tell_the_factor_of_their_residuals():
     three = [(h, 10.0 - h**2) for h in (2.25, 1.5, 1.0)]
     assert banded(three, ORDERS, [0.3, 0.2, 0.1]).order == "observed"
     assert banded(three, ORDERS, [9.0, 8.0, 7.0]).order == "residual"
+    # Values that fall evenly do not say that nothing is missing.
+    falling = banded([(h, 10.0 + h**2) for h in (2.25, 1.5, 1.0)], ORDERS, [0.3, 0.2, 0.1])
+    assert (falling.order, falling.high) == ("residual", pytest.approx(11.0 * 1.04))
 
 
 def test_without_an_order_the_band_is_to_both_sides():

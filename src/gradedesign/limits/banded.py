@@ -23,7 +23,7 @@ UNKNOWN_ORDER = 2.0
 LEAST_UNKNOWN = 0.04
 #: Share by which a value is too small over the residual of the tractions: usual, most where value
 #: and residual fall together well, and most. Measured with one cell across between plates, where
-#: errors are largest, for 15 blocks of 12 cells in compression, shear and bending: 0.04 to 0.39 at
+#: errors are largest, for 15 blocks of 12 cells in compression, shear and bending: 0.39 at most at
 #: the resolutions that judge, above 0.3 for one of them; docs/finite-cells.md.
 RESIDUAL_FACTORS = (0.18, 0.25, 0.4)
 #: An order that three resolutions show is believed where it leaves this share of the residual.
@@ -135,8 +135,9 @@ def banded(
     seen = observed_order(values)
     rest = 0.0 if seen is None else change / (ratio**seen - 1.0)
     if seen is not None and min(orders) <= seen <= max(orders):
-        least = 0.0 if residuals is None else LEAST_REST * residuals[-1]
-        if abs(rest) >= least * abs(value):
+        # What is missing makes the value larger: an order of values that fall tells of the solid.
+        missing = math.copysign(1.0, value) * rest
+        if residuals is None or missing >= LEAST_REST * residuals[-1] * abs(value):
             ends = (value, value + SAFETY * rest)
             best, order = value + rest, "observed"
             return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
