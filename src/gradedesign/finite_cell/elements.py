@@ -20,7 +20,10 @@ from scipy import ndimage
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
-from gradedesign.finite_cell import _cut_kernels as kernels
+from gradedesign.finite_cell._cut_tet_kernels import TETS
+from gradedesign.finite_cell._fraction_kernels import solid_fractions
+from gradedesign.finite_cell._sample_kernels import EDGES, face_masks, label_components
+from gradedesign.finite_cell._weight_kernels import RULE, fitted_weights
 from gradedesign.finite_cell.basis import CUT_POINTS, gauss_weights, lagrange_tables
 from gradedesign.finite_cell.grid import Grid
 from gradedesign.finite_cell.samples import classify
@@ -237,10 +240,10 @@ def _collect(
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
     report_step("solid shares of cut elements")
-    kernels.solid_shares(samples, kernels.TETS, BLOCKS, share, centre)
+    solid_fractions(samples, TETS, BLOCKS, share, centre)
     whole = len(whole_order)
     faces = np.full((whole + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
-    kernels.face_masks(samples, faces[whole:])
+    face_masks(samples, faces[whole:])
     return Elements(
         grid=grid,
         position=np.ascontiguousarray(
@@ -273,9 +276,7 @@ def _integrated(
     for first in range(0, len(cut), CHUNK):
         report_step(f"quadrature of {len(cut)} cut elements", first / len(cut))
         part = slice(first, first + CHUNK)
-        kernels.fitted_weights(
-            samples[part], kernels.TETS, kernels.RULE, values, integrals, weights[part]
-        )
+        fitted_weights(samples[part], TETS, RULE, values, integrals, weights[part])
     fill = weights.sum(axis=1)
     full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])
@@ -307,7 +308,7 @@ def _by_component(
     """Places, numbers within a brick and samples of elements of one component each."""
     labels = np.zeros(samples.shape, np.int8)
     count = np.zeros(len(cut), np.int64)
-    kernels.label_components(samples, kernels.EDGES, labels, count)
+    label_components(samples, EDGES, labels, count)
     several = np.flatnonzero(count > 1)
     parts, numbers = [], []
     for k in range(1, int(count.max(initial=1))):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.errors import LatticeError
-from gradedesign.finite_cell import _cut_kernels as kernels
+from gradedesign.finite_cell import _sample_kernels as kernels
 from gradedesign.finite_cell.grid import Grid
 from gradedesign.workspace.progress import report_step
 

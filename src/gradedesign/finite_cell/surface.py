@@ -8,7 +8,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
-from gradedesign.finite_cell._cut_kernels import RULE
+from gradedesign.finite_cell._weight_kernels import RULE
 from gradedesign.finite_cell.elements import Elements
 from gradedesign.finite_cell.grid import Grid
 from gradedesign.part.regions import Region
