@@ -55,6 +55,7 @@ def an_iteration(number, *values, mass=10.0, seconds=100.0, rho=None):
         passed=all(v <= 1.0 for v in values),
         dofs=1000,
         mesh_size_mm=1.0,
+        spacing_mm=1.0,
         seconds=seconds,
         stiffness_factor=1.0,
         sizing_iterations=10,
