@@ -206,9 +206,10 @@ class _Need:
 
 def _need(analysis: ExplicitAnalysis, planned: PlannedSolid, spacing: float, first: float) -> _Need:
     """Needs of a spacing; ``first`` is the first spacing of acceptance over it."""
-    _, finer = whole_estimates(planned, first * spacing)
+    own = analysis.estimate(planned, spacing)
+    _, finer = whole_estimates(planned, first * spacing, own.unknowns)
     return _Need(
-        memory=analysis.estimate(planned, spacing).memory_bytes,
+        memory=own.memory_bytes,
         finer_memory=finer.memory_bytes,
         finer_seconds=seconds(finer),
     )
