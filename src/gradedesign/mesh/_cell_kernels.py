@@ -7,7 +7,8 @@ import numpy as np
 from numba import njit, prange
 
 from gradedesign.mesh._closest_kernels import CHUNK
-from gradedesign.mesh._ray_kernels import EDGE
+from gradedesign.mesh._collapse_kernels import between
+from gradedesign.mesh._ray_kernels import leaves
 
 
 @njit(cache=True)
@@ -78,32 +79,6 @@ def list_in_cells(vertices, faces, origin, spacing, shape, reach, start):
     return users
 
 
-@njit(cache=True)
-def _leaves(vertices, faces, f, o, d):
-    """Length to where a ray leaves the solid through triangle f; infinite where it does not.
-
-    Moeller & Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
-    """
-    a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-    ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
-    ux, uy, uz = vertices[b, 0] - ax, vertices[b, 1] - ay, vertices[b, 2] - az
-    vx, vy, vz = vertices[c, 0] - ax, vertices[c, 1] - ay, vertices[c, 2] - az
-    px, py, pz = d[1] * vz - d[2] * vy, d[2] * vx - d[0] * vz, d[0] * vy - d[1] * vx
-    det = ux * px + uy * py + uz * pz
-    if det >= 0.0:  # enters, or grazes
-        return np.inf
-    tx, ty, tz = o[0] - ax, o[1] - ay, o[2] - az
-    u = (tx * px + ty * py + tz * pz) / det
-    if u < -EDGE or u > 1.0 + EDGE:
-        return np.inf
-    qx, qy, qz = ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux
-    v = (d[0] * qx + d[1] * qy + d[2] * qz) / det
-    if v < -EDGE or u + v > 1.0 + EDGE:
-        return np.inf
-    length = (vx * qx + vy * qy + vz * qz) / det
-    return length if length >= 0.0 else np.inf
-
-
 @njit(cache=True, parallel=True, nogil=True)
 def exit_lengths_in_cells(
     vertices, faces, origin, spacing, shape, start, users, origins, directions, lengths
@@ -131,7 +106,10 @@ def exit_lengths_in_cells(
             while entered <= best:
                 cell = (at[0] * shape[1] + at[1]) * shape[2] + at[2]
                 for s in range(start[cell], start[cell + 1]):
-                    best = min(best, _leaves(vertices, faces, users[s], o, d))
+                    p, q, m = faces[users[s], 0], faces[users[s], 1], faces[users[s], 2]
+                    corner = vertices[p, 0], vertices[p, 1], vertices[p, 2]
+                    u, v = between(vertices, p, q), between(vertices, p, m)
+                    best = min(best, leaves(corner, u, v, o, d))
                 a = 0
                 if next_wall[1] < next_wall[a]:
                     a = 1

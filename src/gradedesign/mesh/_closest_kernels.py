@@ -130,6 +130,31 @@ def _flat_nearest(b, c, px, py, pz):
 
 
 @njit(cache=True)
+def nearest_shares(bb, bc, cc, d1, d2):
+    """Shares (v, w) and feature of the nearest point of a triangle with area.
+
+    From the products of its edge vectors b and c with each other and with the point (d1, d2).
+    """
+    d3, d4, d5, d6 = d1 - bb, d2 - bc, d1 - bc, d2 - cc
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    if d1 <= 0.0 and d2 <= 0.0:
+        return 0.0, 0.0, 4
+    if d3 >= 0.0 and d4 <= d3:
+        return 1.0, 0.0, 5
+    if d6 >= 0.0 and d5 <= d6:
+        return 0.0, 1.0, 6
+    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        return d1 / (d1 - d3), 0.0, 1
+    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        return 0.0, d2 / (d2 - d6), 3
+    if va <= 0.0 and d4 >= d3 and d5 >= d6:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return 1.0 - w, w, 2
+    total = va + vb + vc
+    return vb / total, vc / total, 0
+
+
+@njit(cache=True)
 def _nearest_on_triangle(tri, flat, slot, x, y, z):
     """Nearest point a + v ab + w ac of a triangle (Ericson 2005, section 5.1.5).
 
@@ -148,24 +173,7 @@ def _nearest_on_triangle(tri, flat, slot, x, y, z):
             cx * cx + cy * cy + cz * cz,
         )
         d1, d2 = bx * px + by * py + bz * pz, cx * px + cy * py + cz * pz
-        d3, d4, d5, d6 = d1 - bb, d2 - bc, d1 - bc, d2 - cc
-        va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-        if d1 <= 0.0 and d2 <= 0.0:
-            v, w, feature = 0.0, 0.0, 4
-        elif d3 >= 0.0 and d4 <= d3:
-            v, w, feature = 1.0, 0.0, 5
-        elif d6 >= 0.0 and d5 <= d6:
-            v, w, feature = 0.0, 1.0, 6
-        elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-            v, w, feature = d1 / (d1 - d3), 0.0, 1
-        elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-            v, w, feature = 0.0, d2 / (d2 - d6), 3
-        elif va <= 0.0 and d4 >= d3 and d5 >= d6:
-            w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-            v, feature = 1.0 - w, 2
-        else:
-            total = va + vb + vc
-            v, w, feature = vb / total, vc / total, 0
+        v, w, feature = nearest_shares(bb, bc, cc, d1, d2)
     ex, ey, ez = px - v * bx - w * cx, py - v * by - w * cy, pz - v * bz - w * cz
     return ex * ex + ey * ey + ez * ez, v, w, feature
 

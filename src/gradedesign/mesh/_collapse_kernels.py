@@ -53,7 +53,7 @@ def stars(faces, marked):
 
 
 @njit(cache=True)
-def _ring(faces, first, users, v, ring):
+def ring_of(faces, first, users, v, ring):
     """Write the vertices that follow ``v`` in its triangles; returns their number."""
     count = first[v + 1] - first[v]
     for n in range(count):
@@ -65,7 +65,7 @@ def _ring(faces, first, users, v, ring):
 
 
 @njit(cache=True)
-def _between(vertices, p, q):
+def between(vertices, p, q):
     """Vector from one vertex to another."""
     return (
         vertices[q, 0] - vertices[p, 0],
@@ -75,18 +75,46 @@ def _between(vertices, p, q):
 
 
 @njit(cache=True)
+def others(faces, f, v):
+    """The two vertices that follow ``v`` in triangle f."""
+    c = 0
+    while faces[f, c] != v:
+        c += 1
+    return faces[f, (c + 1) % 3], faces[f, (c + 2) % 3]
+
+
+@njit(cache=True)
+def stays_manifold(one, m, other, n):
+    """Whether the edge between two vertices may collapse, by their rings: the link condition."""
+    common = 0
+    for i in range(m):
+        for j in range(n):
+            common += one[i] == other[j]
+    return common == 2 and not (m == 3 and n == 3)  # nothing is left of a tetrahedron
+
+
+@njit(cache=True)
+def move(faces, first, users, gone, kept):
+    """Move a vertex onto another; triangles that vanish become -1."""
+    for n in range(first[gone], first[gone + 1]):
+        f = users[n]
+        if faces[f, 0] == kept or faces[f, 1] == kept or faces[f, 2] == kept:
+            faces[f] = -1
+            continue
+        for c in range(3):
+            if faces[f, c] == gone:
+                faces[f, c] = kept
+
+
+@njit(cache=True)
 def _cost(vertices, faces, first, users, gone, kept):
     """Distance of ``kept`` from the planes round ``gone``; infinite where a triangle would turn."""
     worst = 0.0
     for n in range(first[gone], first[gone + 1]):
-        f = users[n]
-        c = 0
-        while faces[f, c] != gone:
-            c += 1
-        p, q = faces[f, (c + 1) % 3], faces[f, (c + 2) % 3]
-        ux, uy, uz = _between(vertices, p, q)
-        ax, ay, az = _between(vertices, p, gone)
-        bx, by, bz = _between(vertices, p, kept)
+        p, q = others(faces, users[n], gone)
+        ux, uy, uz = between(vertices, p, q)
+        ax, ay, az = between(vertices, p, gone)
+        bx, by, bz = between(vertices, p, kept)
         x, y, z = uy * az - uz * ay, uz * ax - ux * az, ux * ay - uy * ax
         size = np.sqrt(x * x + y * y + z * z)
         if size > 0.0:
@@ -124,17 +152,15 @@ def collapse_short(vertices, faces, short2, first, users, locked):
             if locked[a] or locked[b]:
                 put_off += 1
                 continue
-            m = _ring(faces, first, users, a, one)
-            n = _ring(faces, first, users, b, other)
-            common, free = 0, True
+            m = ring_of(faces, first, users, a, one)
+            n = ring_of(faces, first, users, b, other)
+            if not stays_manifold(one, m, other, n):
+                continue
+            free = True
             for i in range(m):
                 free = free and not locked[one[i]]
-                for j in range(n):
-                    common += one[i] == other[j]
             for j in range(n):
                 free = free and not locked[other[j]]
-            if common != 2 or (m == 3 and n == 3):  # no manifold is left, as of a tetrahedron
-                continue
             if not free:
                 put_off += 1
                 continue
@@ -143,14 +169,7 @@ def collapse_short(vertices, faces, short2, first, users, locked):
             if min(cost_a, cost_b) == np.inf:
                 continue
             gone, kept = (a, b) if cost_a <= cost_b else (b, a)
-            for i in range(first[gone], first[gone + 1]):
-                t = users[i]
-                if faces[t, 0] == kept or faces[t, 1] == kept or faces[t, 2] == kept:
-                    faces[t] = -1
-                    continue
-                for e in range(3):
-                    if faces[t, e] == gone:
-                        faces[t, e] = kept
+            move(faces, first, users, gone, kept)
             for i in range(m):
                 locked[one[i]] = True
             for j in range(n):

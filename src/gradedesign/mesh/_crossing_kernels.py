@@ -8,29 +8,20 @@ from numba import njit, prange
 
 from gradedesign.mesh._cell_kernels import cell_range
 from gradedesign.mesh._closest_kernels import CHUNK, DEPTH
-
-
-@njit(cache=True)
-def _between(vertices, p, q):
-    """Vector from vertex p to vertex q."""
-    return (
-        vertices[q, 0] - vertices[p, 0],
-        vertices[q, 1] - vertices[p, 1],
-        vertices[q, 2] - vertices[p, 2],
-    )
+from gradedesign.mesh._collapse_kernels import between
 
 
 @njit(cache=True)
 def _pierces(vertices, p, q, a, b, c, margin):
     """Whether the segment pq goes through the triangle abc, clear of both ends and all sides."""
-    ux, uy, uz = _between(vertices, a, b)
-    vx, vy, vz = _between(vertices, a, c)
+    ux, uy, uz = between(vertices, a, b)
+    vx, vy, vz = between(vertices, a, c)
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     area2 = np.sqrt(nx * nx + ny * ny + nz * nz)
     if area2 <= 0.0:
         return False
-    px, py, pz = _between(vertices, a, p)
-    qx, qy, qz = _between(vertices, a, q)
+    px, py, pz = between(vertices, a, p)
+    qx, qy, qz = between(vertices, a, q)
     dp = (px * nx + py * ny + pz * nz) / area2
     dq = (qx * nx + qy * ny + qz * nz) / area2
     if not ((dp > margin and dq < -margin) or (dp < -margin and dq > margin)):
@@ -77,8 +68,8 @@ def _cross(vertices, faces, i, j, margin):
 @njit(cache=True)
 def _plane(vertices, faces, i, plane):
     """Fill the unit normal of triangle i and its offset; zero for a triangle without area."""
-    ux, uy, uz = _between(vertices, faces[i, 0], faces[i, 1])
-    vx, vy, vz = _between(vertices, faces[i, 0], faces[i, 2])
+    ux, uy, uz = between(vertices, faces[i, 0], faces[i, 1])
+    vx, vy, vz = between(vertices, faces[i, 0], faces[i, 2])
     plane[0], plane[1], plane[2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     area2 = np.sqrt(plane[0] ** 2 + plane[1] ** 2 + plane[2] ** 2)
     plane[3] = 0.0

@@ -6,7 +6,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from gradedesign.mesh._collapse_kernels import MOST, _between, _ring
+from gradedesign.mesh._closest_kernels import nearest_shares
+from gradedesign.mesh._collapse_kernels import (
+    MOST,
+    between,
+    move,
+    others,
+    ring_of,
+    stays_manifold,
+)
 
 #: Cosine of the angle by which a triangle may turn at most.
 LEAST_COSINE = 0.5
@@ -34,29 +42,12 @@ def _sample(vertices, fine, p):
 def _distance2(vertices, x, y, z, a, b, c):
     """Squared distance of a point from triangle abc with area (Ericson 2005, section 5.1.5)."""
     px, py, pz = x - vertices[a, 0], y - vertices[a, 1], z - vertices[a, 2]
-    bx, by, bz = _between(vertices, a, b)
-    cx, cy, cz = _between(vertices, a, c)
+    bx, by, bz = between(vertices, a, b)
+    cx, cy, cz = between(vertices, a, c)
     bb, cc = bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz
     bc = bx * cx + by * cy + bz * cz
     d1, d2 = bx * px + by * py + bz * pz, cx * px + cy * py + cz * pz
-    d3, d4, d5, d6 = d1 - bb, d2 - bc, d1 - bc, d2 - cc
-    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-    if d1 <= 0.0 and d2 <= 0.0:
-        v, w = 0.0, 0.0
-    elif d3 >= 0.0 and d4 <= d3:
-        v, w = 1.0, 0.0
-    elif d6 >= 0.0 and d5 <= d6:
-        v, w = 0.0, 1.0
-    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        v, w = d1 / (d1 - d3), 0.0
-    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        v, w = 0.0, d2 / (d2 - d6)
-    elif va <= 0.0 and d4 >= d3 and d5 >= d6:
-        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        v = 1.0 - w
-    else:
-        total = va + vb + vc
-        v, w = vb / total, vc / total
+    v, w, _ = nearest_shares(bb, bc, cc, d1, d2)
     ex, ey, ez = px - v * bx - w * cx, py - v * by - w * cy, pz - v * bz - w * cz
     return ex * ex + ey * ey + ez * ez
 
@@ -64,8 +55,8 @@ def _distance2(vertices, x, y, z, a, b, c):
 @njit(cache=True)
 def _shape(vertices, a, b, c):
     """Normal times twice the area, and least height over the longest side."""
-    ux, uy, uz = _between(vertices, a, b)
-    vx, vy, vz = _between(vertices, a, c)
+    ux, uy, uz = between(vertices, a, b)
+    vx, vy, vz = between(vertices, a, c)
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     wx, wy, wz = vx - ux, vy - uy, vz - uz
     longest2 = max(
@@ -94,11 +85,7 @@ def _gather(first, users, gone, head, after, points):
 def _is_shaped(vertices, faces, first, users, gone, kept, least):
     """Whether moving ``gone`` to ``kept`` turns no triangle and makes none too flat."""
     for n in range(first[gone], first[gone + 1]):
-        f = users[n]
-        c = 0
-        while faces[f, c] != gone:
-            c += 1
-        p, q = faces[f, (c + 1) % 3], faces[f, (c + 2) % 3]
+        p, q = others(faces, users[n], gone)
         if p == kept or q == kept:
             continue
         x, y, z, _ = _shape(vertices, gone, p, q)
@@ -120,11 +107,7 @@ def _nearest(vertices, fine, faces, first, users, gone, kept, sample, enough):
     x, y, z = _sample(vertices, fine, sample)
     best, where = np.inf, -1
     for n in range(first[gone], first[gone + 1]):
-        f = users[n]
-        c = 0
-        while faces[f, c] != gone:
-            c += 1
-        p, q = faces[f, (c + 1) % 3], faces[f, (c + 2) % 3]
+        p, q = others(faces, users[n], gone)
         if p == kept or q == kept:
             continue
         d = _distance2(vertices, x, y, z, kept, p, q)
@@ -133,16 +116,6 @@ def _nearest(vertices, fine, faces, first, users, gone, kept, sample, enough):
             if best <= enough:
                 break
     return best, where
-
-
-@njit(cache=True)
-def _common(one, m, other, n):
-    """Vertices that two rings share."""
-    common = 0
-    for i in range(m):
-        for j in range(n):
-            common += one[i] == other[j]
-    return common
 
 
 @njit(cache=True)
@@ -160,15 +133,15 @@ def _best_move(
         k = first[kept + 1] - first[kept]
         if k + m - 4 > MOST:
             continue
-        _ring(faces, first, users, kept, other)
-        if _common(ring, m, other, k) != 2 or (m == 3 and k == 3):  # no manifold would be left
+        ring_of(faces, first, users, kept, other)
+        if not stays_manifold(ring, m, other, k):
             continue
         if not _is_shaped(vertices, faces, first, users, gone, kept, least):
             continue
         far, _ = _nearest(vertices, fine, faces, first, users, gone, kept, gone, 0.0)
         if far > tolerance2:
             continue
-        x, y, z = _between(vertices, gone, kept)
+        x, y, z = between(vertices, gone, kept)
         cost = far / tolerance2 + 1e-3 * (x * x + y * y + z * z) / tolerance2
         if cost >= best:
             continue
@@ -214,7 +187,7 @@ def remove_vertices(
         m = first[gone + 1] - first[gone]
         if not open_ends[gone] or locked[gone] or m == 0 or m > MOST:
             continue
-        _ring(faces, first, users, gone, ring)
+        ring_of(faces, first, users, gone, ring)
         free = True
         for i in range(m):
             free = free and not locked[ring[i]] and first[ring[i] + 1] - first[ring[i]] <= MOST
@@ -237,15 +210,8 @@ def remove_vertices(
             after[points[p]] = head[users[n]]
             head[users[n]] = points[p]
         k = first[kept + 1] - first[kept]
-        _ring(faces, first, users, kept, other)
-        for n in range(first[gone], first[gone + 1]):
-            f = users[n]
-            if faces[f, 0] == kept or faces[f, 1] == kept or faces[f, 2] == kept:
-                faces[f] = -1
-                continue
-            for c in range(3):
-                if faces[f, c] == gone:
-                    faces[f, c] = kept
+        ring_of(faces, first, users, kept, other)
+        move(faces, first, users, gone, kept)
         for i in range(m):
             locked[ring[i]] = True
             open_ends[ring[i]] = True

@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit, prange
 
 from gradedesign.mesh._closest_kernels import DEPTH
+from gradedesign.mesh._winding_kernels import solid_angle
 
 #: A node farther than this many of its radii is taken by its moments, and a triangle farther than
 #: this many of its edges by its area.
@@ -72,22 +73,12 @@ def _area(tri, s):
 
 
 @njit(cache=True)
-def solid_angle(tri, s, x, y, z):
+def _angle(tri, s, x, y, z):
     """Solid angle of a triangle seen from a point, positive from behind."""
     ax, ay, az = tri[s, 0] - x, tri[s, 1] - y, tri[s, 2] - z
     bx, by, bz = ax + tri[s, 3], ay + tri[s, 4], az + tri[s, 5]
     cx, cy, cz = ax + tri[s, 6], ay + tri[s, 7], az + tri[s, 8]
-    la = np.sqrt(ax * ax + ay * ay + az * az)
-    lb = np.sqrt(bx * bx + by * by + bz * bz)
-    lc = np.sqrt(cx * cx + cy * cy + cz * cz)
-    triple = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-    below = (
-        la * lb * lc
-        + (ax * bx + ay * by + az * bz) * lc
-        + (bx * cx + by * cy + bz * cz) * la
-        + (cx * ax + cy * ay + cz * az) * lb
-    )
-    return 2.0 * np.arctan2(triple, below)
+    return solid_angle(ax, ay, az, bx, by, bz, cx, cy, cz)
 
 
 @njit(cache=True)
@@ -101,7 +92,7 @@ def _seen(tri, s, x, y, z):
     r2 = rx * rx + ry * ry + rz * rz
     long2 = max(bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz)
     if r2 <= FAR_TRIANGLE * FAR_TRIANGLE * long2:
-        return solid_angle(tri, s, x, y, z)
+        return _angle(tri, s, x, y, z)
     nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
     return 0.5 * (nx * rx + ny * ry + nz * rz) / (r2 * np.sqrt(r2))
 
@@ -168,5 +159,5 @@ def find_rises(tri, turn, right, first, count, moments, share, asked, rise):
                 y = middle[1] + side * step * n[1]
                 z = middle[2] + side * step * n[2]
                 others = winding(tri, turn, right, first, count, moments, x, y, z, stack)
-                others -= turn[s] * solid_angle(tri, s, x, y, z) / (4.0 * np.pi)
+                others -= turn[s] * _angle(tri, s, x, y, z) / (4.0 * np.pi)
                 rise[s] += side * others

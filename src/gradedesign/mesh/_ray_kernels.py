@@ -28,24 +28,25 @@ def _enters(box, node, o, d, most):
 
 
 @njit(cache=True)
-def _leaves(tri, slot, o, d):
+def leaves(a, u, v, o, d):
     """Length to where a ray leaves the solid through a triangle; infinite where it does not.
 
-    Moeller & Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+    The triangle is a corner and two edge vectors from it. Moeller & Trumbore, "Fast, minimum
+    storage ray/triangle intersection", 1997.
     """
-    ux, uy, uz = tri[slot, 3], tri[slot, 4], tri[slot, 5]
-    vx, vy, vz = tri[slot, 6], tri[slot, 7], tri[slot, 8]
+    ux, uy, uz = u
+    vx, vy, vz = v
     px, py, pz = d[1] * vz - d[2] * vy, d[2] * vx - d[0] * vz, d[0] * vy - d[1] * vx
     det = ux * px + uy * py + uz * pz
     if det >= 0.0:  # enters, or grazes
         return np.inf
-    tx, ty, tz = o[0] - tri[slot, 0], o[1] - tri[slot, 1], o[2] - tri[slot, 2]
-    u = (tx * px + ty * py + tz * pz) / det
-    if u < -EDGE or u > 1.0 + EDGE:
+    tx, ty, tz = o[0] - a[0], o[1] - a[1], o[2] - a[2]
+    s = (tx * px + ty * py + tz * pz) / det
+    if s < -EDGE or s > 1.0 + EDGE:
         return np.inf
     qx, qy, qz = ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux
-    v = (d[0] * qx + d[1] * qy + d[2] * qz) / det
-    if v < -EDGE or u + v > 1.0 + EDGE:
+    t = (d[0] * qx + d[1] * qy + d[2] * qz) / det
+    if t < -EDGE or s + t > 1.0 + EDGE:
         return np.inf
     length = (vx * qx + vy * qy + vz * qz) / det
     return length if length >= 0.0 else np.inf
@@ -72,5 +73,7 @@ def exit_lengths(tri, box, right, first, count, origins, directions, lengths):
                     depth += 2
                     continue
                 for s in range(first[node], first[node] + count[node]):
-                    best = min(best, _leaves(tri, s, o, d))
+                    a = tri[s, 0], tri[s, 1], tri[s, 2]
+                    u, v = (tri[s, 3], tri[s, 4], tri[s, 5]), (tri[s, 6], tri[s, 7], tri[s, 8])
+                    best = min(best, leaves(a, u, v, o, d))
             lengths[i] = best

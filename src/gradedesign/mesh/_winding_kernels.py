@@ -7,6 +7,22 @@ import numpy as np
 from numba import njit, prange
 
 
+@njit(cache=True)
+def solid_angle(ax, ay, az, bx, by, bz, cx, cy, cz):
+    """Solid angle of a triangle seen from the origin, positive from behind."""
+    la = np.sqrt(ax * ax + ay * ay + az * az)
+    lb = np.sqrt(bx * bx + by * by + bz * bz)
+    lc = np.sqrt(cx * cx + cy * cy + cz * cz)
+    triple = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    below = (
+        la * lb * lc
+        + (ax * bx + ay * by + az * bz) * lc
+        + (bx * cx + by * cy + bz * cz) * la
+        + (cx * ax + cy * ay + cz * az) * lb
+    )
+    return 2.0 * np.arctan2(triple, below)
+
+
 @njit(cache=True, parallel=True)
 def solid_angles(corners, points, result):
     """Fill the sum of the solid angles of all triangles seen from every point, over 4 pi."""
@@ -22,18 +38,8 @@ def solid_angles(corners, points, result):
             cx = corners[f, 2, 0] - points[k, 0]
             cy = corners[f, 2, 1] - points[k, 1]
             cz = corners[f, 2, 2] - points[k, 2]
-            la = np.sqrt(ax * ax + ay * ay + az * az)
-            lb = np.sqrt(bx * bx + by * by + bz * bz)
-            lc = np.sqrt(cx * cx + cy * cy + cz * cz)
-            triple = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-            below = (
-                la * lb * lc
-                + (ax * bx + ay * by + az * bz) * lc
-                + (bx * cx + by * cy + bz * cz) * la
-                + (cx * ax + cy * ay + cz * az) * lb
-            )
-            total += np.arctan2(triple, below)
-        result[k] = total / (2.0 * np.pi)
+            total += solid_angle(ax, ay, az, bx, by, bz, cx, cy, cz)
+        result[k] = total / (4.0 * np.pi)
 
 
 @njit(cache=True)
