@@ -26,13 +26,13 @@ def corners_inside(samples: Any, k: int, j: int, i: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def load_tet(samples: Any, tet: Any, k: int, j: int, i: int, h: float, f: Any, p: Any) -> None:
-    """Fill field ``(4,)`` and reference coordinates ``(4, 3)`` of a tetrahedron's corners.
+def load_tet(samples: Any, t: int, k: int, j: int, i: int, h: float, f: Any, p: Any) -> None:
+    """Fill field ``(4,)`` and reference coordinates ``(4, 3)`` of the corners of a tetrahedron.
 
     `h` is the edge of a sub-cell.
     """
     for v in range(4):
-        c = tet[v]
+        c = TETS[t, v]
         x, y, z = i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2)
         f[v] = samples[z, y, x]
         p[v, 0], p[v, 1], p[v, 2] = x * h, y * h, z * h

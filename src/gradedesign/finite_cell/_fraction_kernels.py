@@ -67,14 +67,13 @@ def _add_simplex(p: Any, i: int, j: int, k: int, m: int, sums: Any, sign: float)
 
 
 @njit(parallel=True, cache=True, nogil=True)
-def solid_fractions(samples: Any, tets: Any, blocks: int, share: Any, centre: Any) -> None:
+def solid_fractions(samples: Any, blocks: int, share: Any, centre: Any) -> None:
     """Volume and centroid of the solid in each of ``blocks**3`` parts of every element.
 
     Parameters
     ----------
     samples : (n, s+1, s+1, s+1) array
         Field at the corners of the sub-cells, [element, z, y, x]; `blocks` divides s.
-    tets : (6, 4) int array
     blocks : int
     share : (n, blocks^3) array
         Written: volume over that of the element.
@@ -106,7 +105,7 @@ def solid_fractions(samples: Any, tets: Any, blocks: int, share: Any, centre: An
                         own[3] += volume * (k + 0.5) * h
                         continue
                     for t in range(6):
-                        load_tet(element, tets[t], k, j, i, h, f, p)
+                        load_tet(element, t, k, j, i, h, f, p)
                         _tet_solid(f, p, index, q, own)
         row = 0
         for k in range(blocks):

@@ -168,16 +168,13 @@ def _add_far_face(
 
 
 @njit(parallel=True, cache=True, nogil=True)
-def fitted_weights(
-    samples: Any, tets: Any, rule: Any, values: Any, integrals: Any, weights: Any
-) -> None:
+def fitted_weights(samples: Any, rule: Any, values: Any, integrals: Any, weights: Any) -> None:
     """Integrals of the Lagrange polynomials of the Gauss points over the solid of each element.
 
     Parameters
     ----------
     samples : (n, s+1, s+1, s+1) array
         Field at the corners of the sub-cells, [element, z, y, x].
-    tets : (6, 4) int array
     rule : (r, 4) array
     values, integrals : (5, 8) and (6, 8) array
         Coefficients of the five polynomials and of their integrals, a padded row for each power.
@@ -202,7 +199,7 @@ def fitted_weights(
                     if corners_inside(own, k, j, i) in (0, 8):
                         continue
                     for t in range(6):
-                        load_tet(own, tets[t], k, j, i, h, f, p)
+                        load_tet(own, t, k, j, i, h, f, p)
                         for w in range(_cut_tet(f, p, index, cut, triangles)):
                             u = triangles[w]
                             across = (u[1, 1] - u[0, 1]) * (u[2, 2] - u[0, 2]) - (

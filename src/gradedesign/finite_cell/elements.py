@@ -20,7 +20,6 @@ from scipy import ndimage
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
-from gradedesign.finite_cell._cut_tet_kernels import TETS
 from gradedesign.finite_cell._fraction_kernels import solid_fractions
 from gradedesign.finite_cell._sample_kernels import EDGES, face_masks, label_components
 from gradedesign.finite_cell._weight_kernels import RULE, fitted_weights
@@ -240,7 +239,7 @@ def _collect(
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
     report_step("solid shares of cut elements")
-    solid_fractions(samples, TETS, BLOCKS, share, centre)
+    solid_fractions(samples, BLOCKS, share, centre)
     whole = len(whole_order)
     faces = np.full((whole + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
     face_masks(samples, faces[whole:])
@@ -276,7 +275,7 @@ def _integrated(
     for first in range(0, len(cut), CHUNK):
         report_step(f"quadrature of {len(cut)} cut elements", first / len(cut))
         part = slice(first, first + CHUNK)
-        fitted_weights(samples[part], TETS, RULE, values, integrals, weights[part])
+        fitted_weights(samples[part], RULE, values, integrals, weights[part])
     fill = weights.sum(axis=1)
     full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])

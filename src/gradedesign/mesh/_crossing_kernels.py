@@ -66,8 +66,11 @@ def _cross(vertices, faces, i, j, margin):
 
 
 @njit(cache=True)
-def _plane(vertices, faces, i, plane):
-    """Fill the unit normal of triangle i and its offset; zero for a triangle without area."""
+def _bound(vertices, faces, i, low, high, plane):
+    """Fill the box of triangle i, its unit normal and offset; zero for one without area."""
+    for a in range(3):
+        x, y, z = vertices[faces[i, 0], a], vertices[faces[i, 1], a], vertices[faces[i, 2], a]
+        low[a], high[a] = min(x, y, z), max(x, y, z)
     ux, uy, uz = between(vertices, faces[i, 0], faces[i, 1])
     vx, vy, vz = between(vertices, faces[i, 0], faces[i, 2])
     plane[0], plane[1], plane[2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -113,11 +116,8 @@ def _triangle_meets(vertices, faces, j, low, high, plane, thin):
 @njit(cache=True)
 def _first_crossed(vertices, faces, box, right, first, count, order, i, margin, low, high, stack):
     """The first triangle of the tree of higher number that passes through triangle i, or -1."""
-    for a in range(3):
-        x, y, z = vertices[faces[i, 0], a], vertices[faces[i, 1], a], vertices[faces[i, 2], a]
-        low[a], high[a] = min(x, y, z), max(x, y, z)
     plane, thin = high[3:], 1e-3 * margin
-    _plane(vertices, faces, i, plane)
+    _bound(vertices, faces, i, low, high, plane)
     stack[0], depth = 0, 1
     while depth > 0:
         depth -= 1
@@ -160,15 +160,8 @@ def find_crossed_in_cells(
         low, high = np.zeros(3), np.zeros(7)  # high, then the plane
         cells = np.zeros((2, 3), dtype=np.int64)
         for t in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            for a in range(3):
-                x, y, z = (
-                    vertices[faces[t, 0], a],
-                    vertices[faces[t, 1], a],
-                    vertices[faces[t, 2], a],
-                )
-                low[a], high[a] = min(x, y, z), max(x, y, z)
             plane = high[3:]
-            _plane(vertices, faces, t, plane)
+            _bound(vertices, faces, t, low, high, plane)
             cell_range(vertices, faces, t, origin, spacing, shape, reach, cells)
             for i in range(cells[0, 0], cells[1, 0] + 1):
                 for j in range(cells[0, 1], cells[1, 1] + 1):
