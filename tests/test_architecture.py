@@ -6,6 +6,7 @@ import importlib
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,13 @@ MODULES = sorted(path for path in SOURCE.rglob("*.py"))
 PLUGIN_MODULES = sorted((ROOT / "plugins").glob("*/src/**/*.py"))
 
 
+@cache
+def parsed(path):
+    """Syntax tree of a file, read once for all tests."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imports(path):
     """Names of the modules a file imports, those only for type checking left out."""
     found = []
@@ -72,7 +80,7 @@ def imports(path):
         for child in ast.iter_child_nodes(node):
             visit(child)
 
-    visit(ast.parse(path.read_text(encoding="utf-8")))
+    visit(parsed(path))
     return found
 
 
@@ -160,7 +168,7 @@ def functions(path):
     """Functions of a file that are no kernels."""
     if path.stem.endswith("_kernels"):
         return
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.FunctionDef) and not any(
             "njit" in ast.unparse(decorator) for decorator in node.decorator_list
         ):
@@ -221,7 +229,7 @@ def prose(tree):
 
 @pytest.mark.parametrize("path", MODULES, ids=short)
 def test_the_core_knows_no_family_by_name(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     allowed = {id(node) for node in prose(tree)}
     for node in ast.walk(tree):
         text = getattr(node, "id", None) or getattr(node, "name", None) or ""
@@ -233,7 +241,7 @@ def test_the_core_knows_no_family_by_name(path):
 @pytest.mark.parametrize("path", PLUGIN_MODULES, ids=short)
 def test_plugins_import_only_public_names(path):
     own = path.relative_to(ROOT / "plugins").parts[2]
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             assert not [a.name for a in node.names if a.name.startswith("gradedesign.")]
@@ -266,7 +274,7 @@ def test_every_plugin_has_its_own_project_readme_and_tests():
 
 def docstrings(path):
     """Documented nodes of a module with their docstrings."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             text = ast.get_docstring(node)
             if text:
