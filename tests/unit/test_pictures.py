@@ -397,7 +397,7 @@ def test_sharp_edges_of_a_box_are_its_twelve():
 
 def test_the_depth_buffer_finds_what_a_plain_one_does():
     """Two balls, one half hidden by the other: foremost triangle of every sample, one by one."""
-    size, spacing = (64, 48), 0.11
+    size, spacing = (44, 33), 0.16
     vertices = np.concatenate([BALL.vertices, 0.7 * BALL.vertices + [0.5, 1.0, 0.5]])
     faces = np.concatenate([BALL.faces, BALL.faces + len(BALL.vertices)])
     frame = frame_of(Scene(title="balls", layers=(Layer(vertices=vertices, faces=faces),)))

@@ -67,7 +67,7 @@ def test_a_broken_limit_is_a_row_and_ends_not_met(cli, tmp_path):
     keys = (
         'min_throat = "0.5 mm"\n[print.limits]\nislands = 0\nthickness = "0.1 mm"\n'
         'support_volume = "1 m^3"\noverhang = 0.9\ntrapped_powder = "0 mm^3"\n'
-        'pore_throat = "0.2 mm"'
+        'pore_throat = "0.5 mm"'
     )
     result, told = generated(cli, tmp_path, keys, 4)
     assert result["status"] == "not_met"

@@ -51,6 +51,19 @@ def mapped_mesh(cells: tuple[int, int, int], mapping: Map, *, flip=(False, False
     return TetMesh(points=points, tets=tets)
 
 
+def quarter_ring(radial, around, *, inner=100.0, outer=200.0, length=10.0):
+    """A quarter of a thick ring about the z axis, finer towards the inside."""
+
+    def ring(u):
+        radius = inner * (outer / inner) ** u[0]
+        angle = 0.5 * np.pi * u[1]
+        points = np.array([radius * np.cos(angle), radius * np.sin(angle), length * u[2]])
+        points[0, u[1] == 1] = 0.0
+        return points
+
+    return mapped_mesh((radial, around, 1), ring)
+
+
 def box_mesh(size, cells, *, origin=(0.0, 0.0, 0.0)) -> TetMesh:
     """A straight box, mm."""
     size, origin = np.asarray(size, float), np.asarray(origin, float)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes import face, facets_where, mapped_mesh
+from meshes import face, facets_where, quarter_ring
 from scipy.spatial.transform import Rotation
 
 from gradedesign.cell.cell_map import uniform_map
@@ -41,17 +41,6 @@ def law(matrix):
         stiffness_derivative=lambda rho: matrix[:, :, None] * np.ones_like(rho),
         strength=lambda rho: rho,
     )  # fmt: skip
-
-
-def quarter_ring(radial, around):
-    def ring(u):
-        radius = INNER * (OUTER / INNER) ** u[0]
-        angle = 0.5 * np.pi * u[1]
-        points = np.array([radius * np.cos(angle), radius * np.sin(angle), LENGTH * u[2]])
-        points[0, u[1] == 1] = 0.0
-        return points
-
-    return mapped_mesh((radial, around, 1), ring)
 
 
 def axes_at_points(space, cell_map):

@@ -2,26 +2,13 @@
 
 import numpy as np
 import pytest
-from meshes import face, facets_where, mapped_mesh, solve_one, stress_at_vertex, uniform
+from meshes import face, facets_where, quarter_ring, solve_one, stress_at_vertex, uniform
 
 from gradedesign.fe.loads import pressure_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
 
 INNER, OUTER, LENGTH = 100.0, 200.0, 10.0
-
-
-def quarter_ring(radial, around):
-    """A quarter of the ring, finer towards the inside."""
-
-    def ring(u):
-        radius = INNER * (OUTER / INNER) ** u[0]
-        angle = 0.5 * np.pi * u[1]
-        points = np.array([radius * np.cos(angle), radius * np.sin(angle), LENGTH * u[2]])
-        points[0, u[1] == 1] = 0.0
-        return points
-
-    return mapped_mesh((radial, around, 1), ring)
 
 
 def test_thick_cylinder():
