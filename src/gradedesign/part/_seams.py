@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -17,9 +19,9 @@ _BATCH = 1 << 12
 def join_seams(vertices: FloatArray, faces: IntArray, tolerance: float) -> tuple[IntArray, int]:
     """Split facets where corners of open edges lie on their own open edges.
 
-    A writer that leaves out facets without area leaves edges that meet several shorter ones. Nothing
-    is missing there; split, the facets meet edge by edge, and no point moves by more than the
-    tolerance.
+    A writer that leaves out facets without area leaves edges that meet several shorter ones.
+    Nothing is missing there; split, the facets meet edge by edge, and no point moves by more than
+    the tolerance.
 
     Parameters
     ----------
@@ -86,6 +88,6 @@ def _split(
         inner = between.get((min(a, b), max(a, b)))
         if inner:
             chain = [a, *(inner if a < b else inner[::-1]), b]
-            fan = [(p, q, c) for p, q in zip(chain, chain[1:], strict=False)]
+            fan = [(p, q, c) for p, q in pairwise(chain)]
             return [part for piece in fan for part in _split(piece, between)]
     return [face]
