@@ -87,7 +87,7 @@ def _package(path: Path) -> Iterator[zipfile.ZipFile]:
         ) from error
     except OSError as error:
         raise PartError(
-            f"{path}: cannot be read ({error.strerror or error}); check the name"
+            f"{path}: cannot be read ({error.strerror or error}); check the name, or copy it again"
         ) from error
 
 
