@@ -121,6 +121,14 @@ def test_a_cut_or_miscounted_binary_file_is_refused(end, count):
             parse_stl(damaged, "fuzz")
 
 
+def test_bytes_put_in_between_are_damage():
+    """Three bytes before the facets of the void shift them to numbers next to zero."""
+    data = binary(HOLLOW)
+    at = 84 + 50 * len(BOX)
+    with pytest.raises(PartError, match="12 facets have coordinates that no program writes"):
+        parse_stl(data[:at] + bytes(3) + data[at:], "fuzz")
+
+
 @given(st.permutations(range(12)), st.lists(st.booleans(), min_size=12, max_size=12))
 @settings(max_examples=50, deadline=None)
 def test_order_and_direction_of_facets_do_not_matter(order, flips):

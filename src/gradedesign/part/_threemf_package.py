@@ -115,6 +115,10 @@ def _parse(source: str, archive: zipfile.ZipFile, name: str, handler: Handler) -
                     )
                 parser.Parse(chunk, False)
         parser.Parse(b"", True)
+    except LookupError as error:
+        raise PartError(
+            f"{source}: {name} is damaged in its declaration ({error}); export or copy it again"
+        ) from error
     except expat.ExpatError as error:
         raise PartError(
             f"{source}: {name} is damaged in line {error.lineno} "
