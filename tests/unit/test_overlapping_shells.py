@@ -187,6 +187,25 @@ def test_facets_made_collinear_are_no_holes(order):
     assert report.degenerate_removed == 5
 
 
+def test_a_seam_whose_flat_facets_were_left_out_is_no_hole():
+    """Two edges of a facet, split differently on both sides, with nothing between."""
+    a, b, c = CUBE[0]
+
+    def beyond(p, q):
+        return next(k for k in range(1, 12) if {tuple(p), tuple(q)} < set(map(tuple, CUBE[k])))
+
+    facets = split_along(CUBE[0], a, (0.1, 0.35, 0.5))[:4]
+    facets += split_along(CUBE[beyond(a, b)], b, (0.2, 0.6))[:3]
+    facets += split_along(CUBE[beyond(b, c)], c, (0.7,))[:2]
+    rest = np.delete(CUBE, [0, beyond(a, b), beyond(b, c)], axis=0)
+    volume, report = answer(np.concatenate([rest, np.array(facets)]))
+    assert volume == pytest.approx(8000.0, rel=1e-12)
+    # By hand: 0.4 and 0.8 lie on the third and fourth piece, 0.1, 0.35 and 0.5 on two beyond;
+    # the fourth piece has the edge from b to c as well.
+    assert report.facets_split == 4
+    assert report.warnings == ("part: 4 facets split where corners of others lie on their edges",)
+
+
 def test_what_is_left_counted_twice_is_refused():
     vertices = np.concatenate([CUBE.reshape(-1, 3), CUBE.reshape(-1, 3) + 5.0])
     faces = np.arange(len(vertices)).reshape(-1, 3)

@@ -38,6 +38,9 @@ from gradedesign.part.file_faces import carried
 from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.regions import select_regions
 from gradedesign.part.repair import build_surface
+from gradedesign.part.smooth_faces import segment_faces
+from gradedesign.part.stl import read_stl
+from gradedesign.part.threemf import read_3mf
 from gradedesign_step.cad_reader import read_iges, read_step
 
 #: Centres of the holes of 6 mm diameter in the plate of 40 x 30 x 10 mm.
@@ -270,3 +273,33 @@ def test_one_block_in_three_formats_ends_alike(tmp_path):
     assert len({result["status"] for result in results.values()}) == 1
     masses = [result["mass_g"] for result in results.values()]
     assert masses == pytest.approx([masses[0]] * 3, rel=0.005)
+
+
+PARTS = Path(__file__).parents[4] / "shared" / "parts"
+
+
+@pytest.mark.skipif(not PARTS.is_dir(), reason="the parts are not beside this checkout")
+def test_one_part_in_three_formats_has_the_same_volume_and_regions():
+    # 11.628 in^3 of the same CAD program; its 3MF leaves out facets without area.
+    found = {}
+    for name, read in (("STL", read_stl), ("3MF", read_3mf), ("STEP", read_step)):
+        raw = in_mm(read(PARTS / f"featuretype.{name}"), "inch", name)
+        surface, report = build_surface(raw.corners)
+        specs = {"base": {"plane": "y = min"}, "bolts": {"cylinder": {"diameter": "6.756 mm"}}}
+        models = {key: RegionSpec.model_validate(spec) for key, spec in specs.items()}
+        if name == "STEP":
+            file_faces = carried(
+                raw.faces, raw.corners, surface, tolerance=10 * report.weld_tolerance
+            )
+            faces = exact_faces(surface, file_faces)
+        else:
+            file_faces, faces = None, segment_faces(surface)
+        regions = select_regions(surface, faces, models, file_faces)
+        assert len(regions["bolts"].faces) == 8
+        areas = [regions[key].area for key in specs]
+        found[name] = [enclosed_volume(surface), *areas]
+    for name in ("3MF", "STEP"):
+        np.testing.assert_allclose(found[name][:2], found["STL"][:2], rtol=1e-3)
+        # The facets of the 3MF are coarser: chords are shorter than their arcs.
+        np.testing.assert_allclose(found[name][2], found["STL"][2], rtol=1e-2)
+    assert found["STL"][0] == pytest.approx(11.628 * 25.4**3, rel=1e-3)

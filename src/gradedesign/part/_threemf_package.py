@@ -87,7 +87,7 @@ def _package(path: Path) -> Iterator[zipfile.ZipFile]:
         ) from error
     except OSError as error:
         raise PartError(
-            f"{path}: cannot be read ({error.strerror or error}); check the name"
+            f"{path}: cannot be read ({error.strerror or error}); check the name, or copy it again"
         ) from error
 
 
@@ -115,6 +115,10 @@ def _parse(source: str, archive: zipfile.ZipFile, name: str, handler: Handler) -
                     )
                 parser.Parse(chunk, False)
         parser.Parse(b"", True)
+    except LookupError as error:
+        raise PartError(
+            f"{source}: {name} is damaged in its declaration ({error}); export or copy it again"
+        ) from error
     except expat.ExpatError as error:
         raise PartError(
             f"{source}: {name} is damaged in line {error.lineno} "

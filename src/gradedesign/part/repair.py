@@ -14,6 +14,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part._edges import face_edges
 from gradedesign.part._holes import describe_rims, fill_rims, find_rims
 from gradedesign.part._orient import orient_consistently
+from gradedesign.part._seams import join_seams
 from gradedesign.part._shells import settle_shells
 from gradedesign.part._weld import (
     compact,
@@ -48,6 +49,8 @@ class RepairReport:
         Distinct points that were joined to a neighbour within the tolerance.
     weld_tolerance : float, mm
     degenerate_removed, duplicates_removed : int
+    facets_split : int
+        On whose open edges corners of others lie, within the tolerance of welding.
     facets_flipped : int
         To agree with their neighbours.
     shells_inverted : int
@@ -74,6 +77,7 @@ class RepairReport:
     weld_tolerance: float
     degenerate_removed: int = 0
     duplicates_removed: int = 0
+    facets_split: int = 0
     facets_flipped: int = 0
     shells_inverted: int = 0
     shells_ignored: int = 0
@@ -173,11 +177,13 @@ def cleaned(
     if len(faces) == 0:
         raise PartError(f"{source}: all {len(corners)} facets have zero area; nothing is enclosed")
     faces, duplicates = drop_duplicates(faces)
+    faces, split = join_seams(vertices, faces, WELD_SHARE * diagonal)
     faces, flipped = orient_consistently(vertices, faces, source)
     counts = {
         "vertices_welded": welded,
         "degenerate_removed": degenerate,
         "duplicates_removed": duplicates,
+        "facets_split": split,
         "facets_flipped": flipped,
     }
     return vertices, faces, counts
@@ -246,6 +252,7 @@ def _change_notes(counts: Mapping[str, int], source: str) -> list[str]:
     words = {
         "degenerate_removed": "facets of zero area removed",
         "duplicates_removed": "duplicate facets removed",
+        "facets_split": "facets split where corners of others lie on their edges",
         "facets_flipped": "facets turned to agree with their neighbours",
         "touching_edges": "edges along which the surface touches itself: "
         "such a joint carries no load reliably",

@@ -126,6 +126,12 @@ def _parse_binary(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
     records = np.frombuffer(data, dtype=_RECORD, count=count, offset=_HEADER)
     with np.errstate(invalid="ignore"):  # a signalling NaN; refused with the other NaN
         corners = records["corners"].astype(np.float64)
+    tiny = (corners != 0.0) & (np.abs(corners) < np.finfo(np.float32).tiny)
+    if trailing and tiny.any():  # bytes put in between: what follows them is read out of step
+        raise PartError(
+            f"{source}: damaged: {np.count_nonzero(tiny.any(axis=(1, 2)))} facets have coordinates "
+            f"that no program writes, and {trailing} bytes are left over; export or copy it again"
+        )
     return corners, warnings if trailing else []
 
 
