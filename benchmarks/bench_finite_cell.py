@@ -1,6 +1,7 @@
-"""Finite cells on gyroid sheets of relative density 0.3: unknowns, iterations, time and memory.
+"""Finite cells on gyroid sheets: unknowns, iterations, time and memory.
 
-``python benchmarks/bench_finite_cell.py [n a cell] [cells ...]`` with cells as 2x2x2. Every block
+``python benchmarks/bench_finite_cell.py [n a cell] [cells ...]`` with cells as 2x2x2, of relative
+density 0.3 or, as 30x6x4:0.15, of another one. Every block
 runs in a process of its own, so that its peak of memory is its own; the kernels are compiled
 before. Times are seconds of the processor, all threads together.
 """
@@ -12,12 +13,21 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "verification"))
 
 BLOCKS = ("2x2x2", "3x3x3", "4x4x4", "8x5x5")
 
 
-def one(count, cells):
+def level(density):
+    """Level t of the gyroid sheet |g| < t of a relative density, by 2 M points."""
+    x, y, z = 2 * np.pi * np.random.default_rng(0).random((3, 2_000_000))
+    g = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    return float(np.quantile(np.abs(g), density))
+
+
+def one(count, cells, density):
     """Solve one block under compression and print what it took."""
     from finite_cell_solids import box_face, gyroid_sheet, load_case, newtons, problem
 
@@ -27,7 +37,7 @@ def one(count, cells):
         low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
         regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}
         press = load_case("press", [("x0", "xyz")], [("x1", {"force": newtons(-1, 0, 0)})])
-        field = gyroid_sheet(0.46392741360636486, cells)
+        field = gyroid_sheet(level(density), cells)
         return analyse(problem(field, low, high, [press], regions), 1.0 / count)
 
     solve((1, 1, 1), 4)
@@ -51,7 +61,8 @@ def one(count, cells):
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["one"]:
-        one(int(sys.argv[2]), tuple(map(int, sys.argv[3].split("x"))))
+        cells, _, density = sys.argv[3].partition(":")
+        one(int(sys.argv[2]), tuple(map(int, cells.split("x"))), float(density or 0.3))
     else:
         count = sys.argv[1] if len(sys.argv) > 1 else "8"
         for block in sys.argv[2:] or BLOCKS:

@@ -101,6 +101,9 @@ def test_a_killed_run_resumes(tmp_path, number):
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert result["status"] == "not_met"
     assert [it["number"] for it in result["iterations"]] == [1, 2]
+    # Walls get thicker, but the correction of the first iteration holds on its own grid only.
+    assert result["iterations"][1]["mean_density"] > result["iterations"][0]["mean_density"]
+    assert result["iterations"][1]["spacing_mm"] <= result["iterations"][0]["spacing_mm"]
     assert (run / "stages" / "iteration-1.npz").read_bytes() == first
     assert not [p.name for p in run.iterdir() if p.name.startswith(".")]
     with open_run_folder(run, result["case_hash"], resume=True, overwrite=False) as folder:

@@ -93,6 +93,14 @@ def test_the_lower_density_rises_to_what_acceptance_can_judge_in_time(bounds_of)
     assert seconds(finer) == pytest.approx(case.run.time / 6, rel=0.05)
 
 
+def test_results_that_stay_count_in_the_memory_of_a_finer_resolution():
+    planned = PlannedSolid(box=(60.0, 40.0, 40.0), volume=3e4, load_cases=1)
+    first, finer = whole_estimates(planned, 1.5, held=1_000_000)
+    # Those of the iteration and of the first resolution, 320 bytes an unknown, as measured.
+    alone = FINITE_CELLS.estimate(planned, 1.0).memory_bytes
+    assert finer.memory_bytes - alone == 320 * (1_000_000 + first.unknowns)
+
+
 def test_no_analysis_needs_no_memory(bounds_of):
     for words in ('stop_after = "sizing"', 'explicit_mesh_size = "0.1 mm"'):
         assert bounds_of(f'[run]\nmemory = "1 GB"\n{words}\n')[1].bounds == (0.05, 0.8)
@@ -113,23 +121,36 @@ def test_layers_need_fewer_cubes_than_struts(bounds_of):
     assert grid_spacing(domain_of(case), 9.0, 2.5, STUFFED_TETS) == pytest.approx(0.8)
 
 
+def chosen_of(case, cell, low=0.05):
+    """Analysis that `auto` takes for a block of a cell."""
+    return chosen_analysis(
+        [
+            analysable_bounds(
+                case, cell, (low, 0.8), 10.0, analysis, domain=domain_of(case), **PLANNED
+            )
+            for analysis in (STUFFED_TETS, FINITE_CELLS)
+        ]
+    )
+
+
+def test_sheets_take_finite_cells_where_these_let_density_fall_lower(bounds_of):
+    sheet = calibrate(lookup(build_registry(), "cell_families", "gyroid-sheet"))
+    case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
+    of_sheet, of_strut = chosen_of(case, sheet), chosen_of(case, bcc())
+    assert (of_sheet.analysis.name, of_strut.analysis.name) == ("finite-cells", "tets")
+    words = (
+        r"finite-cells, which hold densities down to ([\d.]+) within the budgets; tets: ([\d.]+)"
+    )
+    low, high = map(float, re.search(words, of_sheet.warnings[0]).groups())
+    assert of_sheet.bounds[0] == pytest.approx(low, rel=5e-3)
+    assert low < high
+    case, _ = bounds_of('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
+    assert chosen_of(case, sheet, low=0.3).analysis.name == "tets"
+
+
 def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
     def chosen(words):
-        case, _ = bounds_of(words)
-        return chosen_analysis(
-            [
-                analysable_bounds(
-                    case,
-                    bcc(),
-                    (0.05, 0.8),
-                    10.0,
-                    analysis,
-                    domain=domain_of(case),
-                    **PLANNED,
-                )
-                for analysis in (STUFFED_TETS, FINITE_CELLS)
-            ]
-        )
+        return chosen_of(bounds_of(words)[0], bcc())
 
     roomy = chosen('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
     assert (roomy.analysis.name, roomy.warnings) == ("tets", ())

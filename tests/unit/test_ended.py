@@ -196,6 +196,7 @@ STORED = RunResult(
             passed=True,
             dofs=10,
             mesh_size_mm=1.0,
+            spacing_mm=1.0,
             seconds=3.0,
             stiffness_factor=1.0,
             sizing_iterations=10,

@@ -40,6 +40,7 @@ def iteration(number):
         passed=True,
         dofs=12345,
         mesh_size_mm=0.5,
+        spacing_mm=0.5,
         seconds=3.25,
         stiffness_factor=1.0,
         sizing_iterations=8,

@@ -1,6 +1,7 @@
 """The loop over injected stages: what is iterated, judged and stored, and what ends it."""
 
 import time
+import weakref
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -55,6 +56,7 @@ def an_iteration(number, *values, mass=10.0, seconds=100.0, rho=None):
         passed=all(v <= 1.0 for v in values),
         dofs=1000,
         mesh_size_mm=1.0,
+        spacing_mm=1.0,
         seconds=seconds,
         stiffness_factor=1.0,
         sizing_iterations=10,
@@ -164,6 +166,32 @@ def test_the_second_design_that_holds_teaches_before_one_is_tight():
     little = Faked([an_iteration(n, 0.8) for n in (1, 2, 3)], ends=after(3))
     little.run()
     assert [number for number, _ in little.judged] == [1]  # the lightest left, at the end
+
+
+def test_fields_of_what_decides_no_more_are_freed():
+    """Analyses of a thousand cells take gigabytes each: those before and a refused one go."""
+    alive = weakref.WeakSet()
+
+    class Fields:
+        def __init__(self):
+            alive.add(self)
+
+    class Large(Faked):
+        def iterate(self, iterations, factors):
+            # Of a refused design both stay until another one is judged: it may be the last.
+            assert len(alive) == (2 if self.judged else 0)
+            return super().iterate(iterations, factors)[0], Fields()
+
+        def accept(self, done, analysed):
+            assert list(alive) == [analysed]
+            accepted = super().accept(done, None)
+            accepted.fields = (analysed, Fields())
+            return accepted
+
+    designs = [an_iteration(n, value) for n, value in enumerate((0.9, 0.98, 0.8, 0.89), start=1)]
+    faked = Large(designs, accepts={2: (1.1,), 4: (1.1,)})
+    assert faked.run().ended.by == "tight"
+    assert [number for number, _ in faked.judged] == [2, 4]
 
 
 def test_where_a_budget_ends_the_loop_the_lightest_left_is_judged():

@@ -107,8 +107,8 @@ def test_tetrahedra_are_estimated_before_they_are_made():
 
 
 def test_scope_follows_stated_budgets():
-    # 400 tetrahedra a second, a sixth of the stated time: by definition.
-    most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 6.0
+    # 400 tetrahedra a second, a sixtieth of the stated time: by definition.
+    most = 400.0 * EDGE_PER_SPACING**3 * 1200.0 / 60.0
     assert choose_scope("auto", 0.99 * most, 1200.0) == "whole"
     assert choose_scope("auto", 1.01 * most, 1200.0) == "submodels"
     assert choose_scope("whole", 1e9, 1.0) == "whole"

@@ -70,6 +70,7 @@ RESULT = RunResult(
             stiffness_factor=1.05,
             dofs=1234567,
             mesh_size_mm=0.5,
+            spacing_mm=0.5,
             seconds=33.0,
             sizing_iterations=20,
             sizing_converged=True,

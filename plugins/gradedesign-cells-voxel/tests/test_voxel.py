@@ -216,6 +216,10 @@ def test_mesh_files_go_to_their_readers(tmp_path):
     family = cell_from_mesh(tmp_path / "cell.docx", name="bad")
     with pytest.raises(PluginError, match=r"no installed reader knows '.docx'.*\.stl"):
         family.shape(np.zeros(3))
+    np.save(tmp_path / "volume.npy", np.ones((4, 4, 4)))
+    family = cell_from_mesh(tmp_path / "volume.npy", name="bad")
+    with pytest.raises(PluginError, match=r"volume.npy holds a voxel volume; expected triangles"):
+        family.shape(np.zeros(3))
     family = cell_from_mesh(tmp_path / "missing.stl", name="bad")
     with pytest.raises(PartError, match="cannot be read"):
         family.shape(np.zeros(3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 from scipy.sparse import csr_matrix
 
@@ -111,13 +112,13 @@ def analyse_cells(
     rho: FloatArray,
     *,
     spacing: float | None = None,
-    finer: float = 1.0,
+    at_most: float = inf,
     on_event: Listener = ignore,
 ) -> Analysed:
     """Build the lattice of element densities in the cells of the setup and analyse it.
 
-    ``finer`` is the share of the spacing of the thinnest wall that an earlier iteration had to
-    go down to.
+    ``at_most``, mm, is the spacing of the iteration before: corrections learn the error of its grid
+    too, and hold on a coarser one no longer.
     """
     problem, cells = setup.problem, setup.cells
     grid = density_grid(problem, cells, rho)
@@ -128,7 +129,7 @@ def analyse_cells(
     else:
         follows = explicit_spacing(problem, cells, grid)
         resolution = Resolution(
-            spacing=finer * follows, coarsest=follows * problem.analysis.coarsest
+            spacing=min(follows, at_most), coarsest=follows * problem.analysis.coarsest
         )
         if problem.analysis.name == FINITE_CELLS.name:
             grading = wall_grading(problem, cells, grid, follows)
@@ -169,9 +170,9 @@ def run_iteration(
     timing = {"sizing": time.perf_counter() - began}
     setup = with_cells(setup, sized.rho)
     predicted = predict(setup.model, setup.problem.limits, correction, sized.rho)
-    finer = previous[-1].summary.grid_share if previous else 1.0
+    at_most = previous[-1].summary.spacing_mm if previous else inf
     meshing = time.perf_counter()
-    analysed = analyse_cells(setup, sized.rho, finer=finer, on_event=on_event)
+    analysed = analyse_cells(setup, sized.rho, at_most=at_most, on_event=on_event)
     timing["explicit solve"] = analysed.result.seconds
     timing["explicit mesh"] = time.perf_counter() - meshing - analysed.result.seconds
     report_step("learning from the explicit analysis")
@@ -229,7 +230,6 @@ def compared(
     explicit, discrepancies = lesson.explicit, dict(lesson.discrepancy.values)
     masses, division = result.masses_g, result.solved.division
     weights = setup.model.lattice_volumes
-    follows = explicit_spacing(setup.problem, setup.cells, analysed.grid)
     return Iteration(
         number=0,
         lattice_mass_g=masses["lattice"],
@@ -251,7 +251,7 @@ def compared(
         passed=all(row.passed for row in rows),
         dofs=division.unknowns,
         mesh_size_mm=division.mesh_size,
-        grid_share=min(division.requested / follows, 1.0),
+        spacing_mm=division.requested,
         seconds=0.0,
         stiffness_factor=correction.stiffness,
         sizing_iterations=len(sized.history),

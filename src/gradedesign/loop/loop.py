@@ -107,6 +107,9 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             and (_is_ready(iterations[-1], factors) or _teaches(iterations, factors, tried))
         ):
             tried.add(iterations[-1].summary.number)
+            if accepted is not None and not accepted.holds:
+                # The later one decides: the fields of the refused one make room.
+                accepted = None
             latest = stages.accept(iterations[-1], analysed)
             accepted = _better(accepted, latest)
             if latest.holds and is_tight(latest.rows, at_lower_bound=iterations[-1].at_lower_bound):
@@ -116,6 +119,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             if not latest.holds:
                 refused = (*refused, iterations[-1].summary.number)
             stages.store_acceptance(refused, factors)
+            del latest
+        analysed = None
         stop = stages.why_ended(iterations, factors)
         if stop is not None:
             ended = stop

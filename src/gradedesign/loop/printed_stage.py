@@ -14,7 +14,13 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
-from gradedesign.verify.whole_resolution import RATIO, TIME_SHARE, first_spacing, seconds
+from gradedesign.verify.whole_resolution import (
+    RATIO,
+    TIME_SHARE,
+    finer_estimate,
+    first_spacing,
+    seconds,
+)
 from gradedesign.verify.whole_solid import WholeStage
 from gradedesign.workspace.progress import Event, Listener
 
@@ -40,7 +46,7 @@ def printed_stage(
     )
 
     def need(spacing: float) -> tuple[bool, str]:
-        size = FINITE_CELLS.estimate(planned, spacing)
+        size = finer_estimate(planned, spacing, division.unknowns)
         fits = size.memory_bytes <= run.memory and seconds(size) <= TIME_SHARE * run.time
         return fits, (
             f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "

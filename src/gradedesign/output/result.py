@@ -62,9 +62,9 @@ class Iteration:
     passed : bool
     dofs : int
     mesh_size_mm : float
-    grid_share : float
-        Mesh size over the one that the thinnest wall asks for: less than 1 where that grid lost
-        volume or components and was refined.
+    spacing_mm : float
+        Grid spacing that the thinnest wall asked for, less where that grid lost volume or
+        components, at most that of the iteration before.
     seconds : float
     stiffness_factor : float
         Correction of the lattice's stiffness that this iteration's sizing used.
@@ -83,11 +83,11 @@ class Iteration:
     passed: bool
     dofs: int
     mesh_size_mm: float
+    spacing_mm: float
     seconds: float
     stiffness_factor: float
     sizing_iterations: int
     sizing_converged: bool
-    grid_share: float = 1.0
     timing_s: Mapping[str, float] = field(default_factory=dict)
 
     @property

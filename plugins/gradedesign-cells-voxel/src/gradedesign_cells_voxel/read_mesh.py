@@ -77,7 +77,13 @@ def read_mesh(mesh: MeshSource, box: ArrayLike | None) -> FloatArray:
 def _corners(mesh: MeshSource) -> FloatArray:
     """Corners of triangles, mm."""
     if isinstance(mesh, str | Path):
-        mesh = _reader(Path(mesh)).read(Path(mesh))
+        reader = _reader(Path(mesh))
+        read = None if reader.sampled else reader.read(Path(mesh))
+        if not isinstance(read, RawTriangles):
+            raise PluginError(
+                f"{mesh} holds a voxel volume; expected triangles (STL, OBJ, PLY, OFF, 3MF)"
+            )
+        mesh = read
     if isinstance(mesh, SurfaceMesh):
         return np.array(mesh.vertices[mesh.faces])
     if isinstance(mesh, RawTriangles):
