@@ -7,18 +7,23 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import Field, FloatArray
 from gradedesign.lattice.deep_blocks import BLOCK, deep_blocks
 from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.skin_edges import divided_skin_edges, moved_onto_skins
+from gradedesign.lattice.solid_layers import SolidLayer, solid_layers
 from gradedesign.lattice.surface import BoxedGrid, Contour, boxed_grid, contour, require_closed
 from gradedesign.mesh.boolean import cut_capped
+from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.short_edges import used_only, without_short_edges
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.workspace.progress import report_step, stepping
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut.
 OVERHANG = 2.0
+#: Rounds in which inner edges of skins are left as contoured where triangles cross.
+ROUNDS = 4
 #: Edges shorter than this share of the grid step are collapsed after the cut: single precision
 #: files cannot hold them apart.
 SHORTEST = 0.02
@@ -60,6 +65,9 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     with stepping(f"cutting {len(raw.others)} of {raw.count} triangles with the part"):
         vertices, faces = _cut(raw, part)
         del raw  # the triangles once more
+        if design.domain.skins:
+            report_step("inner edges of skins")
+            vertices, faces = _with_skin_edges(vertices, faces, untrimmed.domain, field, step)
         report_step("collapsing short edges")
         trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     require_closed(trimmed)
@@ -70,6 +78,34 @@ def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:
     """Grid on which `trimmed_surface` contours a lattice."""
     beyond = (OVERHANG + 1.0) * step
     return boxed_grid(domain.lower - beyond, domain.upper + beyond, step)
+
+
+def _with_skin_edges(
+    vertices: FloatArray, faces: NDArray[np.int32], domain: DesignDomain, field: Field, step: float
+) -> tuple[FloatArray, NDArray[np.int32]]:
+    """The surface with inner edges of skins, but where triangles would cross."""
+    part, layers = solid_layers(domain, 3 * step)
+    skins = tuple(_alone(layer) for layer in layers[: len(domain.skins)])
+    open_ones = np.zeros(len(vertices), dtype=bool)
+    open_ones[faces] = True
+    # Not on the part's faces, which the domain's overhang lies outside of.
+    open_ones &= part(vertices.T) < -OVERHANG * step - 1e-6
+    for _ in range(ROUNDS):
+        moved = moved_onto_skins(vertices, open_ones, skins, field, step)
+        fine, found = divided_skin_edges(moved, faces, open_ones, skins, field, step)
+        near = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins]) <= 2 * step
+        suspects = found[near[found].any(axis=1)]
+        crossing = crossing_triangles(fine, suspects, TOUCHING)
+        if not len(crossing):
+            return fine, found
+        for corners in fine[suspects[crossing.ravel()]]:
+            lower, upper = corners.min(axis=0) - 0.1 * step, corners.max(axis=0) + 0.1 * step
+            open_ones &= ~((vertices >= lower) & (vertices <= upper)).all(axis=1)
+    return vertices, faces
+
+
+def _alone(layer: SolidLayer) -> Field:
+    return lambda points: layer(points, None)
 
 
 def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]]:
