@@ -49,7 +49,8 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     )  # fmt: skip
     bar = box_surface((4.0, 1.0, 1.0))
     printed = SurfaceMesh(vertices=bar.vertices + np.array([0.0, 0.5, 0.0]), faces=bar.faces)
-    division = SimpleNamespace(surface_size=0.28)  # sheets: bricks of 0.28 / 0.56 mm, then a third
+    # Sheets: bricks of 0.28 / 0.56 mm, then a third.
+    division = SimpleNamespace(surface_size=0.28, unknowns=1000)
     analysed = SimpleNamespace(
         solid=solid, result=SimpleNamespace(volume=8.0, solved=SimpleNamespace(division=division))
     )

@@ -46,7 +46,7 @@ def join_seams(vertices: FloatArray, faces: IntArray, tolerance: float) -> tuple
         return faces, 0
     between = {tuple(sorted(ends[k].tolist())): found for k, found in on_side.items()}
     touched = np.unique([open_side[k] % m for k in on_side])
-    made = [part for f in faces[touched].tolist() for part in _split(tuple(f), between)]
+    made = [part for a, b, c in faces[touched].tolist() for part in _split((a, b, c), between)]
     kept = np.concatenate([np.delete(faces, touched, axis=0), np.array(made, dtype=np.int64)])
     if odd_edge_count(kept) >= odd_edge_count(faces):
         return faces, 0
@@ -81,13 +81,28 @@ def _corners_on(vertices: FloatArray, ends: IntArray, tolerance: float) -> dict[
 
 
 def _split(
-    face: tuple[int, ...], between: dict[tuple[int, ...], list[int]]
-) -> list[tuple[int, ...]]:
-    """Facets in place of one that has corners ``between`` the ends of its edges, smaller first."""
-    for a, b, c in (face, face[1:] + face[:1], face[2:] + face[:2]):
-        inner = between.get((min(a, b), max(a, b)))
-        if inner:
-            chain = [a, *(inner if a < b else inner[::-1]), b]
-            fan = [(p, q, c) for p, q in pairwise(chain)]
-            return [part for piece in fan for part in _split(piece, between)]
-    return [face]
+    face: tuple[int, int, int], between: dict[tuple[int, ...], list[int]]
+) -> list[tuple[int, int, int]]:
+    """Facets in place of one that has corners ``between`` the ends of its edges, smaller first.
+
+    A facet thinner than the tolerance, whose own corners lie on its edges, stays as it is.
+    """
+    a, b, c = face
+    chains = []
+    for p, q in ((a, b), (b, c), (c, a)):
+        inner = between.get((min(p, q), max(p, q)), [])
+        chains.append([p, *(inner if p < q else inner[::-1]), q])
+    distinct = {corner for chain in chains for corner in chain}
+    if len(distinct) < sum(len(chain) - 1 for chain in chains):
+        return [face]
+    pieces = [face]
+    for chain in chains:
+        for k, (x, y, z) in enumerate(pieces):
+            for p, q, r in ((x, y, z), (y, z, x), (z, x, y)):
+                if (p, q) == (chain[0], chain[-1]):
+                    pieces[k : k + 1] = [(s, t, r) for s, t in pairwise(chain)]
+                    break
+            else:
+                continue
+            break
+    return pieces
