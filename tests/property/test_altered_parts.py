@@ -1,7 +1,7 @@
 """Thousands of altered STL and 3MF files: the volume that they hold, or an error by name.
 
-The seeds are fixed. A sample runs with every test, all of them where ``-m slow`` asks. STEP
-files are altered in the tests of their plugin, cases in ``tests/unit/test_fuzz.py``.
+The seeds are fixed. A sample runs with every test, all of them where ``-m slow`` asks. Cases
+are altered in ``tests/unit/test_fuzz.py``.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.short_edges import used_only, without_short_edges
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.workspace.progress import report_step, stepping
+
+log = logging.getLogger(__name__)
 
 #: The lattice is contoured this many grid steps beyond the part before it is cut.
 OVERHANG = 2.0
@@ -98,9 +101,13 @@ def _with_skin_edges(
         crossing = crossing_triangles(fine, suspects, TOUCHING)
         if not len(crossing):
             return fine, found
+        log.info(
+            "%d triangles would cross at inner edges of a skin: left as contoured", len(crossing)
+        )
         for corners in fine[suspects[crossing.ravel()]]:
             lower, upper = corners.min(axis=0) - 0.1 * step, corners.max(axis=0) + 0.1 * step
             open_ones &= ~((vertices >= lower) & (vertices <= upper)).all(axis=1)
+    log.warning("inner edges of skins are left as contoured: their triangles would cross")
     return vertices, faces
 
 

@@ -118,7 +118,8 @@ def analyse_cells(
     """Build the lattice of element densities in the cells of the setup and analyse it.
 
     ``at_most``, mm, is the spacing of the iteration before: corrections learn the error of its grid
-    too, and hold on a coarser one no longer.
+    too, and hold on a coarser one no longer. A coarser one is taken, and said, where the memory
+    does not hold it.
     """
     problem, cells = setup.problem, setup.cells
     grid = density_grid(problem, cells, rho)

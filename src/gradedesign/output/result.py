@@ -64,7 +64,7 @@ class Iteration:
     mesh_size_mm : float
     spacing_mm : float
         Grid spacing that the thinnest wall asked for, less where that grid lost volume or
-        components, at most that of the iteration before.
+        components, and at most that of the iteration before where the memory holds that.
     seconds : float
     stiffness_factor : float
         Correction of the lattice's stiffness that this iteration's sizing used.

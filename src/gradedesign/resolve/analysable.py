@@ -47,6 +47,9 @@ class Analysable:
     bounds : (float, float)
     elements_per_wall : float
         Elements across the thinnest wall.
+    sheet : bool
+        Whether the analysis by itself takes fewer than `SHEET_ELEMENTS` of them, whatever the case
+        states.
     spacing : float, mm
         Element size that the walls at the lower bound ask for.
     memory_bytes : int
@@ -61,6 +64,7 @@ class Analysable:
     analysis: ExplicitAnalysis
     bounds: tuple[float, float]
     elements_per_wall: float
+    sheet: bool
     spacing: float
     memory_bytes: int
     warnings: tuple[str, ...] = ()
@@ -153,6 +157,7 @@ def analysable_bounds(
         analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
+        sheet=analysis.elements_per_wall(cell, float(rho[least])) < SHEET_ELEMENTS,
         spacing=float(spacings[least]),
         memory_bytes=int(memory.min() if refusal else memory[least]),
         warnings=warnings,
@@ -243,7 +248,7 @@ def chosen_analysis(candidates: Sequence[Analysable]) -> Analysable:
     lower = min(candidates, key=lambda able: (bool(able.refusal), able.bounds[0]))
     if lower.bounds[0] >= best.bounds[0]:
         return best
-    if max(able.elements_per_wall for able in lower.zones or (lower,)) < SHEET_ELEMENTS:
+    if all(able.sheet for able in lower.zones or (lower,)):
         words = (
             f"explicit analyses by {lower.analysis.name}, which hold densities down to "
             f"{lower.bounds[0]:.3g} within the budgets; {best.analysis.name}: {best.bounds[0]:.3g}"

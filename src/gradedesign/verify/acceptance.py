@@ -38,8 +38,9 @@ EDGE_PER_SPACING = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
 #: Share of the stated time that the mesher may be predicted to take for the whole lattice. Finite
-#: cells judge displacements of the whole solid anyway, and pytetwild may take several times of what
-#: is predicted: a block of 4 x 4 x 4 gyroid sheets had not ended after 15 min where 10 were.
+#: cells judge displacements of the whole solid anyway, and pytetwild may take longer than is
+#: predicted: a block of 4 x 4 x 4 gyroid sheets had not ended after 15 minutes where less than 10
+#: were predicted.
 MESHER_SHARE = 1.0 / 60.0
 
 

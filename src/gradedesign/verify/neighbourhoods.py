@@ -71,7 +71,7 @@ def neighbourhoods(
     place = points / cells if isinstance(cells, float) else cells(points)
     for shift in (0.0, 0.5):
         index = np.floor(place + shift).astype(np.int64)
-        # By one number each: sorting millions of triples takes a hundred times as long.
+        # By one number each: sorting millions of triples takes more than four times as long.
         first = index.min(axis=1)
         shape = tuple(index.max(axis=1) - first + 1)
         number = np.ravel_multi_index(tuple(index - first[:, None]), shape)
