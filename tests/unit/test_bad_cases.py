@@ -220,7 +220,6 @@ PLANNED = [
         "no limit given",
     ),
     ('cell = "gyroid-sheet"\n', "", 'lattice.cell: missing; add cell = "gyroid-sheet"'),
-    ('mesh_size = "4 mm"\n', "", 'part.mesh_size: missing; add mesh_size = "12 mm"'),
     ('[case]\nname = "bracket"\n', "", "case: missing; add [case]"),
     ('box = ["60 mm", "20 mm", "20 mm"]\n', "", "neither of file and box"),
     ('name = "tip load"\n', 'name = "tip load"\ntemperature_change = "5 K"\n', "thermal_expansion"),
