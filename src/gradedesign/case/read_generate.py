@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from gradedesign.case.checks import cell_map_problems, skin_problems
+from gradedesign.case.checks import cell_map_problems, outer_problems, skin_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
@@ -91,5 +91,6 @@ def _problems(file: GenerateFile) -> Iterator[Problem]:
             "vtu",
         )
     yield from cell_map_problems(file.lattice, file.region)
+    yield from outer_problems(file.lattice, file.print)
     if file.part.box is not None:
         yield from skin_problems(file.lattice, file.part.box)
