@@ -147,7 +147,9 @@ def phase_at(
         for skin in domain.skins:
             phase[skin_value(skin, points, known) < 0] = SKIN
     for filling in domain.fillings:
-        phase[filling.distance(points) < 0] = SKIN
+        open_ones = phase == LATTICE
+        filled = filling.distance(np.asarray(points)[:, open_ones]) < 0
+        phase[open_ones] = np.where(filled, SKIN, LATTICE)
     if domain.passive:
         phase[passive_at(domain, points)] = KEPT
     return phase
