@@ -28,6 +28,7 @@ from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.short_edges import used_only
 from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points, enclosed_volume
 from gradedesign.part.signed_distance import surface_distance
+from gradedesign.workspace.progress import report_step
 
 #: Grid steps along the radius of a bevel, and along the diameter of the least cavity.
 STEPS = 8.0
@@ -81,6 +82,7 @@ def _bevel(domain: DesignDomain, radius: float, where: str) -> Filling:
             f"{where}: below skins and solid regions no place was found for a ball of "
             f"{radius:g} mm radius, so all of the part would be solid; expected less"
         ) from error
+    report_step("bevel below the skins")
     # A contour cuts edges off, as much as 4 % of the room of a box.
     used = np.ones(len(contoured.vertices), dtype=bool)
     vertices = moved_onto_skins(contoured.vertices, used, (centres,), centres, step)
@@ -97,6 +99,7 @@ def _small(domain: DesignDomain, diameter: float, where: str) -> Filling:
     room = _room(domain, 3 * step)
     surface = extract_surface(lambda p: -room(p), domain.lower, domain.upper, step)
     exact = _room(domain)
+    report_step("cavities below the skins")
     cavities = _cavities(surface)
     largest = [_largest_ball(cavity, exact, diameter, step) for cavity in cavities]
     fits = [ball >= diameter * (1 - _FITS) for ball in largest]
