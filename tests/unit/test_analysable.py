@@ -148,6 +148,18 @@ def test_sheets_take_finite_cells_where_these_let_density_fall_lower(bounds_of):
     assert chosen_of(case, sheet, low=0.3).analysis.name == "tets"
 
 
+def test_the_least_density_takes_the_elements_that_its_own_walls_want(bounds_of):
+    # The octet wants 2.25 elements at 0.05, 2 from 0.1 to 0.5, and 2.5 to 3.5 above.
+    octet = calibrate(lookup(build_registry(), "cell_families", "octet"))
+    case, _ = bounds_of('[run]\nmemory = "5 GB"\n')
+    found = analysable_bounds(
+        case, octet, (0.05, 0.8), 10.0, STUFFED_TETS, domain=domain_of(case), **PLANNED
+    )
+    low, per_wall = found.bounds[0], found.elements_per_wall
+    assert per_wall == STUFFED_TETS.elements_per_wall(octet, low) == 2.0
+    assert 0.3 < low < 0.5
+
+
 def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
     def chosen(words):
         return chosen_of(bounds_of(words)[0], bcc())
