@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gradedesign.case.lattice_schema import CellsSpec
-from gradedesign.case.print_schema import PrintSpec
+from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.problems import Problem
 from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
@@ -199,30 +199,6 @@ def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
                 f"{max(box) if skin.faces else min(box):g} mm edge of the box; expected less than "
                 f"{most:g} mm",
             )
-
-
-def outer_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
-    """Find what would open the outer triangles that ``[print] outer = "cad"`` keeps.
-
-    Yields
-    ------
-    Problem
-    """
-    if spec is None or spec.outer != "cad":
-        return
-    key = ("print", "outer")
-    if not any(not skin.net and not skin.faces for skin in lattice.skin):
-        yield Problem(
-            key=key,
-            message='found "cad", which needs a skin all round: elsewhere the lattice ends at the '
-            'triangles of the part and divides them; add e.g. skin = "1 mm" to [lattice], or "cut"',
-        )
-    if lattice.drain is not None:
-        yield Problem(
-            key=key,
-            message='found "cad" with [lattice.drain]: holes cut the triangles of the part; leave '
-            'one out, drill the holes later, or expected "cut"',
-        )
 
 
 def case_warnings(file: CaseFile) -> Iterator[str]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from gradedesign.case.checks import cell_map_problems, outer_problems, skin_problems
+from gradedesign.case.checks import cell_map_problems, skin_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
+from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
 from gradedesign.case.read_case import (

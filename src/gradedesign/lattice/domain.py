@@ -45,14 +45,14 @@ class PassiveRegion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Filling:
-    """What else is solid in the part, for the shape of the room that skins leave.
+    """A place that is solid for the shape of the room that skins leave.
 
     Attributes
     ----------
     distance : callable
         Points ``(3, ...)`` mm to ``(...)`` mm, negative inside, of slope one at most.
     note : str
-        What is to be said of it.
+        Remark for the user.
     """
 
     distance: Field
@@ -76,7 +76,7 @@ class DesignDomain:
     passive : tuple of PassiveRegion
         Regions that stay solid.
     fillings : tuple of Filling
-        What else is solid; it counts as skin.
+        Further solid places; they count as skin.
     drains : tuple of Drain
         Holes that cut lattice, skins and passive regions.
     joint_radius : float, mm

@@ -84,7 +84,7 @@ def appended(part: SurfaceMesh, internal: SurfaceMesh) -> SurfaceMesh:
 
 
 def internal_of(surface: SurfaceMesh, part: SurfaceMesh) -> SurfaceMesh:
-    """What is appended to the part's triangles.
+    """Triangles that are appended to those of the part.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is solid below the skins for its shape: round inner edges, and cavities that are too small.
+"""Solid places below the skins: round inner edges, and cavities that are too small.
 
 Both are openings of the room that skins and passive regions leave, in the words of mathematical
 morphology: by a ball, and by reconstruction.
@@ -63,7 +63,7 @@ def _with(domain: DesignDomain, filling: Filling) -> DesignDomain:
 
 
 def _bevel(domain: DesignDomain, radius: float, where: str) -> Filling:
-    """What no ball of a radius reaches that stays in the room."""
+    """Places of the room that no ball of a radius reaches which stays in it."""
     step = radius / STEPS
     whole = any(skin.faces is None for skin in domain.skins)
     # Beyond open faces the room goes on.
@@ -131,7 +131,7 @@ def _small(domain: DesignDomain, diameter: float, where: str) -> Filling:
 
 def _room(domain: DesignDomain, band: float | None = None) -> Field:
     """Distance to skins, passive regions and fillings, positive in the room that they leave."""
-    # What widens beyond the part's faces would count there.
+    # Volumes that widen beyond the part's faces would count there.
     passive = tuple(replace(region, from_surface=None) for region in domain.passive)
     part, layers = solid_layers(replace(domain, passive=passive), band)
 

@@ -162,10 +162,7 @@ def verdict_result(
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
             "drains": drain_data(setup.problem.domain.drains),
         },
-        printed={
-            **printed_data(printed),
-            **outer_data(setup.problem.case, setup.problem.part.surface),
-        },
+        printed=printed_data(printed) | outer_data(setup.problem.case, setup.problem.part.surface),
         warnings=tuple(warnings),
         **common,
     )
