@@ -111,7 +111,7 @@ def require_thick_skin(domain: DesignDomain, least: float, why: str) -> None:
     thickness = max((s.least for s in domain.skins if s.faces is None), default=0.0)
     if thickness < least:
         raise LatticeError(
-            f"a skin of {thickness:.3g} mm does not hold the internal surface apart from the part's "
+            f"a skin of {thickness:.3g} mm keeps the internal surface too near the part's "
             f"triangles, which [print] outer keeps: expected at least {least:.3g} mm, {why}; "
             f'state a thicker skin, in `run` more elements_per_wall, or outer = "cut"'
         )
