@@ -13,19 +13,34 @@ from gradedesign.verify.whole_resolution import TIME_SHARE, seconds, whole_estim
 
 #: Densities at which the window is looked at.
 SAMPLES = 400
+#: Iterations that a run is predicted to take where it may: most reach a used limit in two to four.
+USUAL_ITERATIONS = 3
+#: Share of the stated time that these and acceptance may be predicted to take: sizing and stress
+#: in body-fitted meshes take the rest.
+RUN_SHARE = 0.75
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Need:
-    """Of a density: bytes of an iteration, bytes and seconds of the finer one of acceptance."""
+    """Of a density: bytes of an iteration; bytes and seconds of the finer one of acceptance.
+
+    ``other_seconds`` are those of all iterations and of the first one of acceptance.
+    """
 
     memory: int
     finer_memory: int
     finer_seconds: float
+    other_seconds: float
+
+    def iterated(self, memory: float, time: float) -> bool:
+        """Whether the budgets hold the iterations and an acceptance that is no finer."""
+        return self.memory <= memory and self.other_seconds <= RUN_SHARE * time
 
     def judged(self, memory: float, time: float) -> bool:
-        """Whether the budgets hold the finer resolution of acceptance."""
-        return self.finer_memory <= memory and self.finer_seconds <= TIME_SHARE * time
+        """Whether the budgets hold the finer resolution of acceptance, and the whole run."""
+        together = self.finer_seconds + self.other_seconds
+        in_time = self.finer_seconds <= TIME_SHARE * time and together <= RUN_SHARE * time
+        return in_time and max(self.memory, self.finer_memory) <= memory
 
     def words(self) -> str:
         """The larger of both in GB, and the time."""
@@ -49,10 +64,12 @@ class Needs:
 
     @property
     def fits(self) -> BoolArray:
-        """Densities that the budgets hold: judged, or where none can be, iterated."""
-        iterates = self.bytes <= self.memory
-        judged = iterates & [need.judged(self.memory, self.time) for need in self.needs]
-        return judged if judged.any() else iterates
+        """Densities that the budgets hold: judged; or iterated, where none can be; or in memory."""
+        for fit in (Need.judged, Need.iterated):
+            held = np.array([fit(need, self.memory, self.time) for need in self.needs])
+            if held.any():
+                return held
+        return np.asarray(self.bytes <= self.memory)
 
 
 def need_of(
@@ -60,11 +77,12 @@ def need_of(
 ) -> Need:
     """Needs of a spacing; ``first`` is the first spacing of acceptance over it."""
     own = analysis.estimate(planned, spacing)
-    _, finer = whole_estimates(planned, first * spacing, own.unknowns)
+    coarse, finer = whole_estimates(planned, first * spacing, own.unknowns)
     return Need(
         memory=own.memory_bytes,
         finer_memory=finer.memory_bytes,
         finer_seconds=seconds(finer),
+        other_seconds=USUAL_ITERATIONS * seconds(own) + seconds(coarse),
     )
 
 
