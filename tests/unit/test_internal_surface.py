@@ -1,6 +1,7 @@
 """The part's own triangles kept, the internal surface appended: key, file, what is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,11 @@ from gradedesign.case.read_case import load_case
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.errors import CaseError, LatticeError
 from gradedesign.generate.generate import generate
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.drain import Drain
+from gradedesign.lattice.internal_surface import surface_behind_skin
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.skin import Skin
 from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume, open_edge_count
 from gradedesign.output.stl import surface_of_stl, write_stl
@@ -170,3 +176,30 @@ stress = "5 MPa"
 def test_skin_thinner_than_the_grid_holds_is_refused(tmp_path):
     with pytest.raises(LatticeError, match=r"skin of 0\.2 mm.*at least"):
         made(tmp_path, lattice='skin = "0.2 mm"')
+
+
+def test_cavity_that_is_open_to_the_outside_is_refused_with_the_place():
+    """A hole through the skin, which no case states beside the key."""
+    part = box_surface(EDGES)
+    hole = Drain(
+        mouth=np.array([6.0, 4.0, 8.0]), inward=np.array([0.0, 0.0, -1.0]), radius=1.0, depth=3.0
+    )
+    domain = DesignDomain(
+        distance=surface_distance(part),
+        lower=(0, 0, 0),
+        upper=EDGES,
+        skins=(Skin(thickness=1.5),),
+        drains=(hole,),
+    )
+    design = LatticeDesign(
+        domain=domain,
+        shape=lambda u: np.ones(u.shape[1:]) + 0.1 * u[0],
+        level_of=lambda rho: rho * 0,
+        cell_map=lambda p: np.asarray(p) / 4.0,
+        cell_size=4.0,
+        density=0.3,
+    )
+    with pytest.raises(LatticeError, match=r"reaches the part's faces at \(.*, .*, 8"):
+        surface_behind_skin(design, part, 0.4)
+    closed = surface_behind_skin(replace(design, domain=replace(domain, drains=())), part, 0.4)
+    assert enclosed_volume(closed) == pytest.approx(np.prod(EDGES) - 9 * 5 * 5, rel=1e-6)
