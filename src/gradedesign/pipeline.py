@@ -32,9 +32,8 @@ from gradedesign.loop.stages import (
     save_iteration,
 )
 from gradedesign.output.result import RunResult
-from gradedesign.output.stl import write_stl
 from gradedesign.plugin.registry import Registry, build_registry
-from gradedesign.resolve.lattice_files import STL_NAME
+from gradedesign.resolve.lattice_files import STL_NAME, write_printed
 from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.setup import Setup, prepare
@@ -241,7 +240,8 @@ def shown_design(
     if accepted is not None:
         if out.artefacts()[STL_NAME].sha256 != accepted.sha256:
             # A later design was written there and refused, or is heavier.
-            out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), accepted.surface))
+            problem = setup.problem
+            write_printed(out, problem.case, problem.part.surface, accepted.surface)
         out.read_bytes(STL_NAME)
         rho, analysed, surface = accepted.iteration.rho, accepted.analysed, accepted.surface
     else:
