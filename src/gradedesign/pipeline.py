@@ -166,10 +166,10 @@ def loop(
     iterations = load_iterations(out, setup)
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)
-    refused, factors = load_acceptance(out, setup, len(iterations))
+    refused, factors, of_refused = load_acceptance(out, setup, len(iterations))
     outcome = run_loop(
         loop_stages(setup, out, announce, cost, iterations),
-        Progress(iterations=iterations, refused=refused, factors=factors),
+        Progress(iterations=iterations, refused=refused, factors=factors, of_refused=of_refused),
     )
     shown = shown_design(setup, out, announce, outcome.iterations, outcome.accepted)
     announce.printed(shown.printed, setup.problem.material)
@@ -219,7 +219,7 @@ def loop_stages(
         accept=lambda iteration, analysed: judge(setup, out, announce, iteration, analysed),
         why_ended=lambda finished, factors: why_ended(setup, finished, factors, deadline),
         store_iteration=store_iteration,
-        store_acceptance=lambda refused, factors: save_acceptance(out, setup, refused, factors),
+        store_acceptance=lambda *judged: save_acceptance(out, setup, *judged),
     )
 
 
