@@ -166,10 +166,10 @@ def loop(
     iterations = load_iterations(out, setup)
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)
-    refused, factors, of_refused = load_acceptance(out, setup, len(iterations))
+    refused, factors, last = load_acceptance(out, setup, len(iterations))
     outcome = run_loop(
         loop_stages(setup, out, announce, cost, iterations),
-        Progress(iterations=iterations, refused=refused, factors=factors, of_refused=of_refused),
+        Progress(iterations=iterations, refused=refused, factors=factors, last=last),
     )
     shown = shown_design(setup, out, announce, outcome.iterations, outcome.accepted)
     announce.printed(shown.printed, setup.problem.material)
