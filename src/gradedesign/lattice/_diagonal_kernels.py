@@ -210,7 +210,7 @@ def fitted_normals(
 
 @njit(cache=True)
 def _distance(vertices: FloatArray, normals: NDArray[np.float32], a: int, b: int) -> float:
-    """Distance of the middle of a side from the surface: of a cubic with the normals at its ends."""
+    """Distance from the middle of a side to the curve with the normals at its ends."""
     total = 0.0
     for x in range(3):
         total += (vertices[b, x] - vertices[a, x]) * (normals[b, x] - normals[a, x])
@@ -245,6 +245,28 @@ def _cubes(vertices: FloatArray, a: int, b: int, c: int, origin: FloatArray, h: 
         high = np.ceil((max(i, j, k) - origin[x]) / h - 1e-4)
         cubes *= int(high - low)
     return cubes
+
+
+@njit(cache=True)
+def _is_better(
+    vertices: FloatArray,
+    normals: NDArray[np.float32],
+    quad: tuple[int, int, int, int],
+    origin: FloatArray,
+    h: float,
+) -> bool:
+    """Whether triangles a, e, c and e, b, c are to take the place of a, b, c and b, a, e."""
+    a, b, c, e = quad
+    now = _distance(vertices, normals, a, b)
+    if now <= _LEAST * h or _distance(vertices, normals, c, e) + _LEAST * h > now:
+        return False
+    return (
+        _faces_out(vertices, normals, a, e, c, h)
+        and _faces_out(vertices, normals, e, b, c, h)
+        and _cubes(vertices, c, e, c, origin, h) > 0
+        and _cubes(vertices, a, e, c, origin, h) <= 2
+        and _cubes(vertices, e, b, c, origin, h) <= 2
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -288,18 +310,7 @@ def flip_diagonals(
                 a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
                 s = _corner(faces, u, b)
                 e = faces[u, (s + 2) % 3]
-                now = _distance(vertices, normals, a, b)
-                if now <= _LEAST * h or _distance(vertices, normals, c, e) + _LEAST * h > now:
-                    continue
-                if not _faces_out(vertices, normals, a, e, c, h):
-                    continue
-                if not _faces_out(vertices, normals, e, b, c, h):
-                    continue
-                if _cubes(vertices, c, e, c, origin, h) == 0:
-                    continue
-                if max(
-                    _cubes(vertices, a, e, c, origin, h), _cubes(vertices, e, b, c, origin, h)
-                ) > 2:
+                if not _is_better(vertices, normals, (a, b, c, e), origin, h):
                     continue
                 near, _ = _neighbours(faces, opposite, t, c, 0, ring)
                 bc, ca = opposite[t, (k + 1) % 3], opposite[t, (k + 2) % 3]
