@@ -23,7 +23,7 @@ _FARTHEST = 1.5
 #: Normals whose cosine is above this are those of one smooth face.
 _SMOOTH = 0.97
 #: Rounds of dividing, and the step of gradients in grid spacings.
-_ROUNDS, _STEP = 3, 1e-3
+_ROUNDS, _STEP = 5, 1e-3
 
 
 def moved_onto_skins(

@@ -28,7 +28,7 @@ OVERHANG = 2.0
 #: Rounds in which inner edges of skins are left as contoured where triangles cross.
 ROUNDS = 4
 #: Before, edges of this share of the grid step are collapsed there, which unfolds most.
-FOLDS = (0.05, 0.1, 0.2, 0.3)
+FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 #: Edges shorter than this share of the grid step are collapsed after the cut: single precision
 #: files cannot hold them apart.
 SHORTEST = 0.02
@@ -97,25 +97,40 @@ def _with_skin_edges(
     open_ones &= part(vertices.T) < -OVERHANG * step - 1e-6
     for _ in range(ROUNDS):
         moved = moved_onto_skins(vertices, open_ones, skins, field, step)
-        fine, found = divided_skin_edges(moved, faces, open_ones, skins, field, step)
-        to_skin = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins])
-        inner = to_skin <= 0.01 * step
-        inner[: len(open_ones)] &= open_ones
-        corners = _crossing(fine, found, to_skin <= 2 * step)
-        for share in FOLDS:
-            if not len(corners):
-                break
-            there = inner & _inside_any(fine, corners, share * step)
-            found = without_short_edges(fine, found, share * step, there)
-            corners = _crossing(fine, found, to_skin <= 2 * step)
+        fine, found, corners = _divided(moved, faces, open_ones, skins, field, step)
         if not len(corners):
-            return fine, found
+            # What has been collapsed may be divided again.
+            again = _divided(fine, found, open_ones, skins, field, step)
+            return (fine, found) if len(again[2]) else again[:2]
         log.info(
             "%d triangles would cross at inner edges of a skin: left as contoured", len(corners)
         )
         open_ones &= ~_inside_any(vertices, corners, 0.1 * step)
     log.warning("inner edges of skins are left as contoured: their triangles would cross")
     return vertices, faces
+
+
+def _divided(
+    vertices: FloatArray,
+    faces: NDArray[np.int32],
+    open_ones: BoolArray,
+    skins: tuple[Field, ...],
+    field: Field,
+    step: float,
+) -> tuple[FloatArray, NDArray[np.int32], FloatArray]:
+    """The surface with divided edges, folds of it collapsed, and triangles that still cross."""
+    fine, found = divided_skin_edges(vertices, faces, open_ones, skins, field, step)
+    to_skin = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins])
+    inner = to_skin <= 0.01 * step
+    inner[: len(open_ones)] &= open_ones
+    corners = _crossing(fine, found, to_skin <= 2 * step)
+    for share in FOLDS:
+        if not len(corners):
+            break
+        there = inner & _inside_any(fine, corners, share * step)
+        found = without_short_edges(fine, found.copy(), share * step, there)
+        corners = _crossing(fine, found, to_skin <= 2 * step)
+    return fine, found, corners
 
 
 def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -> FloatArray:
