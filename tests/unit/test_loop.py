@@ -139,7 +139,7 @@ def test_a_refused_design_goes_round_with_what_it_taught():
     first, second = (row.key for row in designs[0].rows)
     assert faked.given[1][first] == pytest.approx(1.0)
     assert faked.given[1][second] == pytest.approx(1.2)
-    assert faked.saved == [((1,), faked.given[1])]
+    assert faked.saved == [((1,), faked.given[1], faked.given[1])]
 
 
 def test_a_design_that_its_factors_break_is_not_judged_again():
@@ -222,6 +222,28 @@ def test_of_two_accepted_designs_the_lighter_is_kept():
     faked = Faked(designs, accepts={1: (0.95,), 2: (0.92,)}, ends=after(3))
     assert faked.run().accepted.iteration is light
     assert [number for number, _ in faked.judged] == [1, 2]
+
+
+def test_after_a_refused_and_a_held_design_the_next_lies_between():
+    """Accepted over explicit values of 1.03, 1.0 and 1.0: the fourth learns from the first two."""
+    designs = [an_iteration(1, 0.98), an_iteration(2, 0.96), an_iteration(3, 0.95)]
+    designs.append(an_iteration(4, 0.96))
+    faked = Faked(designs, accepts={1: (1.03,), 2: (1.0,), 3: (1.0,)}, ends=after(4))
+    faked.run()
+    key = PULL
+    assert [number for number, _ in faked.judged][:1] == [1]
+    assert faked.given[1][key] == pytest.approx(1.03)
+    assert faked.given[2][key] == pytest.approx(1.03**0.5)
+    refused, factors, of_refused = faked.saved[1]
+    assert (refused, of_refused) == ((1,), {})
+    assert factors[key] == pytest.approx(1.03**0.5)
+    # A resumed run learns the same.
+    again = Faked(
+        designs[1:], accepts={2: (1.0,)}, ends=after(3), iterations=(designs[0],),
+        refused=(1,), factors=taught(1.03), of_refused=taught(1.03),
+    )  # fmt: skip
+    again.run()
+    assert again.given[1][key] == pytest.approx(1.03**0.5)
 
 
 def test_a_resumed_run_knows_what_acceptance_refused():

@@ -9,7 +9,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
-from gradedesign.limits.verdict import Factors, all_hold, is_tight, with_factors, worst_utilisation
+from gradedesign.limits.verdict import (
+    Factors,
+    all_hold,
+    is_tight,
+    mean_factors,
+    with_factors,
+    worst_utilisation,
+)
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended, refused_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
@@ -34,14 +41,14 @@ class Stages:
     store_iteration : callable
         Keeps the last of the finished iterations for a run that is resumed.
     store_acceptance : callable
-        Keeps the iterations that were refused, and the factors.
+        Keeps the iterations that were refused, the factors, and those of a refused design.
     """
 
     iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
     accept: Callable[[DesignIteration, Analysed | None], Accepted]
     why_ended: Callable[[tuple[DesignIteration, ...], Factors], Ended | None]
     store_iteration: Callable[[tuple[DesignIteration, ...]], None]
-    store_acceptance: Callable[[tuple[int, ...], Factors], None]
+    store_acceptance: Callable[[tuple[int, ...], Factors, Factors], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,11 +63,14 @@ class Progress:
         Numbers of the iterations whose design acceptance refused.
     factors : mapping of a limit's key to float
         Accepted over explicit value.
+    of_refused : mapping of a limit's key to float
+        The same of the design judged last, if it was refused.
     """
 
     iterations: tuple[DesignIteration, ...] = ()
     refused: tuple[int, ...] = ()
     factors: Factors = field(default_factory=dict)
+    of_refused: Factors = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +106,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         If the first design cannot be built or analysed. A later one that cannot ends the loop.
     """
     start = Progress() if start is None else start
-    iterations, refused, factors = start.iterations, start.refused, start.factors
+    iterations, refused = start.iterations, start.refused
+    factors, of_refused = start.factors, start.of_refused
     tried = set(refused)
     accepted: Accepted | None = None
     analysed: Analysed | None = None
@@ -115,10 +126,13 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             if latest.holds and is_tight(latest.rows, at_lower_bound=iterations[-1].at_lower_bound):
                 ended = TIGHT_END
                 break
-            factors = latest.factors
-            if not latest.holds:
+            if latest.holds:
+                # The next design lies between this one and one that was refused just before.
+                factors, of_refused = mean_factors(of_refused, latest.factors), {}
+            else:
                 refused = (*refused, iterations[-1].summary.number)
-            stages.store_acceptance(refused, factors)
+                factors = of_refused = latest.factors
+            stages.store_acceptance(refused, factors, of_refused)
             del latest
         analysed = None
         stop = stages.why_ended(iterations, factors)

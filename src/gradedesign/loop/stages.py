@@ -22,7 +22,7 @@ from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-ITERATION_VERSION = 5
+ITERATION_VERSION = 6
 
 
 def default_folder(case: CaseIdentity) -> Path:
@@ -64,26 +64,33 @@ def save_iteration(out: RunFolder, setup: Setup, iteration: DesignIteration) -> 
     out.save_stage(f"iteration-{number}", iteration_key(setup, number), arrays, meta)
 
 
-def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
+def save_acceptance(
+    out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors, of_refused: Factors
+) -> None:
     """Store the outcome of acceptance: iterations that it refused, and factors on limits."""
     meta = {
         "refused": list(refused),
         "factors": [[asdict(key), value] for key, value in factors.items()],
+        "of_refused": [[asdict(key), value] for key, value in of_refused.items()],
     }
     out.save_stage("acceptance", iteration_key(setup, 0), {}, meta)
 
 
-def load_acceptance(out: RunFolder, setup: Setup, finished: int) -> tuple[tuple[int, ...], Factors]:
-    """Iterations that acceptance refused, and its factors; none before the first acceptance.
+def load_acceptance(
+    out: RunFolder, setup: Setup, finished: int
+) -> tuple[tuple[int, ...], Factors, Factors]:
+    """Iterations that acceptance refused, its factors, and those of a design refused last.
 
-    Iterations after the ``finished`` ones that are stored are run again, and not refused yet.
+    None before the first acceptance. Iterations after the ``finished`` ones that are stored are run
+    again, and not refused yet.
     """
     stored = out.load_stage("acceptance", iteration_key(setup, 0))
     if stored is None:
-        return (), {}
+        return (), {}, {}
     meta = stored[1]
     factors = dict(keyed_from_json(meta["factors"]))
-    return tuple(int(number) for number in meta["refused"] if number <= finished), factors
+    refused = tuple(int(number) for number in meta["refused"] if number <= finished)
+    return refused, factors, dict(keyed_from_json(meta["of_refused"]))
 
 
 def load_iterations(out: RunFolder, setup: Setup) -> tuple[DesignIteration, ...]:
