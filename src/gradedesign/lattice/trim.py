@@ -131,14 +131,16 @@ def _divided(
         if not len(corners):
             break
         there = inner & _inside_any(fine, corners, share * step)
-        found = without_short_edges(fine, found.copy(), share * step, there)
+        found = np.asarray(
+            without_short_edges(fine, found.copy(), share * step, there), dtype=np.int32
+        )
         corners = _crossing(fine, found, to_skin <= 2 * step)
     return fine, found, corners
 
 
 def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -> FloatArray:
     """Corners of triangles with a corner near the skins that pass through others, ``(k, 3, 3)``."""
-    suspects = faces[near[faces].any(axis=1)]
+    suspects = faces[near[faces].any(axis=1)].astype(np.int64)
     pairs = crossing_triangles(vertices, suspects, TOUCHING)
     return vertices[suspects[pairs.ravel()]]
 
