@@ -1,4 +1,6 @@
-"""Make octant.stl: an eighth of a ball of 25 mm radius, its planes in x = 0, y = 0 and z = 0.
+"""Make octant.stl: an eighth of a ball of 25 mm radius with flats at both poles of the axis z.
+
+Its planes of symmetry lie in x = 0, y = 0 and z = 0.
 
 Run ``python make_part.py`` in this folder; needs manifold3d, which gradedesign installs.
 Lengths in mm.
@@ -11,11 +13,13 @@ import numpy as np
 from manifold3d import Manifold  # noqa: TID253
 
 RADIUS, SEGMENTS = 25.0, 96
+#: Height of the flat above the centre; its radius is 4.4 mm.
+FLAT = 24.61
 
 
 def octant() -> Manifold:
-    """What of the ball lies where x, y and z are positive."""
-    return Manifold.sphere(RADIUS, SEGMENTS) ^ Manifold.cube((RADIUS + 1,) * 3)
+    """What of the ball lies where x, y and z are positive, below the flat."""
+    return Manifold.sphere(RADIUS, SEGMENTS) ^ Manifold.cube((RADIUS + 1, RADIUS + 1, FLAT))
 
 
 def write_binary_stl(path: Path, solid: Manifold) -> None:
@@ -35,5 +39,5 @@ def write_binary_stl(path: Path, solid: Manifold) -> None:
 if __name__ == "__main__":
     part = octant()
     write_binary_stl(Path(__file__).with_name("octant.stl"), part)
-    exact = np.pi / 6 * RADIUS**3
+    exact = np.pi / 6 * RADIUS**3 - np.pi / 12 * (RADIUS - FLAT) ** 2 * (2 * RADIUS + FLAT)
     print(f"{part.num_tri()} triangles, {part.volume():.1f} of {exact:.1f} mm^3")

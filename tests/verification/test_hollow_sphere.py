@@ -34,8 +34,8 @@ def test_stiffness_of_shell_and_contact_in_series():
     assert f"{FORCE / stiffness:.6f}" == "0.045459"
 
 
-def octant(rings, through, edge=CONTACT / RADIUS):
-    """An eighth of the sphere, fine below the contact at the pole on the z axis."""
+def octant(rings, through, edge=CONTACT / RADIUS, flat=RADIUS):
+    """An eighth of the sphere, fine below the contact at the pole on the z axis, perhaps cut flat."""
     patch, near, far = rings
     polar = np.concatenate(
         [
@@ -52,7 +52,10 @@ def octant(rings, through, edge=CONTACT / RADIUS):
         turn = np.pi / 4 * np.divide(least, ring, out=np.zeros_like(ring), where=ring > 0)
         around = np.where(u[1] > u[0], np.pi / 2 - turn, turn)
         angle = np.interp(ring, np.linspace(0, 1, sum(rings) + 1), polar)
-        radius = RADIUS - SHELL * np.interp(u[2], np.linspace(0, 1, through + 1), depths)
+        outer = np.minimum(RADIUS, flat / np.maximum(np.cos(angle), 1e-9))
+        radius = outer - (outer - RADIUS + SHELL) * np.interp(
+            u[2], np.linspace(0, 1, through + 1), depths
+        )
         across = np.sin(angle) * np.array([np.cos(around), np.sin(around)])
         points = radius * np.array([*across, np.cos(angle)])
         points[0, u[0] == 0] = points[1, u[1] == 0] = points[2, ring == 1] = 0.0
@@ -100,27 +103,25 @@ def test_finite_elements_under_the_pressure_of_the_contact():
     assert pole / 0.045459 == pytest.approx(0.933, abs=0.01)
 
 
-def test_the_cap_that_presses_the_lattice_sphere():
-    """The limit of cases/hollow-sphere: what the hollow one does under 40 N on the same cap."""
-    lowest = 24.61
-    edge = np.arccos(lowest / RADIUS)
-    mesh = octant((5, 5, 8), 3, edge)
+def test_the_flat_on_which_the_lattice_sphere_stands():
+    """The limit of cases/hollow-sphere: what the hollow one does under 40 N on the same flat.
+
+    28,749 unknowns give 0.02347 mm, 70,227 give 0.02364 mm.
+    """
+    flat = 24.61
+    mesh = octant((5, 5, 8), 3, np.arccos(flat / RADIUS), flat)
     space = tet_space(mesh)
-    cap = facets_where(
-        mesh,
-        lambda p: (p[2] > lowest - 1e-6) & (np.linalg.norm(p, axis=0) > RADIUS - 1e-6),
-    )
+    pressed = facets_where(mesh, lambda p: p[2] > flat - 1e-6)
 
     def even(points):
         return np.stack([0 * points[0], 0 * points[0], np.full_like(points[0], -1.0)])
 
-    force = traction_force(space, cap, even)
-    assert -force[2].sum() == pytest.approx(np.pi / 2 * RADIUS * (RADIUS - lowest), rel=0.01)
+    force = traction_force(space, pressed, even)
+    assert -force[2].sum() == pytest.approx(np.pi / 4 * (RADIUS**2 - flat**2), rel=0.01)
     force *= FORCE / 4 / -force[2].sum()
-    u = solve_one(
-        space, uniform(space, YOUNG, POISSON), held_by_symmetry(space, mesh), force
-    ).displacement
+    held = held_by_symmetry(space, mesh)
+    u = solve_one(space, uniform(space, YOUNG, POISSON), held, force).displacement
     case = tomllib.loads((CASES / "hollow-sphere" / "case.toml").read_text(encoding="utf-8"))
     (limit,) = case["limits"]["displacement"]
-    assert limit["magnitude"] == "0.0212 mm"
-    assert -u[2, np.argmax(space.nodes[2])] == pytest.approx(0.0212, rel=0.01)
+    assert limit["magnitude"] == "0.0237 mm"
+    assert np.abs(u[2, space.nodes[2] > flat - 1e-6]).max() == pytest.approx(0.0237, rel=0.01)
