@@ -15,14 +15,19 @@ WITH_EXPECTATIONS = [p for p in FOLDERS if (p / "expected.toml").is_file()]
 
 #: Minutes each: only ``make test-all`` runs them.
 SLOW = {
+    "bone-scaffold",
     "bracket",
     "cantilever-compact",
     "clevis",
     "compression-block",
     "engine-bracket",
+    "heat-sink",
+    "hollow-sphere",
+    "knot-net-skin",
     "mbb-beam",
     "ramirez-cantilever",
     "size-graded",
+    "step-part",
     "two-zones",
 }
 

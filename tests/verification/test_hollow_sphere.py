@@ -35,7 +35,7 @@ def test_stiffness_of_shell_and_contact_in_series():
 
 
 def octant(rings, through, edge=CONTACT / RADIUS, flat=RADIUS):
-    """An eighth of the sphere, fine below the contact at the pole on the z axis, perhaps cut flat."""
+    """An eighth of the sphere, fine below the contact at the pole on the z axis; perhaps cut."""
     patch, near, far = rings
     polar = np.concatenate(
         [
