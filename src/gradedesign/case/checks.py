@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gradedesign.case.lattice_schema import CellsSpec
+from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.problems import Problem
 from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
@@ -128,6 +129,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
         )
     yield from cell_map_problems(file.lattice, file.region)
     yield from _zone_problems(file)
+    yield from outer_problems(file.lattice, file.print)
     yield from _box_problems(file)
 
 
@@ -234,7 +236,7 @@ def _box_problems(file: CaseFile) -> Iterator[Problem]:
         return
     thinnest = min(file.part.box)
     yield from skin_problems(file.lattice, file.part.box)
-    if file.part.mesh_size > thinnest:
+    if file.part.mesh_size is not None and file.part.mesh_size > thinnest:
         yield Problem(
             key=("part", "mesh_size"),
             message=f"found {file.part.mesh_size:g} mm, more than the {thinnest:g} mm edge of the "
