@@ -1,5 +1,6 @@
 """The case folders: complete, and each runs to what its expected.toml says."""
 
+import importlib.util
 import json
 from pathlib import Path
 
@@ -15,20 +16,27 @@ WITH_EXPECTATIONS = [p for p in FOLDERS if (p / "expected.toml").is_file()]
 
 #: Minutes each: only ``make test-all`` runs them.
 SLOW = {
+    "bone-scaffold",
     "bracket",
     "cantilever-compact",
     "clevis",
     "compression-block",
     "engine-bracket",
+    "heat-sink",
+    "hollow-sphere",
+    "knot-net-skin",
     "mbb-beam",
     "ramirez-cantilever",
     "size-graded",
+    "step-part",
     "two-zones",
 }
 
 
 def marked(folder):
     marks = [pytest.mark.slow, pytest.mark.timeout(3600)] if folder.name in SLOW else []
+    if folder.name == "step-part" and importlib.util.find_spec("OCP") is None:
+        marks.append(pytest.mark.skip(reason="cadquery-ocp-novtk is not installed"))
     return pytest.param(folder, marks=marks, id=folder.name)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ VOLUME_TOLERANCE = 0.01
 WELD = 1e-9
 #: A facet whose centre lies this share of its size beyond the border is not in the region.
 BEYOND = 0.01
+#: Bricks of a box are no thinner than this share of the mesh size where regions ask for them.
+_THIN = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,7 +115,18 @@ def _require_size(mesh_size: float) -> None:
         raise CaseError(f"part.mesh_size is {mesh_size} mm; give a positive length")
 
 
-def box_part_mesh(size: tuple[float, float, float], mesh_size: float) -> TetMesh:
+def box_planes(
+    size: tuple[float, float, float], mesh_size: float, through: Sequence[ArrayLike] = ()
+) -> list[FloatArray]:
+    """Planes between the bricks of `box_part_mesh` along x, y and z, mm; parameters as there."""
+    regions = [np.reshape(points, (-1, 3)) for points in through]
+    ends = [end(points, axis=0) for points in regions for end in (np.min, np.max)]
+    return [_divided(side, mesh_size, [p[k] for p in ends]) for k, side in enumerate(size)]
+
+
+def box_part_mesh(
+    size: tuple[float, float, float], mesh_size: float, through: Sequence[ArrayLike] = ()
+) -> TetMesh:
     """Mesh the box ``[0, a] x [0, b] x [0, c]`` exactly, six tetrahedra to a brick.
 
     Parameters
@@ -120,6 +134,8 @@ def box_part_mesh(size: tuple[float, float, float], mesh_size: float) -> TetMesh
     size : (3,) floats, mm
     mesh_size : float, mm
         No edge of a brick is longer.
+    through : sequence of (..., 3) array_likes, mm
+        Points of regions: where they begin and end, bricks do.
 
     Raises
     ------
@@ -134,8 +150,8 @@ def box_part_mesh(size: tuple[float, float, float], mesh_size: float) -> TetMesh
     _require_size(mesh_size)
     if len(size) != 3 or not all(0.0 < side < math.inf for side in size):
         raise CaseError(f"part.box has sides {list(size)} mm; give three positive lengths")
-    counts = [max(1, math.ceil(side / mesh_size - 1e-9)) for side in size]
-    axes = [np.linspace(0.0, side, n + 1) for side, n in zip(size, counts, strict=True)]
+    axes = box_planes(size, mesh_size, through)
+    counts = [len(axis) - 1 for axis in axes]
     points = np.stack(np.meshgrid(*axes, indexing="ij")).reshape(3, -1)
     index = np.arange(points.shape[1]).reshape([n + 1 for n in counts])
     steps = [(counts[1] + 1) * (counts[2] + 1), counts[2] + 1, 1]
@@ -150,6 +166,16 @@ def box_part_mesh(size: tuple[float, float, float], mesh_size: float) -> TetMesh
         tets.append(np.stack(path))
     # Brick by brick, so that neighbours in space are neighbours in memory.
     return TetMesh(points=points, tets=np.stack(tets, axis=-1).reshape(4, -1))
+
+
+def _divided(side: float, mesh_size: float, through: Sequence[float]) -> FloatArray:
+    """Planes of bricks along a side; planes that would make thin bricks are left out."""
+    planes, thin = [0.0], _THIN * min(mesh_size, side)
+    for plane in [*sorted(through), side]:
+        if plane - planes[-1] > thin and (side - plane > thin or plane == side):
+            n = max(1, math.ceil((plane - planes[-1]) / mesh_size - 1e-9))
+            planes.extend(np.linspace(planes[-1], plane, n + 1)[1:])
+    return np.array(planes)
 
 
 def _border(corners: FloatArray) -> tuple[BoolArray, BoolArray]:

@@ -44,7 +44,8 @@ def held_loads(
 def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
     """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
     if case.part.bricks is not None:
-        return box_part_mesh(case.part.bricks, case.part.element_size)
+        regions = [region.corners for region in part.regions.values()]
+        return box_part_mesh(case.part.bricks, case.part.element_size, regions)
     return mesh_part(
         part.surface,
         case.part.element_size,

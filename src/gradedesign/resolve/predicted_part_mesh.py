@@ -13,6 +13,7 @@ from gradedesign.mesh.long_edges import least_count
 from gradedesign.mesh.meshed_surface import LONGEST_EDGE
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part.part import Part
+from gradedesign.part.part_mesh import box_planes
 
 #: Unknowns of quadratic elements per tetrahedron of a bulky part, at least.
 _DOFS_PER_TET = 4.0
@@ -25,8 +26,10 @@ def least_part_dofs(case: Case, part: Part) -> float:
     """Unknowns that the part's mesh has at least; of a box, those that it has."""
     size = case.part.element_size
     if case.part.bricks is not None:
-        counts = [max(1, math.ceil(side / size - 1e-9)) for side in case.part.bricks]
-        return 3.0 * math.prod(2.0 * n + 1.0 for n in counts)
+        planes = box_planes(
+            case.part.bricks, size, [region.corners for region in part.regions.values()]
+        )
+        return 3.0 * math.prod(2.0 * len(along) - 1.0 for along in planes)
     return _DOFS_PER_TET * least_count(part.volume, LONGEST_EDGE * size)
 
 
