@@ -33,10 +33,11 @@ class Ended:
 
     Attributes
     ----------
-    by : {"tight", "iterations", "time", "stuck", "saturated", "refused"}
-        ``tight``: the lightest design that was looked for was accepted. ``iterations``, ``time``: a
-        budget of [run]. ``stuck``: the last iteration changed nothing. ``saturated``: no density of
-        this lattice can hold a limit. ``refused``: the next design could not be analysed.
+    by : {"tight", "enclosed", "iterations", "time", "stuck", "saturated", "refused"}
+        ``tight``: the lightest design that was looked for was accepted. ``enclosed``: one that is
+        hardly lighter was refused. ``iterations``, ``time``: a budget of [run]. ``stuck``: the last
+        iteration changed nothing. ``saturated``: no density of this lattice can hold a limit.
+        ``refused``: the next design could not be analysed.
     words : str
         For the verdict.
     """
@@ -45,6 +46,8 @@ class Ended:
     words: str
 
 
+#: A refused design lighter by no more than this share shows that the accepted one is the lightest.
+ENCLOSED = 0.01
 #: A design was accepted that uses a limit.
 TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can fall further")
 
@@ -93,6 +96,30 @@ def why_ended(
             f"allow another iteration",
         )
     return None
+
+
+def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
+    """End at an accepted design where one that is hardly lighter was refused, or None.
+
+    Walls and struts that meet a face or miss it let displacements jump by some per cent between
+    designs of nearly one mass: no design may use a limit to 97 %.
+
+    Parameters
+    ----------
+    mass : float, g
+        Of the accepted design.
+    refused : sequence of float, g
+        Of refused designs.
+
+    Examples
+    --------
+    >>> enclosed_end(10.0, [8.0, 9.95]).words
+    'a design of 0.50% less mass was refused'
+    """
+    lighter = max((each for each in refused if each < mass), default=0.0)
+    if lighter < (1.0 - ENCLOSED) * mass:
+        return None
+    return Ended(by="enclosed", words=f"a design of {1 - lighter / mass:.2%} less mass was refused")
 
 
 def refused_end(iterations: Sequence[DesignIteration], error: GradeDesignError) -> Ended:

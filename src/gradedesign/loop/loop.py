@@ -18,7 +18,7 @@ from gradedesign.limits.verdict import (
     worst_utilisation,
 )
 from gradedesign.loop.accepted import Accepted
-from gradedesign.loop.ended import TIGHT_END, Ended, refused_end
+from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end, refused_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
 
 #: A limit of a design from which the next one learns is used to this share.
@@ -140,6 +140,10 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             if not latest.holds:
                 refused = (*refused, iterations[-1].summary.number)
             stages.store_acceptance(refused, factors, judged)
+            enclosed = _enclosed(accepted, iterations, refused)
+            if enclosed is not None:
+                ended = enclosed
+                break
             del latest
         analysed = None
         stop = stages.why_ended(iterations, factors)
@@ -179,6 +183,16 @@ def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factor
     if before is None or before.holds == now.holds or not refused:
         return now.factors
     return mean_factors(before.factors, now.factors)
+
+
+def _enclosed(
+    accepted: Accepted, iterations: Sequence[DesignIteration], refused: Sequence[int]
+) -> Ended | None:
+    """The end where the accepted design holds and a hardly lighter one was refused, or None."""
+    if not accepted.holds:
+        return None
+    masses = [iterations[number - 1].summary.mass_g for number in refused]
+    return enclosed_end(accepted.iteration.summary.mass_g, masses)
 
 
 def _best_left(

@@ -107,10 +107,11 @@ class RunResult:
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design with a limit at 97 % or more was accepted. ``iterations``, ``time``:
-        that budget. ``stuck``: the last iteration changed nothing. ``saturated``: no density of
-        this lattice can hold a limit. ``refused``: the next design could not be analysed.
-        ``solid``: the solid part breaks a limit. ``stop_after``: as the case asks. ``error``.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: so was one of
+        which a design of at most 1 % less mass was refused. ``iterations``, ``time``: that budget.
+        ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
+        hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
+        breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.

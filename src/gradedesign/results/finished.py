@@ -14,7 +14,7 @@ from gradedesign.workspace.run_folder import RunFolder
 log = logging.getLogger(__name__)
 
 #: What ends a run for good; a budget does where there is no more of it now.
-FOR_GOOD = ("tight", "stuck", "saturated", "solid", "stop_after")
+FOR_GOOD = ("tight", "enclosed", "stuck", "saturated", "solid", "stop_after")
 
 
 def finished_result(out: RunFolder, case: Case) -> RunResult | None:

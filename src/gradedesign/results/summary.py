@@ -10,9 +10,9 @@ from gradedesign.arrays import FloatArray
 from gradedesign.layout.drains import drain_data
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import TIGHT, all_hold, is_tight, worst_utilisation
+from gradedesign.limits.verdict import TIGHT, is_tight
 from gradedesign.loop.accepted import Accepted, without_band
-from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import predict
 from gradedesign.mesh.meshed_surface import failed_attempts
@@ -23,6 +23,7 @@ from gradedesign.resolve.outer_triangles import outer_data
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.results.printable import thickness_data
+from gradedesign.results.reasons import why_met, why_not
 from gradedesign.results.zones import zone_measures
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
@@ -121,22 +122,15 @@ def verdict_result(
     if accepted is None:
         best = best_iteration(iterations)
         rows, design, tight = best.rows, best, False
-        status, reason = "not_met", _why_not(rows, ended)
+        status, reason = "not_met", why_not(rows, ended)
     else:
         rows, design = accepted.rows, accepted.iteration
         tight = is_tight(rows, at_lower_bound=design.at_lower_bound)
         if accepted.holds:
             status = "met"
-            reason = (
-                f"every limit holds at the unfavourable end of its band; the most used one to "
-                f"{worst_utilisation(rows):.1%}"
-            )
-            if tight:
-                ended = TIGHT_END
-            else:
-                reason += f"; not the lightest: {ended.words}, and a lighter design may exist"
+            reason, tight, ended = why_met(rows, ended, tight=tight)
         else:
-            status, reason = "not_met", _why_not(rows, ended)
+            status, reason = "not_met", why_not(rows, ended)
         warnings += _acceptance_warnings(accepted)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
@@ -284,15 +278,3 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
     for attempt in failed_attempts(accepted.acceptance.attempts):
         warnings.append(f"the mesher of the acceptance was asked again after: {attempt}")
     return warnings
-
-
-def _why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
-    """Which limit fails, what ended the loop, and what would help."""
-    if not rows or all_hold(rows):
-        return f"no design was accepted; {ended.words}"
-    worst = max(rows, key=lambda row: row.utilisation)
-    end = "" if worst.band is None else f" at the {worst.unfavourable} end of its band"
-    return (
-        f"{worst.name} ({worst.load_case}) is {worst.decisive:.4g} {worst.unit}{end}, "
-        f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
-    )

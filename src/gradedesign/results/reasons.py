@@ -1,0 +1,32 @@
+"""One sentence for a person on why a design is met or not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import all_hold, worst_utilisation
+from gradedesign.loop.ended import TIGHT_END, Ended
+
+
+def why_met(rows: Sequence[LimitRow], ended: Ended, *, tight: bool) -> tuple[str, bool, Ended]:
+    """Sentence on a design that holds, whether it is the lightest, and what ended the run."""
+    used = worst_utilisation(rows)
+    held = f"every limit holds at the unfavourable end of its band; the most used one to {used:.1%}"
+    if tight:
+        return held, True, TIGHT_END
+    if ended.by == "enclosed":
+        return f"{held}; {ended.words}", True, ended
+    return f"{held}; not the lightest: {ended.words}, and a lighter design may exist", False, ended
+
+
+def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
+    """Which limit fails, what ended the loop, and what would help."""
+    if not rows or all_hold(rows):
+        return f"no design was accepted; {ended.words}"
+    worst = max(rows, key=lambda row: row.utilisation)
+    end = "" if worst.band is None else f" at the {worst.unfavourable} end of its band"
+    return (
+        f"{worst.name} ({worst.load_case}) is {worst.decisive:.4g} {worst.unit}{end}, "
+        f"{worst.utilisation:.1%} of the allowed {worst.limit:.4g} {worst.unit}; {ended.words}"
+    )
