@@ -35,13 +35,13 @@ $(DOCUMENTED): $(READY)
 run: $(READY)
 	$(BIN)/gradedesign run cases/bracket --output runs/bracket --overwrite
 
-# A process for every core.
+# A process for every core. Bytecode is kept: the tests start the program some fifty times.
 test: $(TESTED)
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal
 
 # Also the slow ones: the whole bracket, and real parts where ../shared/parts exists.
 test-all: $(TESTED)
-	HYPOTHESIS_PROFILE=explore $(BIN)/python -m pytest -n auto --dist worksteal -m "slow or not slow"
+	PYTHONDONTWRITEBYTECODE= HYPOTHESIS_PROFILE=explore $(BIN)/python -m pytest -n auto --dist worksteal -m "slow or not slow"
 
 bench: $(TESTED)
 	for file in benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
