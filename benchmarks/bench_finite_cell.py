@@ -4,6 +4,10 @@
 density 0.3 or, as 30x6x4:0.15, of another one. Every block
 runs in a process of its own, so that its peak of memory is its own; the kernels are compiled
 before. Times are seconds of the processor, all threads together.
+
+``python benchmarks/bench_finite_cell.py --offsets 50 2x2x2`` moves the lattice by as many random
+offsets against the grid, which the faces of the block hold in place, and prints how iterations and
+the work of the load vary.
 """
 
 import json
@@ -27,22 +31,24 @@ def level(density):
     return float(np.quantile(np.abs(g), density))
 
 
-def one(count, cells, density):
-    """Solve one block under compression and print what it took."""
+def solve(cells, count, density=0.3, offset=(0.0, 0.0, 0.0)):
+    """Press a block of cells of edge 1 by finite cells of an edge of ``1 / count``."""
     from finite_cell_solids import box_face, gyroid_sheet, load_case, newtons, problem
 
     from gradedesign.finite_cell import analyse
 
-    def solve(cells, count):
-        low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
-        regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}
-        press = load_case("press", [("x0", "xyz")], [("x1", {"force": newtons(-1, 0, 0)})])
-        field = gyroid_sheet(level(density), cells)
-        return analyse(problem(field, low, high, [press], regions), 1.0 / count)
+    low, high = (0.0, 0.0, 0.0), tuple(map(float, cells))
+    regions = {side: box_face(side, low, high, 0, k) for k, side in enumerate(("x0", "x1"))}
+    press = load_case("press", [("x0", "xyz")], [("x1", {"force": newtons(-1, 0, 0)})])
+    field = gyroid_sheet(level(density), cells, offset)
+    return analyse(problem(field, low, high, [press], regions), 1.0 / count)
 
+
+def one(count, cells, density):
+    """Solve one block under compression and print what it took."""
     solve((1, 1, 1), 4)
     begin, wall = time.process_time(), time.perf_counter()
-    result = solve(cells, count)
+    result = solve(cells, count, density)
     print(
         json.dumps(
             {
@@ -59,10 +65,24 @@ def one(count, cells, density):
     )
 
 
+def offsets(number, cells):
+    """Solve one block at random offsets of the lattice; print the spread of iterations and work."""
+    moves = np.random.default_rng(1).random((number, 3))
+    found = [solve(cells, 8, offset=tuple(move)) for move in moves]
+    iterations = [result.solutions[0].iterations for result in found]
+    work = np.array([result.work["press"] for result in found])
+    low, high = work.min() / work.mean(), work.max() / work.mean()
+    print(f"{number} offsets, {found[0].unknowns} unknowns")
+    print(f"iterations {min(iterations)} to {max(iterations)}, median {np.median(iterations):g}")
+    print(f"work {low:.4f} to {high:.4f} of its mean")
+
+
 if __name__ == "__main__":
     if sys.argv[1:2] == ["one"]:
         cells, _, density = sys.argv[3].partition(":")
         one(int(sys.argv[2]), tuple(map(int, cells.split("x"))), float(density or 0.3))
+    elif sys.argv[1:2] == ["--offsets"]:
+        offsets(int(sys.argv[2]), tuple(map(int, sys.argv[3].split("x"))))
     else:
         count = sys.argv[1] if len(sys.argv) > 1 else "8"
         for block in sys.argv[2:] or BLOCKS:

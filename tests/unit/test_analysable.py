@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from small_parts import box_part, held_bar
 
@@ -12,11 +13,17 @@ from gradedesign.layout.design_domain import design_domain
 from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.resolve.analysable import analysable_bounds, chosen_analysis, grid_spacing
+from gradedesign.resolve.least_density import Need, Needs
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.tets import STUFFED_TETS
-from gradedesign.verify.whole_resolution import first_spacing, seconds, whole_estimates
+from gradedesign.verify.whole_resolution import (
+    first_spacing,
+    judged_seconds,
+    seconds,
+    whole_estimates,
+)
 
 CASE = (
     held_bar(
@@ -148,6 +155,36 @@ def test_sheets_take_finite_cells_where_these_let_density_fall_lower(bounds_of):
     assert chosen_of(case, sheet, low=0.3).analysis.name == "tets"
 
 
+def test_the_least_density_takes_the_elements_that_its_own_walls_want(bounds_of):
+    # The octet wants 2.25 elements at 0.05, 2 from 0.1 to 0.5, and 2.5 to 3.5 above.
+    octet = calibrate(lookup(build_registry(), "cell_families", "octet"))
+    case, _ = bounds_of('[run]\nmemory = "5 GB"\n')
+    found = analysable_bounds(
+        case, octet, (0.05, 0.8), 10.0, STUFFED_TETS, domain=domain_of(case), **PLANNED
+    )
+    low, per_wall = found.bounds[0], found.elements_per_wall
+    assert per_wall == STUFFED_TETS.elements_per_wall(octet, low) == 2.0
+    assert 0.3 < low < 0.5
+
+
+def needs_of(*rows):
+    """Needs of densities as (GB, GB of the finer one, s of that, s of all others)."""
+    needs = [
+        Need(memory=10**9 * a, finer_memory=10**9 * b, finer_seconds=c, other_seconds=d)
+        for a, b, c, d in rows
+    ]
+    return Needs(spacings=np.ones(len(needs)), needs=needs, memory=8e9, time=3600.0)
+
+
+def test_a_density_fits_where_memory_and_time_hold_its_run():
+    # A finer one may take 8 GB and 600 s, all together 2700 s.
+    rows = [(9, 7, 500, 900), (7, 9, 500, 900), (7, 7, 601, 900), (7, 7, 599, 2102)]
+    assert needs_of(*rows, (7, 7, 599, 2100)).fits.tolist() == [False] * 4 + [True]
+    # None can be judged by a finer one: those that are iterated in time, else those in memory.
+    assert needs_of(*rows[:2], (7, 9, 500, 2701)).fits.tolist() == [False, True, False]
+    assert needs_of(rows[0], (7, 9, 500, 2701)).fits.tolist() == [False, True]
+
+
 def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
     def chosen(words):
         return chosen_of(bounds_of(words)[0], bcc())
@@ -163,3 +200,12 @@ def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
     assert re.match(
         r"explicit analyses by finite-cells, since tets would take \d\.\d+ GB", least.warnings[0]
     )
+
+
+def test_time_counts_the_resolutions_that_the_budgets_hold():
+    planned = PlannedSolid(box=(60.0, 40.0, 40.0), volume=3e4, load_cases=1)
+    first, finer = whole_estimates(planned, 1.0, 1_000_000)
+    coarser = FINITE_CELLS.estimate(planned, 1.5)
+    for memory, second in ((2 * finer.memory_bytes, finer), (0.9 * finer.memory_bytes, coarser)):
+        took = judged_seconds(planned, 1.0, 1_000_000, memory, 1e6)
+        assert took == seconds(first) + seconds(second)

@@ -145,6 +145,11 @@ def test_defaults_of_optional_tables(load):
     assert case.lattice.parameters == {}
 
 
+def test_what_finite_cells_take_by_default_can_be_stated(load):
+    case = load(swap=[("[run]\n", "[run]\nelements_per_wall = 0.7\n")])
+    assert case.run.elements_per_wall == 0.7
+
+
 def test_own_material(load):
     case = load(swap=[('[material]\nname = "Ti-6Al-4V"\n', OWN_MATERIAL)])
     material = case.material
@@ -372,4 +377,5 @@ def test_json_schema_for_editors():
     assert "not" in definitions["RegionSpec"]["properties"]
     assert "displacement" in definitions["FixSpec"]["properties"]
     assert definitions["PartSpec"]["additionalProperties"] is False
-    assert definitions["PartSpec"]["properties"]["mesh_size"]["type"] == "string"
+    kinds = {each["type"] for each in definitions["PartSpec"]["properties"]["mesh_size"]["anyOf"]}
+    assert kinds == {"string", "null"}

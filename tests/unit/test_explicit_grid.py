@@ -66,6 +66,12 @@ def test_plane_walls_need_the_least_and_struts_more():
     assert elements_per_wall(calibrate(STRUTS), 0.1) >= 1.75 > LAYER_ELEMENTS
 
 
+def test_thick_struts_are_no_walls():
+    # At 0.47 the octet's joints make up for what its struts lose on 1.25 elements.
+    octet = calibrate(lookup(build_registry(), "cell_families", "octet"))
+    assert elements_per_wall(octet, 0.47) >= 2.0
+
+
 def test_what_a_strut_needs_holds_its_volume():
     """A straight round strut on the grid that was found, against pi r^2 l."""
     calibration = calibrate(STRUTS)

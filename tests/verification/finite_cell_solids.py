@@ -81,15 +81,15 @@ def problem(field, lower, upper, cases, regions, material=STEEL, **others):
     )  # fmt: skip
 
 
-def gyroid_sheet(level, cells):
+def gyroid_sheet(level, cells, offset=(0.0, 0.0, 0.0)):
     """Gyroid sheet of unit cells in a box, with solid plates of an eighth at both ends of x.
 
-    Level 0.4639 has relative density 0.3.
+    Level 0.4639 has relative density 0.3; the offset moves the sheet, not the box and the plates.
     """
     box = box_field((0, 0, 0), cells)
 
     def field(points):
-        x, y, z = 2 * np.pi * points
+        x, y, z = (2 * np.pi * (axis + move) for axis, move in zip(points, offset, strict=True))
         g = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
         plate = np.minimum(points[0], cells[0] - points[0]) - 0.125
         return np.maximum(np.minimum((np.abs(g) - level) / 8.0, plate), box(points))

@@ -234,7 +234,7 @@ def _box_problems(file: CaseFile) -> Iterator[Problem]:
         return
     thinnest = min(file.part.box)
     yield from skin_problems(file.lattice, file.part.box)
-    if file.part.mesh_size > thinnest:
+    if file.part.mesh_size is not None and file.part.mesh_size > thinnest:
         yield Problem(
             key=("part", "mesh_size"),
             message=f"found {file.part.mesh_size:g} mm, more than the {thinnest:g} mm edge of the "

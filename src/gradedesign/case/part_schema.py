@@ -23,6 +23,7 @@ from gradedesign.case.value_types import (
     Vector,
 )
 from gradedesign.case.voxels_schema import VoxelsSpec
+from gradedesign.errors import CaseError
 
 #: Ways of repair that need no plugin; the last one rebuilds the whole surface on a grid.
 REBUILD = "rebuild"
@@ -139,10 +140,24 @@ class ShapeSpec(Table):
 class PartSpec(ShapeSpec):
     """The solid part, with what its analysis needs."""
 
-    mesh_size: Size = Field(examples=["12 mm"])
-    """Edge length of the tetrahedra of the solid, mm."""
+    mesh_size: Size | None = Field(default=None, examples=["12 mm"])
+    """Edge length of the tetrahedra of the solid, mm; by default as the part's thickness, its cells
+    and the number of unknowns want it."""
     mesher: Annotated[str, Text("the name of a mesher", 80)] | None = None
     """What meshes the solid; by default bricks cut in six for a box, pytetwild for a file."""
+
+    @property
+    def element_size(self) -> float:
+        """`mesh_size` as stated or, once the part is read, as it follows from that, mm.
+
+        Raises
+        ------
+        CaseError
+            Before the part is read, where the case states none.
+        """
+        if self.mesh_size is None:
+            raise CaseError("part.mesh_size is neither stated nor derived from the part yet")
+        return self.mesh_size
 
     @property
     def bricks(self) -> Triple | None:

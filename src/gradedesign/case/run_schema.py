@@ -92,16 +92,17 @@ class RunSpec(Table):
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
     """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface;
     ``finite-cells``, quadratic bricks that its surface cuts; or one that a plugin supplies.
-    ``auto``: tetrahedra, or finite cells where the memory holds no tetrahedra at any density."""
+    ``auto``: tetrahedra, or finite cells where the memory holds no tetrahedra at any density, or
+    where a lattice of sheets may be less dense with them."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
     plugin."""
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""
-    elements_per_wall: Annotated[float, Number(at_least=1.0, at_most=16.0)] | None = None
+    elements_per_wall: Annotated[float, Number(at_least=0.25, at_most=16.0)] | None = None
     """Elements of the explicit grid across the thinnest wall; measured on the cell by default:
-    1.25 for walls, 2 to 2.5 for struts."""
+    tetrahedra 1.25 for walls, 2 to 2.5 for struts, finite cells 0.7 and 1.8 or more."""
     submodel_count: Annotated[int, Whole(1, 64)] = 2
     """Submodels analysed for acceptance."""
     explicit_mesh_size: Size | None = None

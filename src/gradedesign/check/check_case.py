@@ -77,6 +77,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         As `resolve_case`.
     """
     known = resolve_case(case, registry)
+    case = known.case
     remarks = [*known.warnings, *known.narrowed]
     for zone in stated_zones(known):
         if zone.law.voxels == 0:

@@ -18,7 +18,7 @@ from gradedesign.resolve.resolved_case import (
     stated_zones,
 )
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
-from gradedesign.verify.whole_resolution import first_spacing, seconds, whole_estimates
+from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
 #: Of a run that gets no explicit lattice.
 NO_ANALYSIS = AnalysisEstimate(
@@ -129,7 +129,11 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
         explicit_solve_s=size.solve_s,
-        whole_s=sum(map(seconds, whole_estimates(planned, first))) if explicit else 0.0,
+        whole_s=(
+            judged_seconds(planned, first, size.unknowns, case.run.memory, case.run.time)
+            if explicit
+            else 0.0
+        ),
         mesher_tets=remeshed_tets(
             case.run, size.surface_tets, planned, density, known.layout.typical
         ),

@@ -295,7 +295,7 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _mesh_size(checked: CaseCheck) -> str:
-    return f"{checked.known.case.part.mesh_size:g} mm"
+    return f"{checked.known.case.part.element_size:g} mm"
 
 
 def _duration(seconds: float) -> str:

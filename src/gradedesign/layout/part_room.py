@@ -56,7 +56,7 @@ def require_cells_fit(case: Case, part: Part) -> None:
             f"{' x '.join(f'{edge:.4g}' for edge in edges)} mm; expected a cell shorter than the "
             f"part, {longest:.4g} mm at most; is its unit right?"
         )
-    spacing = min(cell / _NODES_PER_CELL, case.part.mesh_size)
+    spacing = min(cell / _NODES_PER_CELL, case.part.element_size)
     need = _BYTES_PER_NODE * float(np.prod(edges / spacing + 5.0))
     if need > case.run.memory:
         raise ResourceError(

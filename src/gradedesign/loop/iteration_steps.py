@@ -172,7 +172,7 @@ def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> Densit
     """
     report_step("density field")
     cell = problem.case.lattice.cell_size
-    spacing = min(cell / NODES_PER_CELL, problem.case.part.mesh_size)
+    spacing = min(cell / NODES_PER_CELL, problem.case.part.element_size)
     mesh, margin, zoning = problem.space.mesh, 0.5 * cell, cells.zoning
     if zoning is None or zoning.windows is None:
         return density_grid_from_elements(mesh, rho, spacing=spacing, margin=margin)

@@ -10,11 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from gradedesign.loop.iteration_steps import FIRST_SIZING_ITERATIONS, TUNING_SIZING_ITERATIONS
+from gradedesign.resolve.least_density import USUAL_ITERATIONS
 from gradedesign.verify.acceptance import EDGE_PER_SPACING
 from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
-#: Iterations that a run is predicted to take where it may: most reach a used limit in two to four.
-USUAL_ITERATIONS = 3
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.
 LEARNING_SIZING_ITERATIONS = 2
 #: A prediction is meant to be right within this factor on an idle machine.

@@ -20,6 +20,7 @@ from gradedesign.verify.whole_resolution import (
     finer_estimate,
     first_spacing,
     seconds,
+    within_budgets,
 )
 from gradedesign.verify.whole_solid import WholeStage
 from gradedesign.workspace.progress import Event, Listener
@@ -47,8 +48,7 @@ def printed_stage(
 
     def need(spacing: float) -> tuple[bool, str]:
         size = finer_estimate(planned, spacing, division.unknowns)
-        fits = size.memory_bytes <= run.memory and seconds(size) <= TIME_SHARE * run.time
-        return fits, (
+        return within_budgets(size, run.memory, run.time), (
             f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "
             f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds(size):.0f} s of "
             f"{TIME_SHARE * run.time:.0f} s, a sixth of [run] time"

@@ -16,7 +16,7 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.submodel_choice import BUFFERS
-from gradedesign.verify.whole_resolution import first_spacing, seconds, whole_estimates
+from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
 #: Without a solid analysis, sizing is taken to end at this share of the window of densities.
 USUAL_SHARE = 1.0 / 3.0
@@ -60,7 +60,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
         explicit_memory=explicit.memory_bytes,
         explicit_mesh_s=explicit.mesh_s,
         explicit_solve_s=explicit.solve_s,
-        whole_s=sum(map(seconds, whole_estimates(planned, first))),
+        whole_s=judged_seconds(planned, first, explicit.unknowns, case.run.memory, case.run.time),
         mesher_tets=remeshed_tets(
             case.run, explicit.surface_tets, planned, density, setup.cells.layout.typical
         ),

@@ -86,7 +86,7 @@ def sizing_key(
         KIND,
         words,
         program_key(),
-        case.part.mesh_size,
+        case.part.element_size,
         cell.name,
         repr(sorted(cell.parameters.items())),
         repr([(one.name, one.source, one.coefficients) for one in law.laws]),

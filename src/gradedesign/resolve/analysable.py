@@ -18,16 +18,10 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.lattice.domain import DesignDomain
+from gradedesign.resolve.least_density import SAMPLES, Need, Needs, least_fitting, need_of
 from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
-from gradedesign.verify.whole_resolution import (
-    TIME_SHARE,
-    first_spacing,
-    seconds,
-    whole_estimates,
-)
+from gradedesign.verify.whole_resolution import first_spacing
 
-#: Densities at which the window is looked at.
-SAMPLES = 400
 #: Mean density that a sized lattice is expected to have: this share of its window above the lower
 #: bound. Spacings grow with the third root of a volume: a guess 50 % off moves them by 14 %.
 EXPECTED_SHARE = 1 / 3
@@ -128,38 +122,40 @@ def analysable_bounds(
         PlannedSolid(box=(x, y, z), volume=float(volume), load_cases=len(case.load_case))
         for volume in solid + latticed * mean
     ]
-    least, per_wall = 0, run.elements_per_wall or analysis.elements_per_wall(cell, low)
-    # What a strut needs depends on the density at which it is thinnest, and the other way round.
-    refusal = ""
-    for _ in range(2):
+
+    def wanted(k: int) -> float:
+        return run.elements_per_wall or analysis.elements_per_wall(cell, float(rho[k]))
+
+    def look(per_wall: float, k: int) -> Needs:
         spacings = grid_spacing(domain, walls, per_wall, analysis)
         if run.explicit_mesh_size:
             spacings = np.full(SAMPLES, run.explicit_mesh_size)
-        first = first_spacing(analysis, 1.0, cell, float(rho[least]))
+        first = first_spacing(analysis, 1.0, cell, float(rho[k]))
         needs = [
-            _need(analysis, to_build, float(spacing), first)
+            need_of(analysis, to_build, float(spacing), first)
             for to_build, spacing in zip(planned, spacings, strict=True)
         ]
-        memory = np.array([need.memory for need in needs])
-        iterates = memory <= run.memory
-        judged = iterates & [need.judged(run.memory, run.time) for need in needs]
-        fits = judged if judged.any() else iterates
-        if fits[0] or stated or run.explicit_mesh_size or run.stop_after != "verdict":
-            break
-        if not fits.any():
+        return Needs(spacings=spacings, needs=needs, memory=run.memory, time=run.time)
+
+    least, per_wall = 0, wanted(0)
+    seen, refusal = look(per_wall, 0), ""
+    needed = seen.needs[0]
+    unbound = stated or run.explicit_mesh_size or run.stop_after != "verdict"
+    if not (unbound or seen.fits[0]):
+        found = least_fitting(look, wanted)
+        if found is None:
             layer = min(domain.layers, default=np.inf)
-            refusal = _refusal(case, walls, spacings, memory, layer, analysis)
-            break
-        least = int(np.argmax(fits))
-        per_wall = run.elements_per_wall or analysis.elements_per_wall(cell, float(rho[least]))
-    warnings = _raised(case, (low, rho[least]), walls[least], needs[0]) if least else ()
+            refusal = _refusal(case, walls, seen.spacings, seen.bytes, layer, analysis)
+        else:
+            least, per_wall, seen = found
+    warnings = _raised(case, (low, rho[least]), walls[least], needed) if least else ()
     return Analysable(
         analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
         sheet=analysis.elements_per_wall(cell, float(rho[least])) < SHEET_ELEMENTS,
-        spacing=float(spacings[least]),
-        memory_bytes=int(memory.min() if refusal else memory[least]),
+        spacing=float(seen.spacings[least]),
+        memory_bytes=int(seen.bytes.min() if refusal else seen.bytes[least]),
         warnings=warnings,
         refusal=refusal,
     )
@@ -180,7 +176,7 @@ def analysable_together(zones: Sequence[Analysable]) -> Analysable:
     )
 
 
-def _raised(case: Case, bounds: tuple[float, float], wall: float, need: _Need) -> tuple[str, ...]:
+def _raised(case: Case, bounds: tuple[float, float], wall: float, need: Need) -> tuple[str, ...]:
     """Sentence on a lower density that was raised, and what it would have taken before."""
     run, (low, raised) = case.run, bounds
     return (
@@ -188,35 +184,6 @@ def _raised(case: Case, bounds: tuple[float, float], wall: float, need: _Need) -
         f"need finer grids than [run] memory {run.memory / 1e9:.3g} GB and time "
         f"{run.time / 60:.3g} min hold (at density {low:.3g} {need.words()}); more of both or "
         f"larger cells let it fall",
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Need:
-    """Of a density: bytes of an iteration, bytes and seconds of the finer one of acceptance."""
-
-    memory: int
-    finer_memory: int
-    finer_seconds: float
-
-    def judged(self, memory: float, time: float) -> bool:
-        """Whether the budgets hold the finer resolution of acceptance."""
-        return self.finer_memory <= memory and self.finer_seconds <= TIME_SHARE * time
-
-    def words(self) -> str:
-        """The larger of both in GB, and the time."""
-        most = max(self.memory, self.finer_memory)
-        return f"{most / 1e9:.3g} GB, {self.finer_seconds / 60:.2g} min an analysis"
-
-
-def _need(analysis: ExplicitAnalysis, planned: PlannedSolid, spacing: float, first: float) -> _Need:
-    """Needs of a spacing; ``first`` is the first spacing of acceptance over it."""
-    own = analysis.estimate(planned, spacing)
-    _, finer = whole_estimates(planned, first * spacing, own.unknowns)
-    return _Need(
-        memory=own.memory_bytes,
-        finer_memory=finer.memory_bytes,
-        finer_seconds=seconds(finer),
     )
 
 

@@ -13,7 +13,7 @@ def exclusion_radius(case: Case) -> float:
     """Radius around clamped regions where stress is not judged, mm."""
     if case.limits.exclusion_radius is not None:
         return case.limits.exclusion_radius
-    return (case.limits.exclusion_mesh_sizes or 0.0) * case.part.mesh_size
+    return (case.limits.exclusion_mesh_sizes or 0.0) * case.part.element_size
 
 
 def exclusion_data(zone: ExclusionZone) -> dict[str, Any]:

@@ -44,10 +44,10 @@ def held_loads(
 def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
     """Tetrahedra of the part: of bricks for a box that names no mesher, else by the mesher."""
     if case.part.bricks is not None:
-        return box_part_mesh(case.part.bricks, case.part.mesh_size)
+        return box_part_mesh(case.part.bricks, case.part.element_size)
     return mesh_part(
         part.surface,
-        case.part.mesh_size,
+        case.part.element_size,
         time_limit_s=case.run.time,
         memory_limit_bytes=case.run.memory,
         mesher=mesher,
@@ -67,7 +67,7 @@ def part_facets(case: Case, part: Part, mesh: TetMesh, names: Sequence[str]) -> 
     facets = {}
     for name in names:
         region = part.regions[name]
-        matched = region_facets(mesh, region.corners, tolerance=0.1 * case.part.mesh_size)
+        matched = region_facets(mesh, region.corners, tolerance=0.1 * case.part.element_size)
         check_region_area(matched, region.area, name=name)
         facets[name] = matched.facets
     return facets

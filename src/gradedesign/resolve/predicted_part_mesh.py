@@ -23,7 +23,7 @@ _OF_VOLUME, _OF_FACET = 2.5, 4.0
 
 def least_part_dofs(case: Case, part: Part) -> float:
     """Unknowns that the part's mesh has at least; of a box, those that it has."""
-    size = case.part.mesh_size
+    size = case.part.element_size
     if case.part.bricks is not None:
         counts = [max(1, math.ceil(side / size - 1e-9)) for side in case.part.bricks]
         return 3.0 * math.prod(2.0 * n + 1.0 for n in counts)
@@ -34,7 +34,7 @@ def predicted_part_dofs(case: Case, part: Part) -> int:
     """Unknowns that the part's mesh will have, exact for a box, else within a factor of two."""
     if case.part.bricks is not None:
         return int(least_part_dofs(case, part))
-    size = case.part.mesh_size
+    size = case.part.element_size
     a, b, c = np.moveaxis(corner_points(part.surface), 1, 0)
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     facets = float(np.maximum(areas / (0.433 * size**2), 1.0).sum())
@@ -55,9 +55,9 @@ def require_mesh_fits(case: Case, part: Part) -> None:
     if need <= limit:
         return
     fitting = max((limit - BASE_BYTES) / BYTES_PER_UNKNOWN[2], 1.0)
-    size = case.part.mesh_size * (dofs / fitting) ** (1 / 3)
+    size = case.part.element_size * (dofs / fitting) ** (1 / 3)
     raise ResourceError(
-        f"{case.where('part.mesh_size')}: found {case.part.mesh_size:g} mm, which cuts the "
+        f"{case.where('part.mesh_size')}: found {case.part.element_size:g} mm, which cuts the "
         f"{part.volume:.4g} mm^3 of the part into at least {dofs:.2g} unknowns, about "
         f"{need / 1e9:.2g} GB; expected at most the {limit / 1e9:.2g} GB of [run] memory: take "
         f"{_rounded_up(size)} mm or more, or raise memory"

@@ -36,6 +36,7 @@ from gradedesign.resolve.analysable import (
     chosen_analysis,
 )
 from gradedesign.resolve.build_volume import require_fits
+from gradedesign.resolve.default_mesh_size import with_mesh_size
 from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.free_motions import require_supported
@@ -123,7 +124,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     known = _without_zones(case, registry)
     report_step("zones")
     zones = resolve_zones(
-        case,
+        known.case,
         registry,
         stated_zones(known)[0],
         known.part,
@@ -151,7 +152,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         surface_mesher: Mesher = lookup(registry, "meshers", case.run.mesher)
     analyses = explicit_analyses(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
-    part = _fitting_part(case, registry)
+    case, part = _fitting_part(case, registry)
     with locating(case, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -195,19 +196,23 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     )
 
 
-def _fitting_part(case: Case, registry: Registry) -> Part:
-    """The part as read and repaired, if its mesh, cells, supports and limits are possible."""
+def _fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
+    """The part as read and repaired, if its mesh, cells, supports and limits are possible.
+
+    The case that comes with it states the mesh size.
+    """
     report_step("reading and repairing the part")
     mend = part_repairer(case, registry)
     with locating(case, "part.file"):
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)
+    case = with_mesh_size(case, part)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)
     require_possible(registry.limits, case, part.regions)
-    return part
+    return case, part
 
 
 def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:

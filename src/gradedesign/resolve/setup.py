@@ -67,6 +67,7 @@ class Setup:
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
     known = resolve_case(case, registry)
+    case = known.case
     nu = known.material.poissons_ratio
     with locating(case, "lattice.law"):
         law, law_warnings = resolve_law(case, registry, known.cell, on_event, poissons_ratio=nu)

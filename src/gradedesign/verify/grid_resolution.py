@@ -2,7 +2,9 @@
 
 Isosurface stuffing keeps a wall of 1.25 elements, but rounds a strut of 2 to an eighth less volume
 and loses one of 1.25: what a feature needs depends on its shape. One period of the cell is
-meshed on ever finer grids until its volume is near enough to the density it stands for.
+meshed on ever finer grids until its volume is near enough to the density it stands for. Whether a
+cell is one of walls shows where it is thin: thick struts and their joints may keep their volume at
+1.25 elements by chance.
 """
 
 from __future__ import annotations
@@ -20,12 +22,14 @@ from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
-KIND = "elements-per-wall"
+KIND, SHEET_KIND = "elements-per-wall-2", "sheet"
 #: Elements across a solid layer with plane faces, and at least across anything.
 LAYER_ELEMENTS = 1.25
 #: Elements across the thinnest wall that are tried, coarsest first. What is no wall has two at
 #: least: with fewer, joints may make up for the volume that struts lose.
 TRIED = (LAYER_ELEMENTS, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5)
+#: Densities at which a cell of walls keeps its volume with the first of them, where it exists.
+SHEET_DENSITIES = (0.1, 0.2, 0.3)
 #: Relative error of the volume that the thinnest walls of a design may have. Denser cells have
 #: less, so that the whole lattice keeps within the tolerance of its mesh.
 CELL_TOLERANCE = 0.06
@@ -72,17 +76,44 @@ def _elements_per_wall(cell: Cell, rho: float) -> float:
 def _measured(cell: Cell, rho: float) -> float:
     """The coarsest of `TRIED` that keeps the volume of a period, by meshing it."""
     wall = float(wall_mm(cell, rho, 1.0))
-    coarsest = TRIED[0]
-    for elements in TRIED:
-        if wall <= 0 or cell.family.period * elements / wall > MOST_ELEMENTS:
+    tried = TRIED if _sheet(cell) else TRIED[1:]
+    coarsest = tried[0]
+    for elements in tried:
+        if _too_fine(cell, wall, elements):
             break
         coarsest = elements
-        # A long period shows its struts in many places of the grid by itself.
-        places = PLACES if cell.family.period == 1 else PLACES[:1]
-        volumes = [_volume(cell, rho, wall / elements, np.array(place)) for place in places]
-        if abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE:
+        if _keeps_volume(cell, rho, wall, elements):
             break
     return coarsest
+
+
+def _sheet(cell: Cell) -> bool:
+    """Whether a cell consists of walls: the first of `TRIED` keeps the volume of thin ones."""
+    key = content_key(SHEET_KIND, cell_key(cell))
+    stored = load_arrays(SHEET_KIND, key)
+    if stored is not None:
+        return bool(stored["sheet"])
+    low, high = cell.window
+    sheet = True
+    for rho in SHEET_DENSITIES:
+        wall = float(wall_mm(cell, rho, 1.0)) if low < rho < high else 0.0
+        if not _too_fine(cell, wall, TRIED[0]):
+            sheet = sheet and _keeps_volume(cell, rho, wall, TRIED[0])
+    store_arrays(SHEET_KIND, key, sheet=sheet)
+    return sheet
+
+
+def _too_fine(cell: Cell, wall: float, elements: float) -> bool:
+    """Whether a wall, in cells, asks for a finer grid than is tried."""
+    return wall <= 0 or cell.family.period * elements / wall > MOST_ELEMENTS
+
+
+def _keeps_volume(cell: Cell, rho: float, wall: float, elements: float) -> bool:
+    """Whether a period meshed with so many elements across its wall has its volume."""
+    # A long period shows its struts in many places of the grid by itself.
+    places = PLACES if cell.family.period == 1 else PLACES[:1]
+    volumes = [_volume(cell, rho, wall / elements, np.array(place)) for place in places]
+    return abs(float(np.mean(volumes)) / rho - 1.0) <= CELL_TOLERANCE
 
 
 def _volume(cell: Cell, rho: float, h: float, place: FloatArray) -> float:

@@ -65,3 +65,32 @@ def finer_estimate(planned: PlannedSolid, spacing: float, held: int) -> Analysis
 def seconds(size: AnalysisEstimate) -> float:
     """Seconds of an analysis with its mesh, s."""
     return size.mesh_s + size.solve_s
+
+
+def within_budgets(size: AnalysisEstimate, memory: float, time: float) -> bool:
+    """Whether memory, bytes, and a sixth of the time, s, hold an analysis beyond the first."""
+    return size.memory_bytes <= memory and seconds(size) <= TIME_SHARE * time
+
+
+def judged_seconds(
+    planned: PlannedSolid, spacing: float, held: int, memory: float, time: float
+) -> float:
+    """Seconds of the two analyses that judge a whole solid.
+
+    The second one is finer than the first where the budgets hold that, else coarser, as
+    `whole_solid.judge_whole` takes them.
+
+    Parameters
+    ----------
+    planned : PlannedSolid
+    spacing : float, mm
+        Of the first.
+    held : int
+        Unknowns of the iteration's analysis.
+    memory : float, bytes
+    time : float, s
+    """
+    first, finer = whole_estimates(planned, spacing, held)
+    if not within_budgets(finer, memory, time):
+        finer = FINITE_CELLS.estimate(planned, spacing * RATIO)
+    return seconds(first) + seconds(finer)

@@ -1,0 +1,92 @@
+"""A knot of struts with a net-skin, from the part's surface to a file of layers.
+
+``python benchmarks/bench_net_skin.py [cell ...]``: the job that Aremu et al. (2017, table 2) time
+on a Moebius knot of 511 x 480 x 299 voxels with cells of 30 voxels: 180.65 s for simple cubic and
+224.53 s for F2BCC. Here a trefoil knot of 51.1 x 48 x 29.9 mm (his is not published), cells of 3 mm, layers of
+0.1 mm, by ``gradedesign generate``; time and memory are those of the whole command.
+"""
+
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+CELLS, PUBLISHED = ("sc", "f2bcc"), {"sc": 180.65, "f2bcc": 224.53}
+SIZE = (51.1, 48.0, 29.9)
+CASE = """
+[case]
+name = "knot"
+[part]
+file = "knot.stl"
+units = "mm"
+[lattice]
+cell = "{cell}"
+size = "3 mm"
+density = 0.2
+skin = {{thickness = "0.4 mm", net = true}}
+[print]
+layer_height = "0.1 mm"
+[output]
+formats = ["cli-binary"]
+"""
+
+
+def knot(path):
+    """Write a trefoil knot whose box has the published edges."""
+    import trimesh
+
+    t, turn = np.linspace(0, 2 * np.pi, 361)[:-1], np.linspace(0, 2 * np.pi, 49)[:-1]
+
+    def axis(t):
+        return np.array(
+            [np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)]
+        )
+
+    centre, along = axis(t), axis(t + 1e-5) - axis(t - 1e-5)
+    side = np.cross(along.T, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    up = np.cross(side, along.T)
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    points = centre.T[:, None] + 0.6 * (
+        side[:, None] * np.cos(turn)[:, None] + up[:, None] * np.sin(turn)[:, None]
+    )
+    low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    points = (points - low) / (high - low) * SIZE
+    n, m = points.shape[:2]
+    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    a, b = i * m + j, (i + 1) % n * m + j
+    c, d = (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m
+    faces = np.concatenate([np.stack(f, -1).reshape(-1, 3) for f in ((a, b, c), (a, c, d))])
+    mesh = trimesh.Trimesh(points.reshape(-1, 3), faces)
+    mesh.fix_normals()
+    mesh.export(path)
+
+
+def measure(cell):
+    """Print what the command takes."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        knot(folder / "knot.stl")
+        (folder / "case.toml").write_text(CASE.format(cell=cell))
+        command = [sys.executable, "-m", "gradedesign", "generate", name, "-o", str(folder / "out")]
+        began = time.perf_counter()
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        took = time.perf_counter() - began
+        result = json.loads((folder / "out" / "result.json").read_text())
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(
+        f"{cell}: {took:.1f} s ({took / PUBLISHED[cell]:.3f} of the published time), "
+        f"{used.ru_utime + used.ru_stime:.1f} s of processor time so far, "
+        f"{used.ru_maxrss / 1e6:.2f} GB at most so far; {sorted(result)}",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    for cell in sys.argv[1:] or CELLS:
+        measure(cell)
