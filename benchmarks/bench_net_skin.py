@@ -2,8 +2,8 @@
 
 ``python benchmarks/bench_net_skin.py [cell ...]``: the job that Aremu et al. (2017, table 2) time
 on a Moebius knot of 511 x 480 x 299 voxels with cells of 30 voxels: 180.65 s for simple cubic and
-224.53 s for F2BCC. Here a trefoil knot of 51.1 x 48 x 29.9 mm (his is not published), cells of 3 mm, layers of
-0.1 mm, by ``gradedesign generate``; time and memory are those of the whole command.
+224.53 s for F2BCC. Here a trefoil knot of 51.1 x 48 x 29.9 mm (his is not published), cells of
+3 mm, layers of 0.1 mm, by ``gradedesign generate``; time and memory are those of the whole command.
 """
 
 import json

@@ -32,9 +32,8 @@ from gradedesign.loop.stages import (
     save_iteration,
 )
 from gradedesign.output.result import RunResult
-from gradedesign.output.stl import write_stl
 from gradedesign.plugin.registry import Registry, build_registry
-from gradedesign.resolve.lattice_files import STL_NAME
+from gradedesign.resolve.lattice_files import STL_NAME, write_printed
 from gradedesign.resolve.oriented import oriented
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.setup import Setup, prepare
@@ -167,10 +166,10 @@ def loop(
     iterations = load_iterations(out, setup)
     for iteration in iterations:
         announce.iteration(iteration, resumed=True)
-    refused, factors = load_acceptance(out, setup, len(iterations))
+    refused, factors, last = load_acceptance(out, setup, len(iterations))
     outcome = run_loop(
         loop_stages(setup, out, announce, cost, iterations),
-        Progress(iterations=iterations, refused=refused, factors=factors),
+        Progress(iterations=iterations, refused=refused, factors=factors, last=last),
     )
     shown = shown_design(setup, out, announce, outcome.iterations, outcome.accepted)
     announce.printed(shown.printed, setup.problem.material)
@@ -220,7 +219,7 @@ def loop_stages(
         accept=lambda iteration, analysed: judge(setup, out, announce, iteration, analysed),
         why_ended=lambda finished, factors: why_ended(setup, finished, factors, deadline),
         store_iteration=store_iteration,
-        store_acceptance=lambda refused, factors: save_acceptance(out, setup, refused, factors),
+        store_acceptance=lambda *judged: save_acceptance(out, setup, *judged),
     )
 
 
@@ -241,7 +240,8 @@ def shown_design(
     if accepted is not None:
         if out.artefacts()[STL_NAME].sha256 != accepted.sha256:
             # A later design was written there and refused, or is heavier.
-            out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), accepted.surface))
+            problem = setup.problem
+            write_printed(out, problem.case, problem.part.surface, accepted.surface)
         out.read_bytes(STL_NAME)
         rho, analysed, surface = accepted.iteration.rho, accepted.analysed, accepted.surface
     else:

@@ -21,7 +21,7 @@ from gradedesign.loop import iteration_steps, loop
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
-from gradedesign.loop.loop import Progress, Stages, run_loop
+from gradedesign.loop.loop import Judged, Progress, Stages, run_loop
 from gradedesign.output.result import Iteration
 from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.limits import Deadline
@@ -139,7 +139,7 @@ def test_a_refused_design_goes_round_with_what_it_taught():
     first, second = (row.key for row in designs[0].rows)
     assert faked.given[1][first] == pytest.approx(1.0)
     assert faked.given[1][second] == pytest.approx(1.2)
-    assert faked.saved == [((1,), faked.given[1])]
+    assert faked.saved == [((1,), faked.given[1], Judged(holds=False, factors=faked.given[1]))]
 
 
 def test_a_design_that_its_factors_break_is_not_judged_again():
@@ -222,6 +222,28 @@ def test_of_two_accepted_designs_the_lighter_is_kept():
     faked = Faked(designs, accepts={1: (0.95,), 2: (0.92,)}, ends=after(3))
     assert faked.run().accepted.iteration is light
     assert [number for number, _ in faked.judged] == [1, 2]
+
+
+def test_designs_that_enclose_the_next_teach_it_together():
+    """Held at 95 %, refused at 102 %, held at 95 %, refused at 100.3 %, and tight at 97.5 %."""
+    values = (0.5, 0.90, 0.935, 0.90, 0.92, 0.92)
+    designs = [an_iteration(n, value) for n, value in enumerate(values, 1)]
+    accepts = {2: (1.06,), 3: (1.09,), 4: (1.05,), 5: (1.09,), 6: (1.06,)}
+    faked = Faked(designs, accepts=accepts)
+    assert faked.run().ended.by == "tight"
+    assert [number for number, _ in faked.judged] == [2, 3, 4, 5, 6]
+    # The first refused one is believed alone; after it two that enclose the next together.
+    between = pytest.approx((1.05 * 1.09) ** 0.5)
+    heard = [given.get(PULL) for given in faked.given]
+    assert heard == [None, None, pytest.approx(1.06), pytest.approx(1.09), between, between]
+    # A run that was ended after its fourth design learns the same.
+    refused, stored, last = faked.saved[2]
+    again = Faked(
+        designs[4:], accepts=accepts, iterations=tuple(designs[:4]),
+        refused=refused, factors=stored, last=last,
+    )  # fmt: skip
+    again.run()
+    assert [given[PULL] for given in again.given] == heard[4:]
 
 
 def test_a_resumed_run_knows_what_acceptance_refused():

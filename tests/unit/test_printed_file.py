@@ -11,6 +11,7 @@ from gradedesign.loop import accepted as accepting
 from gradedesign.loop.announce import Announcer
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
+from gradedesign.resolve import lattice_files
 from gradedesign.resolve.lattice_files import STL_NAME
 from gradedesign.workspace.progress import ignore
 from gradedesign.workspace.run_folder import open_run_folder
@@ -50,7 +51,7 @@ def test_an_altered_file_is_neither_adopted_nor_read(out):
 def exported(monkeypatch, out):
     """What `export_surface` returns for a box in the place of a lattice."""
     none = Islands(dropped=0, dropped_volume=0, dropped_share=0, pockets=0, pocket_volume=0)
-    monkeypatch.setattr(accepting, "printed_surface", lambda *_: (BOX, none))
+    monkeypatch.setattr(accepting, "printed_surface", lambda *_, **__: (BOX, none))
     setup = SimpleNamespace(
         problem=SimpleNamespace(
             part=SimpleNamespace(surface=BOX),
@@ -68,19 +69,20 @@ def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exp
     assert len(surface.faces) == 12
     assert out.artefacts()[STL_NAME].sha256 == digest
 
-    def disturbed(path, written):
-        digest = write_stl(path, written)
+    def disturbed(path, written, records):
+        digest = write_stl(path, written, records)
         alter(path)
         return digest
 
-    monkeypatch.setattr(accepting, "write_stl", disturbed)
+    monkeypatch.setattr(lattice_files, "write_stl", disturbed)
     with pytest.raises(ResourceError, match="changed after it was written"):
         exported()
 
 
 def shown(monkeypatch, out, accepted):
     monkeypatch.setattr(pipeline, "shown_of", lambda _problem, _rho, _analysed, surface: surface)
-    setup = SimpleNamespace(problem=None)
+    case, part = SimpleNamespace(print=None), SimpleNamespace(surface=BOX)
+    setup = SimpleNamespace(problem=SimpleNamespace(case=case, part=part))
     return pipeline.shown_design(setup, out, Announcer(ignore), (), accepted)
 
 

@@ -247,6 +247,13 @@ def test_a_window_that_does_not_match_stands_out(html):
     assert '<span class="broken">NO</span>' in html
 
 
+def test_kept_triangles_of_the_part_are_said(html):
+    assert "triangles of the part are in it" not in html
+    kept = {**RESULT.printed, "outer": {"triangles": 2092, "kept": "bytes"}}
+    words = "The 2092 triangles of the part are in it as they are, byte for byte."
+    assert words in render_report(replace(RESULT, printed=kept), {}, "")
+
+
 def test_a_result_without_lattice_has_no_empty_sections():
     bare = RunResult(
         status="infeasible", lightest=False, reason="too weak", limits=RESULT.limits, case_name="x"

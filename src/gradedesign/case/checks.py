@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gradedesign.case.lattice_schema import CellsSpec
+from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.problems import Problem
 from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
@@ -128,6 +129,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
         )
     yield from cell_map_problems(file.lattice, file.region)
     yield from _zone_problems(file)
+    yield from outer_problems(file.lattice, file.print)
     yield from _box_problems(file)
 
 

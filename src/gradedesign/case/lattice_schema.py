@@ -138,6 +138,12 @@ class CellsSpec(Table):
     """Name of a scaling law, or auto."""
     skin: SkinSpecs = ()
     """Solid layers below the part's surface: one thickness such as "2 mm", a table, or several."""
+    bevel: Distance = 0.0
+    """Radius of the inner edges and corners below skins and passive regions, mm: what no ball of
+    it reaches there is solid."""
+    least_cavity: Distance = 0.0
+    """Diameter of a ball, mm: cavities below a skin all round that it does not fit into are
+    solid."""
     drain: DrainSpec | None = None
     """Holes by which powder leaves voids that skins close."""
     joint_radius: Distance = 0.0
@@ -200,6 +206,18 @@ class CellsSpec(Table):
     def _net_alone(self) -> CellsSpec:
         if self.joint_radius and any(skin.net for skin in self.skin):
             raise key_error("joint_radius", "does not go with a net-skin yet; leave one out")
+        return self
+
+    @model_validator(mode="after")
+    def _fillings_below_skins(self) -> CellsSpec:
+        closed = [skin for skin in self.skin if not skin.net]
+        if self.bevel and not closed:
+            raise key_error("bevel", 'has no meaning without a skin; add e.g. skin = "1 mm"')
+        if self.least_cavity and all(skin.faces for skin in closed):
+            raise key_error(
+                "least_cavity",
+                'has no meaning without a skin all round; add e.g. skin = "1 mm"',
+            )
         return self
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ from pydantic import Field
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table
 from gradedesign.case.value_types import (
+    Choice,
     Direction,
     JsonSchema,
     Number,
@@ -98,6 +99,10 @@ class PrintSpec(Table):
     """Resolution within a layer, mm; the layer height by default."""
     chord_tolerance: Size | None = Field(default=None, examples=["0.01 mm"])
     """Fewer triangles of the printed surface, none of it moved by more than this, mm."""
+    outer: Annotated[str, Choice(("cut", "cad"))] = "cut"
+    """Outer faces of the printed surface. cut: the part's, divided where the lattice meets them;
+    cad: the triangles of the part as they are, with the internal surface behind a skin all
+    round."""
     build_direction: Direction = "+z"
     """Direction of the part that points upwards in the printer."""
     overhang_angle: Annotated[float, Quantity("angle", above=0.0, at_most=90.0)] = 45.0

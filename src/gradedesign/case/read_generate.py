@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gradedesign.case.checks import cell_map_problems, skin_problems
 from gradedesign.case.generate_schema import GenerateCase, GenerateFile
+from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.problems import Problem
 from gradedesign.case.read_case import (
@@ -91,5 +92,6 @@ def _problems(file: GenerateFile) -> Iterator[Problem]:
             "vtu",
         )
     yield from cell_map_problems(file.lattice, file.region)
+    yield from outer_problems(file.lattice, file.print)
     if file.part.box is not None:
         yield from skin_problems(file.lattice, file.part.box)

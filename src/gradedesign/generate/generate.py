@@ -46,6 +46,7 @@ from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.lattice_files import chord_tolerance, lattice_files, printed_lattice
+from gradedesign.resolve.outer_triangles import keeps_outer, outer_data
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
@@ -229,7 +230,9 @@ def build(
     wall = thinnest_wall(cells, least_density(design.density), size)
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
-    surface, islands = printed_surface(design, part.surface, step, chord_tolerance(case))
+    surface, islands = printed_surface(
+        design, part.surface, step, chord_tolerance(case), keep_outer=keeps_outer(case)
+    )
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)
     depth, _ = solid_layers(design.domain, band=3 * step)
@@ -302,7 +305,7 @@ def generated_result(
             "volume_mm3": volume,
             "joints_mm3": joint_volume(made.design),
         },
-        printed=thickness_data(made.thickness),
+        printed={**thickness_data(made.thickness), **outer_data(case, made.part.surface)},
         repairs=made.part.report.changes,
         warnings=tuple(dict.fromkeys(warnings)),
         plugins=tuple(str(p) for p in registry.plugins),

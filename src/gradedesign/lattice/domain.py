@@ -44,6 +44,22 @@ class PassiveRegion:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Filling:
+    """A place that is solid for the shape of the room that skins leave.
+
+    Attributes
+    ----------
+    distance : callable
+        Points ``(3, ...)`` mm to ``(...)`` mm, negative inside, of slope one at most.
+    note : str
+        Remark for the user.
+    """
+
+    distance: Field
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DesignDomain:
     """The part that is designed.
 
@@ -59,6 +75,8 @@ class DesignDomain:
         Struts laid onto its faces; they count as lattice.
     passive : tuple of PassiveRegion
         Regions that stay solid.
+    fillings : tuple of Filling
+        Further solid places; they count as skin.
     drains : tuple of Drain
         Holes that cut lattice, skins and passive regions.
     joint_radius : float, mm
@@ -78,6 +96,7 @@ class DesignDomain:
     skins: tuple[Skin, ...] = ()
     nets: tuple[NetSkin, ...] = ()
     passive: tuple[PassiveRegion, ...] = ()
+    fillings: tuple[Filling, ...] = ()
     drains: tuple[Drain, ...] = ()
     joint_radius: float = 0.0
     bodies: int = 1
@@ -127,6 +146,10 @@ def phase_at(
         known = domain.distance(points) if distance is None else distance
         for skin in domain.skins:
             phase[skin_value(skin, points, known) < 0] = SKIN
+    for filling in domain.fillings:
+        open_ones = phase == LATTICE
+        filled = filling.distance(np.asarray(points)[:, open_ones]) < 0
+        phase[open_ones] = np.where(filled, SKIN, LATTICE)
     if domain.passive:
         phase[passive_at(domain, points)] = KEPT
     return phase

@@ -28,7 +28,7 @@ SolidLayer: TypeAlias = Callable[[FloatArray, FloatArray | None], FloatArray]
 def solid_layers(
     domain: DesignDomain, band: float | None = None
 ) -> tuple[Field, tuple[SolidLayer, ...]]:
-    """Distance of the part, and of every skin and passive region of it, negative inside.
+    """Distance of the part, and of every skin, passive region and filling, negative inside.
 
     Parameters
     ----------
@@ -45,7 +45,8 @@ def solid_layers(
     if band is None:
         part = domain.distance
         passive = (_passive(p, _less(p.distance, p.margin), part) for p in domain.passive)
-        return part, (*(_skin(skin, part) for skin in domain.skins), *passive)
+        fillings = (_alone(filling.distance) for filling in domain.fillings)
+        return part, (*(_skin(skin, part) for skin in domain.skins), *passive, *fillings)
     if not band > 0:
         raise LatticeError(f"band is {band:g} mm, expected a positive reach")
     reach = max(band, REACH * domain.joint_radius)
@@ -73,6 +74,7 @@ def solid_layers(
         beyond = reach if region.from_surface is None else 3 * reach + 2 * region.from_surface
         solid = banded(_less(region.distance, region.margin), reach, beyond)
         layers.append(_passive(region, solid, part))
+    layers += [_alone(banded(filling.distance, reach, reach)) for filling in domain.fillings]
     return part, tuple(layers)
 
 
@@ -119,7 +121,7 @@ def united(
             cells = np.minimum(cells, struts.reshape(cells.shape))
         if not radius or not values:
             return np.asarray(np.minimum.reduce([cells, *values]))
-        functions = [_alone(layer) for layer in layers]
+        functions = [_field(layer) for layer in layers]
         joint = joined(
             points.reshape(3, -1),
             (cells.ravel(), exact),
@@ -131,8 +133,12 @@ def united(
     return union
 
 
-def _alone(layer: SolidLayer) -> Field:
+def _field(layer: SolidLayer) -> Field:
     return lambda points: layer(points, None)
+
+
+def _alone(distance: Field) -> SolidLayer:
+    return lambda points, _: distance(points)
 
 
 def _skin(skin: Skin, part: Field) -> SolidLayer:

@@ -70,7 +70,7 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         del raw  # the triangles once more
         if design.domain.skins:
             report_step("inner edges of skins")
-            vertices, faces = _with_skin_edges(vertices, faces, untrimmed.domain, field, step)
+            vertices, faces = with_skin_edges(vertices, faces, untrimmed.domain, field, step)
         report_step("collapsing short edges")
         trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     require_closed(trimmed)
@@ -83,10 +83,13 @@ def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:
     return boxed_grid(domain.lower - beyond, domain.upper + beyond, step)
 
 
-def _with_skin_edges(
+def with_skin_edges(
     vertices: FloatArray, faces: NDArray[np.int32], domain: DesignDomain, field: Field, step: float
 ) -> tuple[FloatArray, NDArray[np.int32]]:
-    """The surface with inner edges of skins, but where triangles would cross."""
+    """The surface with inner edges of skins, but where triangles would cross.
+
+    ``domain`` is grown by the overhang.
+    """
     part, layers = solid_layers(domain, 3 * step)
     skins = tuple(_alone(layer) for layer in layers[: len(domain.skins)])
     open_ones = np.zeros(len(vertices), dtype=bool)

@@ -12,6 +12,7 @@ from gradedesign.case.skin_schema import PLACE, SkinSpec
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.net_skin import NetSkin
 from gradedesign.lattice.skin import Skin
+from gradedesign.layout.fillings import with_fillings
 from gradedesign.layout.passive import passive_regions
 from gradedesign.layout.skin_room import require_stated_thickness
 from gradedesign.part.part import Part
@@ -25,11 +26,13 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
     ------
     CaseError
         If the formula of a skin leaves the thicknesses that the case states, or no place of the
-        part lies in a volume that stays solid.
+        part lies in a volume that stays solid, or bevel or small cavities fill the part.
+    ResourceError
+        If these are too small for a grid of the part.
     """
     points = part.surface.vertices
     distance = surface_distance(part.surface)
-    return DesignDomain(
+    domain = DesignDomain(
         distance=distance,
         lower=points.min(axis=0),
         upper=points.max(axis=0),
@@ -47,6 +50,7 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
         joint_radius=case.lattice.joint_radius,
         bodies=part.report.bodies,
     )
+    return with_fillings(case, domain)
 
 
 def _skin(case: Case | GenerateCase, part: Part, spec: SkinSpec) -> Skin:

@@ -74,8 +74,8 @@ def require_struts(case: Case | GenerateCase, cell: str, *, struts: bool) -> Non
 
 
 def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -> tuple[str, ...]:
-    """Say where skins meet across the part, so that nothing of it is lattice there."""
-    warnings = []
+    """Say where skins meet across the part, so that it is solid there, and what is filled."""
+    warnings = [filling.note for filling in domain.fillings if filling.note]
     closed = [spec for spec in case.lattice.skin if not spec.net]
     for spec, skin in zip(closed, domain.skins, strict=True):
         points, inward = face_places(part, spec.faces)

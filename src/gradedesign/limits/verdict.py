@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
@@ -54,6 +55,11 @@ def learned_factors(
             )
         factors[key] = new / old if old else 1.0
     return factors
+
+
+def mean_factors(earlier: Factors, later: Factors) -> dict[LimitKey, float]:
+    """Geometric means of factors that both have, and the later ones that the earlier lack."""
+    return {key: math.sqrt(earlier.get(key, new) * new) for key, new in later.items()}
 
 
 def _largest(rows: Sequence[LimitRow]) -> dict[LimitKey, LimitRow]:

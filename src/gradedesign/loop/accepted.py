@@ -21,8 +21,9 @@ from gradedesign.loop.announce import Announcer
 from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.stl import surface_of_stl, write_stl
-from gradedesign.resolve.lattice_files import STL_NAME, chord_tolerance
+from gradedesign.output.stl import surface_of_stl
+from gradedesign.resolve.lattice_files import STL_NAME, chord_tolerance, write_printed
+from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
     Acceptance,
@@ -156,12 +157,12 @@ def export_surface(
     design, problem = analysed.design, setup.problem
     size = analysed.result.solved.division.surface_size
     step = SURFACE_PER_SPACING * size
+    case, part = problem.case, problem.part.surface
     surface, islands = printed_surface(
-        design, problem.part.surface, step, chord_tolerance(problem.case)
+        design, part, step, chord_tolerance(case), keep_outer=keeps_outer(case)
     )
     report_step("writing and reading back the surface")
-    digest = write_stl(out.path_of(STL_NAME), surface)
-    out.adopt(STL_NAME, digest)
+    digest = write_printed(out, case, part, surface)
     back = surface_of_stl(out.read_bytes(STL_NAME), STL_NAME)
     volume, meshed = require_closed(back), analysed.result.volume
     if not np.isclose(volume, meshed, rtol=0.05):

@@ -9,13 +9,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
-from gradedesign.limits.verdict import Factors, all_hold, is_tight, with_factors, worst_utilisation
+from gradedesign.limits.verdict import (
+    Factors,
+    all_hold,
+    is_tight,
+    mean_factors,
+    with_factors,
+    worst_utilisation,
+)
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended, refused_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
 
 #: A limit of a design from which the next one learns is used to this share.
 NEAR = 0.88
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """Outcome of an acceptance: whether the design holds, and accepted over explicit values."""
+
+    holds: bool
+    factors: Factors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,14 +49,14 @@ class Stages:
     store_iteration : callable
         Keeps the last of the finished iterations for a run that is resumed.
     store_acceptance : callable
-        Keeps the iterations that were refused, and the factors.
+        Keeps the iterations that were refused, the factors, and what was judged last.
     """
 
     iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
     accept: Callable[[DesignIteration, Analysed | None], Accepted]
     why_ended: Callable[[tuple[DesignIteration, ...], Factors], Ended | None]
     store_iteration: Callable[[tuple[DesignIteration, ...]], None]
-    store_acceptance: Callable[[tuple[int, ...], Factors], None]
+    store_acceptance: Callable[[tuple[int, ...], Factors, Judged], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,11 +71,14 @@ class Progress:
         Numbers of the iterations whose design acceptance refused.
     factors : mapping of a limit's key to float
         Accepted over explicit value.
+    last : Judged, optional
+        Design that was judged last.
     """
 
     iterations: tuple[DesignIteration, ...] = ()
     refused: tuple[int, ...] = ()
     factors: Factors = field(default_factory=dict)
+    last: Judged | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,7 +114,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         If the first design cannot be built or analysed. A later one that cannot ends the loop.
     """
     start = Progress() if start is None else start
-    iterations, refused, factors = start.iterations, start.refused, start.factors
+    iterations, refused = start.iterations, start.refused
+    factors, last = start.factors, start.last
     tried = set(refused)
     accepted: Accepted | None = None
     analysed: Analysed | None = None
@@ -115,10 +134,12 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             if latest.holds and is_tight(latest.rows, at_lower_bound=iterations[-1].at_lower_bound):
                 ended = TIGHT_END
                 break
-            factors = latest.factors
+            judged = Judged(holds=latest.holds, factors=dict(latest.factors))
+            factors = next_factors(last, judged, refused=bool(refused))
+            last = judged
             if not latest.holds:
                 refused = (*refused, iterations[-1].summary.number)
-            stages.store_acceptance(refused, factors)
+            stages.store_acceptance(refused, factors, judged)
             del latest
         analysed = None
         stop = stages.why_ended(iterations, factors)
@@ -141,6 +162,23 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         # Refused before this process: its rows are what decided.
         accepted = stages.accept(iterations[refused[-1] - 1], None)
     return Outcome(iterations=iterations, accepted=accepted, ended=ended)
+
+
+def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:
+    """Factors of which the next design learns: where two designs enclose it, the means of both.
+
+    A first refused design is believed alone, since those before it were far from their limits.
+
+    Parameters
+    ----------
+    before, now : Judged
+        Last two designs.
+    refused : bool
+        Whether a design was refused before this one.
+    """
+    if before is None or before.holds == now.holds or not refused:
+        return now.factors
+    return mean_factors(before.factors, now.factors)
 
 
 def _best_left(

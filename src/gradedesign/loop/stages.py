@@ -15,6 +15,7 @@ from gradedesign.limits.key import LimitKey, keyed_from_json
 from gradedesign.limits.row import row_from_json
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.iteration import DesignIteration
+from gradedesign.loop.loop import Judged
 from gradedesign.output.result import iteration_from_json
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.correction import Correction, Discrepancy
@@ -22,7 +23,7 @@ from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-ITERATION_VERSION = 5
+ITERATION_VERSION = 6
 
 
 def default_folder(case: CaseIdentity) -> Path:
@@ -64,26 +65,37 @@ def save_iteration(out: RunFolder, setup: Setup, iteration: DesignIteration) -> 
     out.save_stage(f"iteration-{number}", iteration_key(setup, number), arrays, meta)
 
 
-def save_acceptance(out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors) -> None:
+def save_acceptance(
+    out: RunFolder, setup: Setup, refused: Sequence[int], factors: Factors, last: Judged
+) -> None:
     """Store the outcome of acceptance: iterations that it refused, and factors on limits."""
     meta = {
         "refused": list(refused),
         "factors": [[asdict(key), value] for key, value in factors.items()],
+        "last_holds": last.holds,
+        "last_factors": [[asdict(key), value] for key, value in last.factors.items()],
     }
     out.save_stage("acceptance", iteration_key(setup, 0), {}, meta)
 
 
-def load_acceptance(out: RunFolder, setup: Setup, finished: int) -> tuple[tuple[int, ...], Factors]:
-    """Iterations that acceptance refused, and its factors; none before the first acceptance.
+def load_acceptance(
+    out: RunFolder, setup: Setup, finished: int
+) -> tuple[tuple[int, ...], Factors, Judged | None]:
+    """Iterations that acceptance refused, its factors, and the design that it judged last.
 
-    Iterations after the ``finished`` ones that are stored are run again, and not refused yet.
+    None before the first acceptance. Iterations after the ``finished`` ones that are stored are run
+    again, and not refused yet.
     """
     stored = out.load_stage("acceptance", iteration_key(setup, 0))
     if stored is None:
-        return (), {}
+        return (), {}, None
     meta = stored[1]
     factors = dict(keyed_from_json(meta["factors"]))
-    return tuple(int(number) for number in meta["refused"] if number <= finished), factors
+    refused = tuple(int(number) for number in meta["refused"] if number <= finished)
+    last = Judged(
+        holds=bool(meta["last_holds"]), factors=dict(keyed_from_json(meta["last_factors"]))
+    )
+    return refused, factors, last
 
 
 def load_iterations(out: RunFolder, setup: Setup) -> tuple[DesignIteration, ...]:

@@ -49,6 +49,9 @@ class PrintedLattice:
     beams : callable or None
         Without arguments: the lattice as `BeamLattice` where it is made of round struts in equal
         cubes, else a `LatticeError`. Disconnected components are still in it.
+    outer_records : bytes
+        Of the surface's first triangles as the part's own binary STL holds them, 50 bytes each;
+        empty where none are kept so.
     unit : str
         Always ``"mm"``.
     """
@@ -66,6 +69,7 @@ class PrintedLattice:
     pixel_size: float | None = None
     build_direction: str = "+z"
     beams: Callable[[], BeamLattice] | None = None
+    outer_records: bytes = b""
     unit: str = "mm"
 
     @property

@@ -31,7 +31,7 @@ _RECORD = np.dtype(
 _BATCH = 1 << 15
 
 
-def write_stl(path: Path, surface: SurfaceMesh) -> str:
+def write_stl(path: Path, surface: SurfaceMesh, records: bytes = b"") -> str:
     """Write a closed surface as binary STL, atomically, and read it back.
 
     Coordinates are float32. Vertices that would fall together in float32 are moved apart by the
@@ -42,6 +42,9 @@ def write_stl(path: Path, surface: SurfaceMesh) -> str:
     path : Path
     surface : SurfaceMesh
         mm, outward oriented.
+    records : bytes
+        Of the first triangles as another binary STL file holds them, to the byte; their corners
+        are those of the surface.
 
     Returns
     -------
@@ -51,7 +54,8 @@ def write_stl(path: Path, surface: SurfaceMesh) -> str:
     Raises
     ------
     LatticeError
-        If the surface is empty, too large for the format or too fine for float32.
+        If the surface is empty, too large for the format or too fine for float32, or the records
+        are not those of its first triangles.
     CaseError, ResourceError
         If the file cannot be written, or what is read back differs.
     """
@@ -59,9 +63,15 @@ def write_stl(path: Path, surface: SurfaceMesh) -> str:
     if not 0 < count < 2**32:
         raise LatticeError(f"STL holds 1 to 4294967295 triangles, the surface has {count}")
     vertices = float32_vertices(surface.vertices)
+    first = len(records) // _RECORD.itemsize
+    if not same_triangles(records, vertices[surface.faces[:first]]):
+        raise LatticeError(
+            f"the {first} triangles that are written as a file has them are not the first ones of "
+            f"the surface; pass a surface that begins with them"
+        )
     digest = hashlib.sha256()
     with replacing(path) as handle:
-        for block in _blocks(vertices, surface.faces):
+        for block in _blocks(vertices, surface.faces, records):
             digest.update(block)
             handle.write(block)
     _read_back(path, count, enclosed_volume(surface), surface.vertices.mean(axis=0))
@@ -71,7 +81,7 @@ def write_stl(path: Path, surface: SurfaceMesh) -> str:
 
 def export_stl(path: Path, lattice: PrintedLattice) -> None:
     """Write the printed lattice as `write_stl` does; errors likewise."""
-    write_stl(path, lattice.surface)
+    write_stl(path, lattice.surface, lattice.outer_records)
 
 
 def float32_vertices(vertices: FloatArray) -> FloatArray:
@@ -100,6 +110,12 @@ def float32_vertices(vertices: FloatArray) -> FloatArray:
     )
 
 
+def same_triangles(records: bytes, corners: FloatArray) -> bool:
+    """Whether records of a binary STL hold the corners ``(m, 3, 3)`` mm, in their order."""
+    held = np.frombuffer(records, dtype=_RECORD)["corners"]
+    return held.shape == corners.shape and np.array_equal(held, corners)
+
+
 def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
     """Surface of a binary STL file that `write_stl` wrote: equal corners are one vertex.
 
@@ -124,11 +140,12 @@ def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
     return SurfaceMesh(vertices=points[fresh], faces=number[first].reshape(-1, 3))
 
 
-def _blocks(vertices: FloatArray, faces: IntArray) -> Iterator[bytes]:
-    """Content of a file of triangles ``(m, 3)`` over vertices."""
+def _blocks(vertices: FloatArray, faces: IntArray, given: bytes) -> Iterator[bytes]:
+    """Content of a file of triangles ``(m, 3)`` over vertices, the first ones as given."""
     yield HEADER.ljust(80, b" ")
     yield np.array(len(faces), dtype="<u4").tobytes()
-    for low in range(0, len(faces), _BATCH):
+    yield given
+    for low in range(len(given) // _RECORD.itemsize, len(faces), _BATCH):
         report_step("triangles", low / len(faces))
         some = faces[low : low + _BATCH]
         numbers = np.zeros((len(some), 12), dtype=np.float32)

@@ -88,6 +88,12 @@ def parse_stl(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
     return _parse_binary(data, source)
 
 
+def binary_records(data: bytes) -> bytes:
+    """Triangles of the bytes of a binary STL file, 50 bytes each; empty for other files."""
+    size = _declared_size(data)
+    return data[_HEADER:size] if size <= len(data) else b""
+
+
 def _declared_size(data: bytes) -> int:
     """Bytes that a binary STL with this header should have; 0 if there is no header."""
     if len(data) < _HEADER:

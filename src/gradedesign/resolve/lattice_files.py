@@ -22,8 +22,9 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import float32_vertices
+from gradedesign.output.stl import float32_vertices, write_stl
 from gradedesign.plugin.registry import Registry, absent
+from gradedesign.resolve.outer_triangles import outer_records
 from gradedesign.workspace.atomic import replacing_path
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
@@ -109,6 +110,7 @@ def printed_lattice(
 
     return PrintedLattice(
         surface=surface,
+        outer_records=outer_records(case, part),
         name=case.name,
         version=metadata.version("gradedesign"),
         case_hash=case.case_hash,
@@ -149,6 +151,18 @@ def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tup
         f"{len(pairs)} triangles of the printed surface pass through others by more than "
         f"{1e3 * TOUCHING:g} um, the first at ({at}) mm; a slicer may fill or drop something there",
     )
+
+
+def write_printed(
+    out: RunFolder, case: CaseIdentity, part: SurfaceMesh, surface: SurfaceMesh
+) -> str:
+    """Write the printed surface as binary STL into the run folder; return its SHA-256.
+
+    Errors are those of `write_stl`.
+    """
+    digest = write_stl(out.path_of(STL_NAME), surface, outer_records(case, part))
+    out.adopt(STL_NAME, digest)
+    return digest
 
 
 def write_lattice_files(

@@ -26,7 +26,6 @@ from gradedesign.output.pictures import (
 )
 from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult, as_json
-from gradedesign.output.stl import write_stl
 from gradedesign.output.vtu import write_vtu
 from gradedesign.resolve.cell_choice import CellChoice
 from gradedesign.resolve.lattice_files import (
@@ -35,7 +34,9 @@ from gradedesign.resolve.lattice_files import (
     crossing_warnings,
     printed_lattice,
     write_lattice_files,
+    write_printed,
 )
+from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.decks import write_decks
@@ -219,10 +220,11 @@ def _unjudged_lattice(
     """Surface of a design that no analysis has judged."""
     design = build_design(problem, cells, density_grid(problem, cells, rho))
     step = cells.layout.least / 24
+    case, part = problem.case, problem.part.surface
     surface, islands = printed_surface(
-        design, problem.part.surface, step, chord_tolerance(problem.case)
+        design, part, step, chord_tolerance(case), keep_outer=keeps_outer(case)
     )
-    out.adopt(STL_NAME, write_stl(out.path_of(STL_NAME), surface))
+    write_printed(out, case, part, surface)
     warnings = _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
     warnings += picture_lattice(out.path_of("lattice.png"), surface)

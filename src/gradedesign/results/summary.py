@@ -19,6 +19,7 @@ from gradedesign.mesh.meshed_surface import failed_attempts
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
+from gradedesign.resolve.outer_triangles import outer_data
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.results.printable import thickness_data
@@ -161,7 +162,7 @@ def verdict_result(
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
             "drains": drain_data(setup.problem.domain.drains),
         },
-        printed=printed_data(printed),
+        printed=printed_data(printed) | outer_data(setup.problem.case, setup.problem.part.surface),
         warnings=tuple(warnings),
         **common,
     )

@@ -1,0 +1,33 @@
+"""Whether a case leaves the outer triangles of its part alone, where it wants to keep them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gradedesign.case.lattice_schema import CellsSpec
+from gradedesign.case.print_schema import PrintSpec
+from gradedesign.case.problems import Problem
+
+
+def outer_problems(lattice: CellsSpec, spec: PrintSpec | None) -> Iterator[Problem]:
+    """Find what would open the outer triangles that ``[print] outer = "cad"`` keeps.
+
+    Yields
+    ------
+    Problem
+    """
+    if spec is None or spec.outer != "cad":
+        return
+    key = ("print", "outer")
+    if not any(not skin.net and not skin.faces for skin in lattice.skin):
+        yield Problem(
+            key=key,
+            message='found "cad", which needs a skin all round: elsewhere the lattice ends at the '
+            'triangles of the part and divides them; add e.g. skin = "1 mm" to [lattice], or "cut"',
+        )
+    if lattice.drain is not None:
+        yield Problem(
+            key=key,
+            message='found "cad" with [lattice.drain]: holes cut the triangles of the part; leave '
+            'one out, drill the holes later, or expected "cut"',
+        )
