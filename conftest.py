@@ -10,7 +10,7 @@ ROOT = Path(__file__).parent
 #: Folders of tests that come first. A worker takes a half of the list: one compiles the kernels of
 #: these, the other, after the many short tests that stand directly in tests/, those of whole runs.
 #: In the order of the alphabet both need the same kernels at the same time and compile them twice.
-FIRST = ("plugins", "verification", "tests")
+FIRST = ("plugins", "tests/verification", "tests")
 
 # As the command does: several processes of several threads share the cores here.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -29,6 +29,6 @@ def pytest_collection_modifyitems(items):
 
 def rank(path):
     """Place of the folder of a file of tests in `FIRST`, or after all of them."""
-    parts = path.relative_to(ROOT).parts[:-1]
-    folder = parts[0] if parts[0] == "plugins" else parts[-1]
-    return FIRST.index(folder) if folder in FIRST else len(FIRST)
+    folder = path.relative_to(ROOT).parent
+    name = "plugins" if folder.parts[0] == "plugins" else folder.as_posix()
+    return FIRST.index(name) if name in FIRST else len(FIRST)
