@@ -23,7 +23,7 @@ _FARTHEST = 1.5
 #: Normals whose cosine is above this are those of one smooth face.
 _SMOOTH = 0.97
 #: Rounds of dividing, and the step of gradients in grid spacings.
-_ROUNDS, _STEP = 3, 1e-3
+_ROUNDS, _STEP = 5, 1e-3
 
 
 def moved_onto_skins(
@@ -65,7 +65,7 @@ def divided_skin_edges(
     """Divide edges of a surface that run off the inner face of a skin on which both ends lie.
 
     Each gets a vertex on the inner face: where the planes at its ends meet, or the nearest place.
-    A triangle whose three corners lie on three planes also gets their common point.
+    A triangle whose corners, or sides, lie on three planes also gets their common point.
 
     Parameters
     ----------
@@ -94,6 +94,7 @@ def divided_skin_edges(
                 break
             on = np.concatenate([on, np.ones(added, dtype=bool)])
             log.info("%d vertices on inner edges of a skin", added)
+        vertices, faces = _with_corners(vertices, faces, on, skin, field, step)
     return vertices, faces
 
 
@@ -132,7 +133,7 @@ def _divide(
     number = np.where(off, len(vertices) + np.cumsum(off) - 1, -1)
     new = number[of_side]  # of the sides from corner c to c + 1
     whole = near[(new >= 0).all(axis=1)]
-    corners, sound = _corners(vertices, normal, faces[whole])
+    corners, sound = _common_point(normal[faces[whole]], vertices[faces[whole]])
     sound &= _lies(corners, vertices[faces[whole]].mean(axis=1), skin, field, step)
     centre = np.full(len(near), -1)
     at = np.flatnonzero((new >= 0).all(axis=1))[sound]
@@ -143,6 +144,33 @@ def _divide(
     rest[near] = False
     faces = np.concatenate([faces[rest], fine.astype(np.int32)])
     return len(points) - len(vertices), points, faces
+
+
+def _with_corners(
+    vertices: FloatArray,
+    faces: NDArray[np.int32],
+    on: BoolArray,
+    skin: Field,
+    field: Field,
+    step: float,
+) -> tuple[FloatArray, NDArray[np.int32]]:
+    """Divide triangles whose sides lie on the inner face, each on a plane of its own, in three."""
+    near = np.flatnonzero(on[faces].all(axis=1))
+    centre = vertices[faces[near]].mean(axis=1)
+    off = np.abs(skin(centre.T)) > _OFF * step
+    near, centre = near[off], centre[off]
+    corners = vertices[faces[near]]
+    middles = 0.5 * (corners + corners[:, [1, 2, 0]])
+    normals = gradient(skin, middles.reshape(-1, 3).T, _STEP * step).T.reshape(-1, 3, 3)
+    points, sound = _common_point(normals, middles)
+    sound &= _lies(points, centre, skin, field, step)
+    near = near[sound]
+    i, j, k = faces[near].T
+    number = (len(vertices) + np.arange(len(near))).astype(np.int32)
+    fine = [np.stack([a, b, number], axis=1) for a, b in ((i, j), (j, k), (k, i))]
+    rest = np.ones(len(faces), dtype=bool)
+    rest[near] = False
+    return np.concatenate([vertices, points[sound]]), np.concatenate([faces[rest], *fine])
 
 
 def _meeting(
@@ -178,15 +206,12 @@ def _lies(
     return np.asarray(close)
 
 
-def _corners(
-    vertices: FloatArray, normal: FloatArray, faces: NDArray[np.int32]
-) -> tuple[FloatArray, BoolArray]:
-    """Common point of the planes at the corners of triangles, and whether it is well defined."""
-    planes = normal[faces]
-    heights = (planes * vertices[faces]).sum(axis=2)
-    sound = np.abs(np.linalg.det(planes)) > 0.1
-    planes[~sound] = np.eye(3)
-    return np.linalg.solve(planes, heights[:, :, None])[:, :, 0], sound
+def _common_point(normals: FloatArray, points: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Common point of three planes by their normals and points, and whether it is well defined."""
+    heights = (normals * points).sum(axis=2)
+    sound = np.abs(np.linalg.det(normals)) > 0.1
+    normals = np.where(sound[:, None, None], normals, np.eye(3))
+    return np.linalg.solve(normals, heights[:, :, None])[:, :, 0], sound
 
 
 def _subdivided(faces: IntArray, new: IntArray, centre: IntArray, points: FloatArray) -> IntArray:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.lattice.deep_blocks import BLOCK, deep_blocks
 from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
@@ -27,6 +27,8 @@ log = logging.getLogger(__name__)
 OVERHANG = 2.0
 #: Rounds in which inner edges of skins are left as contoured where triangles cross.
 ROUNDS = 4
+#: Before, edges of this share of the grid step are collapsed there, which unfolds most.
+FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 #: Edges shorter than this share of the grid step are collapsed after the cut: single precision
 #: files cannot hold them apart.
 SHORTEST = 0.02
@@ -98,20 +100,58 @@ def with_skin_edges(
     open_ones &= part(vertices.T) < -OVERHANG * step - 1e-6
     for _ in range(ROUNDS):
         moved = moved_onto_skins(vertices, open_ones, skins, field, step)
-        fine, found = divided_skin_edges(moved, faces, open_ones, skins, field, step)
-        near = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins]) <= 2 * step
-        suspects = found[near[found].any(axis=1)]
-        crossing = crossing_triangles(fine, suspects, TOUCHING)
-        if not len(crossing):
-            return fine, found
+        fine, found, corners = _divided(moved, faces, open_ones, skins, field, step)
+        if not len(corners):
+            # What has been collapsed may be divided again.
+            again = _divided(fine, found, open_ones, skins, field, step)
+            return (fine, found) if len(again[2]) else again[:2]
         log.info(
-            "%d triangles would cross at inner edges of a skin: left as contoured", len(crossing)
+            "%d triangles would cross at inner edges of a skin: left as contoured", len(corners)
         )
-        for corners in fine[suspects[crossing.ravel()]]:
-            lower, upper = corners.min(axis=0) - 0.1 * step, corners.max(axis=0) + 0.1 * step
-            open_ones &= ~((vertices >= lower) & (vertices <= upper)).all(axis=1)
+        open_ones &= ~_inside_any(vertices, corners, 0.1 * step)
     log.warning("inner edges of skins are left as contoured: their triangles would cross")
     return vertices, faces
+
+
+def _divided(
+    vertices: FloatArray,
+    faces: NDArray[np.int32],
+    open_ones: BoolArray,
+    skins: tuple[Field, ...],
+    field: Field,
+    step: float,
+) -> tuple[FloatArray, NDArray[np.int32], FloatArray]:
+    """The surface with divided edges, folds of it collapsed, and triangles that still cross."""
+    fine, found = divided_skin_edges(vertices, faces, open_ones, skins, field, step)
+    to_skin = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins])
+    inner = to_skin <= 0.01 * step
+    inner[: len(open_ones)] &= open_ones
+    corners = _crossing(fine, found, to_skin <= 2 * step)
+    for share in FOLDS:
+        if not len(corners):
+            break
+        there = inner & _inside_any(fine, corners, share * step)
+        found = np.asarray(
+            without_short_edges(fine, found.copy(), share * step, there), dtype=np.int32
+        )
+        corners = _crossing(fine, found, to_skin <= 2 * step)
+    return fine, found, corners
+
+
+def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -> FloatArray:
+    """Corners of triangles with a corner near the skins that pass through others, ``(k, 3, 3)``."""
+    suspects = faces[near[faces].any(axis=1)].astype(np.int64)
+    pairs = crossing_triangles(vertices, suspects, TOUCHING)
+    return vertices[suspects[pairs.ravel()]]
+
+
+def _inside_any(vertices: FloatArray, corners: FloatArray, margin: float) -> BoolArray:
+    """Which vertices lie in the box of one of some triangles (k, 3, 3), or close by."""
+    inside = np.zeros(len(vertices), dtype=bool)
+    for some in corners:
+        lower, upper = some.min(axis=0) - margin, some.max(axis=0) + margin
+        inside |= ((vertices >= lower) & (vertices <= upper)).all(axis=1)
+    return inside
 
 
 def _alone(layer: SolidLayer) -> Field:

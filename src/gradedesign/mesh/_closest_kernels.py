@@ -9,6 +9,8 @@ from numba import njit, prange
 #: Triangles per leaf, points per unit of threaded work (fixed, so that results do not depend on
 #: the number of threads), and depth of the traversal stack (a balanced tree of 2**31 leaves).
 LEAF, CHUNK, DEPTH = 4, 256, 64
+#: Boxes farther than the nearest triangle by no more than this share of rounding are searched too.
+_TIED = 1.0 + 1e-12
 
 
 @njit(cache=True)
@@ -186,10 +188,13 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
     """
     best, _, _, _ = _nearest_on_triangle(tri, flat, slot, x, y, z)
     best = min(best, most)
+    # Triangles that share the nearest corner differ by rounding: all of them are asked, so that
+    # the distance does not depend on the guess.
+    tied = best * _TIED
     stack[0], far[0], depth = 0, _box_distance2(box, 0, x, y, z), 1
     while depth > 0:
         depth -= 1
-        if far[depth] >= best:
+        if far[depth] > tied:
             continue
         node = stack[depth]
         while right[node] >= 0:
@@ -197,10 +202,10 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
             da, db = _box_distance2(box, a, x, y, z), _box_distance2(box, b, x, y, z)
             if db < da:
                 a, b, da, db = b, a, db, da
-            if db < best:
+            if db <= tied:
                 stack[depth], far[depth] = b, db
                 depth += 1
-            if da >= best:
+            if da > tied:
                 break
             node = a
         if right[node] >= 0:
@@ -209,6 +214,7 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
             d, _, _, _ = _nearest_on_triangle(tri, flat, s, x, y, z)
             if d < best:
                 best, slot = d, s
+                tied = best * _TIED
     return slot, best
 
 

@@ -15,7 +15,9 @@ PASSES = 16
 _Faces = NDArray[np.int32] | NDArray[np.int64]
 
 
-def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) -> _Faces:
+def without_short_edges(
+    vertices: FloatArray, faces: _Faces, shortest: float, among: BoolArray | None = None
+) -> _Faces:
     """Triangles with edges shorter than a length collapsed where the surface stays sound.
 
     Those that are given are changed on the way.
@@ -30,6 +32,8 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
     faces : (m, 3) int array
         Closed and manifold.
     shortest : float, mm
+    among : (n,) bool array, optional
+        Both ends of an edge that collapses are among these; all by default.
 
     Returns
     -------
@@ -40,6 +44,8 @@ def without_short_edges(vertices: FloatArray, faces: _Faces, shortest: float) ->
         marked = np.zeros(len(vertices), dtype=np.bool_)
         if not kernels.mark_short(vertices, faces, shortest**2, marked):
             break
+        if among is not None:
+            marked &= among
         first, users = kernels.stars(faces, marked)
         locked = np.zeros(len(vertices), dtype=np.bool_)
         done, put_off = kernels.collapse_short(vertices, faces, shortest**2, first, users, locked)
