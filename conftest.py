@@ -1,4 +1,4 @@
-"""How hypothesis chooses its examples, for the tests of the core and of every plugin."""
+"""The order of all tests, of the core and of every plugin, and how hypothesis chooses examples."""
 
 import os
 from pathlib import Path
