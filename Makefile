@@ -35,13 +35,16 @@ $(DOCUMENTED): $(READY)
 run: $(READY)
 	$(BIN)/gradedesign run cases/bracket --output runs/bracket --overwrite
 
-# A process for every core.
+# A process for every core, so one thread each for OpenBLAS: more of them spin for a core that another
+# process has. Bytecode is kept: the tests start the program some fifty times.
+PYTEST := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal
+
 test: $(TESTED)
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(PYTEST)
 
 # Also the slow ones: the whole bracket, and real parts where ../shared/parts exists.
 test-all: $(TESTED)
-	HYPOTHESIS_PROFILE=explore $(BIN)/python -m pytest -n auto --dist worksteal -m "slow or not slow"
+	HYPOTHESIS_PROFILE=explore $(PYTEST) -m "slow or not slow"
 
 bench: $(TESTED)
 	for file in benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done

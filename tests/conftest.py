@@ -33,3 +33,24 @@ def cli(capsys):
         return Ended(code if isinstance(code, int) else int(bool(code)), printed.out, printed.err)
 
     return call
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the pictures of runs and checks, for tests of something else."""
+    leave_out_pictures(monkeypatch)
+
+
+def leave_out_pictures(patch):
+    """Do so for a fixture that lives longer than a test."""
+    patch.setattr("gradedesign.cli.check.picture_loads", lambda *_, **__: ())
+    for name in ("loads", "density", "lattice", "stress", "deformed"):
+        patch.setattr(f"gradedesign.results.files.picture_{name}", lambda *_, **__: ())
+
+
+@pytest.fixture(scope="module")
+def undrawn_module():
+    """`undrawn` for a whole module."""
+    with pytest.MonkeyPatch.context() as patch:
+        leave_out_pictures(patch)
+        yield

@@ -66,3 +66,14 @@ def locked(
         raise ValueError(f"{name} holds {bad} values that are not finite")
     array.flags.writeable = False
     return array
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A contiguous read-only view, or copy where it is not contiguous.
+
+    Kernels are compiled for every combination of layouts and permissions that they meet, which
+    takes seconds each: what hands on arrays of callers hands on one.
+    """
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view

@@ -11,7 +11,6 @@ from gradedesign.loop import accepted as accepting
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
-from gradedesign.results import files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first iteration and exports what it found.
@@ -35,13 +34,6 @@ elements_per_wall = 1.0
 formats = ["stl"]
 """
 )
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Leave out the pictures, which take longer than these runs."""
-    for name in ("loads", "density", "lattice", "stress", "deformed"):
-        monkeypatch.setattr(files, f"picture_{name}", lambda *_, **__: (), raising=False)
 
 
 @pytest.fixture

@@ -43,6 +43,7 @@ stop_after = "sizing"
 formats = ["inp"]
 """
 )
+pytestmark = pytest.mark.usefixtures("undrawn_module")
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 
 

@@ -9,7 +9,6 @@ import time
 import pytest
 from small_parts import SHORT_BAR
 
-from gradedesign.results import files
 from gradedesign.workspace.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first iteration cannot
@@ -113,13 +112,6 @@ def test_a_killed_run_resumes(tmp_path, number):
 def one_line(text):
     """What was printed, whatever the width it was wrapped to."""
     return " ".join(text.split())
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Leave out the pictures, which take longer than these runs."""
-    for name in ("loads", "density", "lattice", "stress", "deformed"):
-        monkeypatch.setattr(files, f"picture_{name}", lambda *_, **__: (), raising=False)
 
 
 @pytest.mark.usefixtures("undrawn")

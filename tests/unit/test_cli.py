@@ -100,6 +100,7 @@ def test_the_report_of_a_run_needs_nothing_else_and_escapes(infeasible):
     assert html.index("INFEASIBLE") < html.index("<h2>")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_json_is_the_result(cli, here):
     ended = cli("run", CASES / "infeasible", "-o", here / "run", "--json")
     assert ended.code == 4

@@ -143,6 +143,7 @@ formats = []
 """
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_case_file_limits_the_work(tmp_path):
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")

@@ -122,3 +122,11 @@ def test_winding_numbers_are_those_of_the_plain_formula():
             below = la * lb * lc + (a @ b) * lc + (b @ c) * la + (c @ a) * lb
             plain[k] += np.arctan2(a @ np.cross(b, c), below) / (2 * np.pi)
     np.testing.assert_allclose(winding_numbers(corners, points), plain, atol=1e-12)
+
+
+def test_surfaces_that_may_and_may_not_be_written_to_take_one_kernel():
+    """Compiling it takes seconds; a stored surface is locked, a new one is not."""
+    for faces in (BOX.faces, BOX.faces.copy()):
+        for vertices in (BOX.vertices, BOX.vertices.copy()):
+            assert len(crossing_triangles(vertices, faces, 1e-6)) == 0
+    assert len(crossings.kernels.find_crossed.signatures) == 1

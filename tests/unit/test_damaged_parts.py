@@ -471,7 +471,7 @@ def checked(cli, folder, k) -> str:
     part = make(k)
     (folder / "part.stl").write_bytes(part.data)
     (folder / "case.toml").write_text(CASE.format(repair=part.repair, bodies=part.bodies))
-    ended = cli("check", folder / "case.toml", "--json")
+    ended = cli("check", folder / "case.toml", "--json", "--no-picture")
     if "Traceback" in ended.out + ended.err or ended.code not in (0, 2, 3, 6):
         return f"{k}: exit {ended.code}: {ended.err[-2000:]}"
     found = json.loads(ended.out)["part"]["volume_mm3"] if ended.code == 0 else None

@@ -78,6 +78,6 @@ def test_share_of_the_part_counts_where_lattice_is():
 def test_a_radius_that_leaves_out_much_is_said(cli, tmp_path, swap, warned):
     assert swap[0] in CASE
     (tmp_path / "case.toml").write_text(CASE.replace(*swap), encoding="utf-8")
-    ended = cli("check", tmp_path)
+    ended = cli("check", tmp_path, "--no-picture")
     assert ended.code == 0
     assert ("exclusion radius of 10 mm around held regions leaves 3" in ended.out) == warned

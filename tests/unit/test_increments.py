@@ -28,36 +28,41 @@ WAVING = CellFamily(
     name="waving", shape=waving, parameters={"amplitude": 0.0, "bars": 1.0}, symmetry="none"
 )
 POINTS = spread_points(60_000)
-STEPS = cell_increments(WAVING, None, "amplitude", (0.2, 0.0), 5)
+
+
+@pytest.fixture(scope="module")
+def steps():
+    """Five increments from waving to straight bars."""
+    return cell_increments(WAVING, None, "amplitude", (0.2, 0.0), 5)
 
 
 def at(share):
     return np.concatenate([POINTS, np.full((1, POINTS.shape[1]), share)])
 
 
-def test_increments_are_the_family_itself():
-    np.testing.assert_allclose(STEPS.values, [0.2, 0.15, 0.1, 0.05, 0.0])
+def test_increments_are_the_family_itself(steps):
+    np.testing.assert_allclose(steps.values, [0.2, 0.15, 0.1, 0.05, 0.0])
     for n in range(5):
-        cell = STEPS.cells[n]
-        assert cell.parameters == {"amplitude": pytest.approx(STEPS.values[n]), "bars": 1.0}
+        cell = steps.cells[n]
+        assert cell.parameters == {"amplitude": pytest.approx(steps.values[n]), "bars": 1.0}
         exact = waving(POINTS, **cell.parameters) <= cell.level_of(0.3)
-        np.testing.assert_array_equal(STEPS.shape(at(n / 4)) <= 0.3, exact)
+        np.testing.assert_array_equal(steps.shape(at(n / 4)) <= 0.3, exact)
 
 
-def test_the_density_between_increments_is_the_one_asked_for():
+def test_the_density_between_increments_is_the_one_asked_for(steps):
     # 60,000 points: a standard deviation of 0.002 at most, less for evenly spread ones.
     for share in (0.07, 0.33, 0.5, 0.81):
-        values = STEPS.shape(at(share))
+        values = steps.shape(at(share))
         for rho in (0.15, 0.3, 0.5):
             assert np.mean(values <= rho) == pytest.approx(rho, abs=0.003)
 
 
-def test_levels_are_densities_of_the_common_window():
-    low, high = STEPS.window
-    assert low == max(c.window[0] for c in STEPS.cells)
-    assert float(STEPS.level_of(0.3)) == 0.3
+def test_levels_are_densities_of_the_common_window(steps):
+    low, high = steps.window
+    assert low == max(c.window[0] for c in steps.cells)
+    assert float(steps.level_of(0.3)) == 0.3
     with pytest.raises(DensityError, match=r"for all amplitude from 0\.2 to 0 at relative"):
-        STEPS.level_of(high + 0.01)
+        steps.level_of(high + 0.01)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,8 @@ formats = []
 """
 )
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 @pytest.fixture
 def load(tmp_path):

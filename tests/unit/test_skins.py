@@ -1,6 +1,7 @@
 """Skins on chosen faces and of varying thickness, and joints: fields, case keys, files."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,7 +18,12 @@ from gradedesign.part.signed_distance import surface_distance
 from gradedesign.plugin.registry import build_registry
 
 SIZE = np.array([12.0, 8.0, 8.0])
-BOX = surface_distance(box_surface(SIZE))
+
+
+@cache
+def box_distance():
+    """Distance from the box, built by the first test that needs it."""
+    return surface_distance(box_surface(SIZE))
 
 
 def grid(n=48):
@@ -27,7 +33,7 @@ def grid(n=48):
 
 def design(shape=lambda u: np.ones(u.shape[1:]) + 0.1 * u[0], **domain):
     return LatticeDesign(
-        domain=DesignDomain(distance=BOX, lower=(0, 0, 0), upper=SIZE, **domain),
+        domain=DesignDomain(distance=box_distance(), lower=(0, 0, 0), upper=SIZE, **domain),
         shape=shape,
         level_of=lambda rho: rho * 0,
         cell_map=lambda p: np.asarray(p) / 4.0,

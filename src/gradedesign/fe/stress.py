@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, read_only
 from gradedesign.errors import SolverError
 from gradedesign.fe._stress_kernels import stress_at_points
 from gradedesign.fe.element_points import (
@@ -198,6 +198,6 @@ def _evaluated(
         kernel_coefficients(known_at(stiffness, at)),
         shape_derivatives(space.order, barycentric(at)),
         values_at(space, thermal_strain, at),
-        np.ascontiguousarray(displacement, dtype=np.float64),
+        read_only(np.asarray(displacement, dtype=np.float64)),
         von_mises_only,
     )

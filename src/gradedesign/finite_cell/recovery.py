@@ -63,7 +63,7 @@ def recovered_stress(
         gauss_places(BARLOW)[0, :BARLOW],
         np.concatenate([[0], changes, [m]]) if m else np.zeros(1, np.int64),
         at.element,
-        at.reference,
+        np.ascontiguousarray(at.reference),
         values,
     )
     return values[_FULL]

@@ -56,6 +56,7 @@ def tree_hierarchy(
     """
     levels = []
     while True:
+        nodes = np.ascontiguousarray(nodes)
         first, element, local = kernels.elements_of_nodes(nodes, len(keep))
         row, column, blocks = kernels.block_rows(nodes, matrices, first, element, local)
         n = len(keep)

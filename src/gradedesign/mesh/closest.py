@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked, read_only
 from gradedesign.errors import MeshError
 from gradedesign.mesh import _closest_kernels as kernels
 
@@ -173,7 +173,7 @@ def distance_within(tree: TriangleTree, points: FloatArray, reach: float) -> Flo
 
 def _checked(points: FloatArray) -> FloatArray:
     """Points of shape (3, n), all finite, contiguous."""
-    points = np.ascontiguousarray(points, dtype=np.float64)
+    points = read_only(np.asarray(points, dtype=np.float64))
     if points.ndim != 2 or len(points) != 3:
         raise ValueError(f"points have shape {points.shape}, expected (3, n)")
     if not np.isfinite(points).all():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray, IntArray, read_only
 from gradedesign.mesh import _crossing_kernels as kernels
 from gradedesign.mesh.closest import build_triangle_tree
 from gradedesign.mesh.triangle_cells import CellGrid, triangle_cells
@@ -45,7 +45,7 @@ def crossing_triangles(
     crossed = np.full(len(faces), -1, dtype=np.int64)
     if len(faces) == 0:
         return np.zeros((0, 2), dtype=np.int64)
-    vertices, faces = np.ascontiguousarray(vertices), np.ascontiguousarray(faces)
+    vertices, faces = read_only(vertices), read_only(faces)
     reach = -_SHARED * margin
     many = len(faces) >= MANY
     cells = triangle_cells(vertices, faces, grid=grid, reach=reach) if many else None
