@@ -7,10 +7,10 @@ import pytest
 import trimesh
 from small_parts import SHORT_BAR
 
-from gradedesign.loop import accepted as accepting
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
+from gradedesign.resolve import lattice_files
 
 #: Two boxes side by side between two planes; a displacement that no density can hold, so that the
 #: run ends after its first iteration and exports what it found.
@@ -51,9 +51,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-def disturbed_stl(path, surface):
+def disturbed_stl(path, surface, records):
     """Write the file of a surface, then change a byte of it, as another program might."""
-    digest = write_stl(path, surface)
+    digest = write_stl(path, surface, records)
     data = bytearray(path.read_bytes())
     data[100] ^= 1
     path.write_bytes(bytes(data))
@@ -63,7 +63,7 @@ def disturbed_stl(path, surface):
 @pytest.mark.usefixtures("undrawn")
 def test_two_bodies_run_to_a_verdict(cli, folder, monkeypatch):
     with monkeypatch.context() as disturbing:
-        disturbing.setattr(accepting, "write_stl", disturbed_stl)
+        disturbing.setattr(lattice_files, "write_stl", disturbed_stl)
         ended = cli("run", folder, "-o", folder / "run")
     assert ended.code == 5
     assert "lattice.stl changed after it was written" in " ".join(ended.err.split())

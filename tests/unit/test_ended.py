@@ -8,7 +8,7 @@ import pytest
 
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
-from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end
 from gradedesign.loop.saturation import density_gain, needy_at_bound, sentence
 from gradedesign.output.result import Iteration, LimitIteration, RunResult, as_json, from_json
 from gradedesign.results import summary
@@ -52,7 +52,10 @@ def verdict(monkeypatch):
     )
     setup = SimpleNamespace(
         problem=SimpleNamespace(
-            material=SimpleNamespace(density=1.0), domain=SimpleNamespace(drains=())
+            material=SimpleNamespace(density=1.0),
+            domain=SimpleNamespace(drains=()),
+            case=SimpleNamespace(print=None),
+            part=SimpleNamespace(surface=None),
         ),
         cells=SimpleNamespace(zoning=None),
         model=None,
@@ -100,6 +103,12 @@ def test_a_used_limit_is_the_end_whatever_ended_the_iterations(verdict):
     assert (found.status, found.lightest, found.ended_by) == ("met", True, "tight")
     assert "lighter" not in found.reason
     assert verdict(0.98, TIGHT_END).ended_by == "tight"
+
+
+def test_a_refused_design_of_hardly_less_mass_makes_the_lightest(verdict):
+    found = verdict(0.95, enclosed_end(10.0, [9.95]))
+    assert (found.status, found.lightest, found.ended_by) == ("met", True, "enclosed")
+    assert found.reason.endswith("one to 95.0%; a design of 0.50% less mass was refused")
 
 
 def test_a_miss_names_the_limit_and_the_end(verdict):

@@ -22,7 +22,7 @@ from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.loop.announce import Announcer
 from gradedesign.output.result import Iteration, LimitIteration
-from gradedesign.results import summary
+from gradedesign.results import reasons
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -177,7 +177,7 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     sample = block("text", "Limits\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))
     reason = verdict.removeprefix("MET, lightest: ")
-    assert shape(reason) in set(sentences(summary))
+    assert shape(reason) in set(sentences(reasons))
     masses = dict.fromkeys(
         ("mass_g", "solid_mass_g", "relative_density", "lattice_mass_g", "lattice_density"), 2.5
     )

@@ -80,22 +80,22 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
     sums, area = gathered_normals(vectors)
     search = directions(COARSE)
     shares = overhang_fractions(sums, area, search, angle)
+
+    def share(direction: FloatArray, inclination: float) -> float:
+        mine = _overhanging(vectors, direction, inclination)
+        return float(np.linalg.norm(vectors[mine], axis=1).sum()) / total
+
     ends = []
     for pick, sign in ((int(np.argmin(shares)), 1.0), (int(np.argmax(shares)), -1.0)):
         near = _around(search[pick])
-        found = overhang_fractions(sums, area, near, angle)
-        at = int(np.argmin(sign * found))
-        ends.append((float(found[at]), near[at]))
+        found = near[int(np.argmin(sign * overhang_fractions(sums, area, near, angle)))]
+        # Gathered normals choose a direction; facets say what it has, and whether as built is best.
+        ends.append(min(((share(d, angle), d) for d in (found, up)), key=lambda e: sign * e[0]))
     supported, volume = _support(surface, up, angle)
-
-    def share(inclination: float) -> float:
-        mine = _overhanging(vectors, up, inclination)
-        return float(np.linalg.norm(vectors[mine], axis=1).sum()) / total
-
     return Overhang(
         angle=angle,
-        share_by_angle={f"{a}": share(a) for a in INCLINATIONS},
-        fraction=share(angle),
+        share_by_angle={f"{a}": share(up, a) for a in INCLINATIONS},
+        fraction=share(up, angle),
         least=ends[0][0],
         most=ends[1][0],
         best=_triple(ends[0][1]),
