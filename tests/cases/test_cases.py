@@ -23,7 +23,6 @@ SLOW = {
     "engine-bracket",
     "heat-sink",
     "hollow-sphere",
-    "knot-net-skin",
     "mbb-beam",
     "ramirez-cantilever",
     "size-graded",
