@@ -188,8 +188,11 @@ def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factor
 def _enclosed(
     accepted: Accepted, iterations: Sequence[DesignIteration], refused: Sequence[int]
 ) -> Ended | None:
-    """The end where the accepted design holds and a hardly lighter one was refused, or None."""
-    if not accepted.holds:
+    """The end where the accepted design holds and a hardly lighter one was refused, or None.
+
+    A design far from all its limits is not the lightest because another one failed.
+    """
+    if not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
         return None
     masses = [iterations[number - 1].summary.mass_g for number in refused]
     return enclosed_end(accepted.iteration.summary.mass_g, masses)
