@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import manifold3d
 import numpy as np
 import pytest
 
@@ -68,6 +69,21 @@ def test_warnings_of_reading_and_of_repair_are_collected(tmp_path):
     assert [w.split(":")[0] for w in part.report.warnings] == ["block.stl"] * 2
     assert "trailing" in part.report.warnings[0]
     assert "duplicate" in part.report.warnings[1]
+
+
+def test_a_face_that_curves_away_is_told(tmp_path):
+    # Half a round bar: of its curved face 60 of 180 degrees are turned by more than 60 degrees
+    # away from +z, which its mean normal faces.
+    bar = manifold3d.Manifold.cylinder(30.0, 10.0, 10.0, 180).trim_by_plane([0.0, 1.0, 0.0], 0.0)
+    mesh = bar.to_mesh64()
+    corners = np.asarray(mesh.vert_properties)[:, :3][np.asarray(mesh.tri_verts).astype(int)]
+    file = write_stl(tmp_path / "bar.stl", corners)
+    chosen = case(
+        tmp_path, {"file": file.name, "units": "mm"}, top={"facing": "+y"}, flat={"facing": "-y"}
+    )
+    warnings = read_part(chosen, {".stl": read_stl}).report.warnings
+    assert len(warnings) == 1
+    assert warnings[0].startswith("region.top: 33 % of its 942.4 mm^2 is turned more than 60 deg")
 
 
 def test_options_of_repair_reach_it(tmp_path):

@@ -17,6 +17,7 @@ from gradedesign.case.schema import CaseIdentity, ShapeSpec
 from gradedesign.case.suggest import instead
 from gradedesign.errors import CaseError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.part._region_notes import region_notes
 from gradedesign.part.bodies import bodies_with, stated_bodies
 from gradedesign.part.box import box_surface
 from gradedesign.part.exact_faces import exact_faces
@@ -121,6 +122,7 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
         faces = segment_faces(surface)
     regions = select_regions(surface, faces, case.region, file_faces)
     bodies, notes = _bodies(case, surface, regions, readers)
+    notes = [*region_notes(regions, case.region), *notes]
     part = Part(
         surface=surface,
         faces=faces,
