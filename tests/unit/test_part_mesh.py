@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, MeshError
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
@@ -16,6 +17,8 @@ from gradedesign.part.part_mesh import (
     mesh_part,
     region_facets,
 )
+from gradedesign.part.regions import select_regions
+from gradedesign.part.smooth_faces import segment_faces
 
 
 def face_of(surface, axis, value):
@@ -151,3 +154,36 @@ def test_tetrahedralized_part_keeps_volume_and_regions():
     wall = 48 * 10 * np.sin(np.pi / 48) * 4
     check_region_area(region_facets(meshed.mesh, top, tolerance=0.2), polygon, rel=0.02)
     check_region_area(region_facets(meshed.mesh, side, tolerance=0.2), wall, rel=0.02)
+
+
+def test_a_region_cut_by_a_box_is_found_on_facets_that_cross_its_border():
+    # Pads of 3 by 4 mm on a round bar meshed at 1 mm: facets along the cut count whole or not.
+    bar = trimesh.creation.cylinder(radius=5, height=12, sections=48)
+    surface = SurfaceMesh(vertices=bar.vertices, faces=bar.faces)
+    meshed = mesh_part(surface, 1.0, time_limit_s=60, memory_limit_bytes=4 * 10**9, cache=False)
+    specs = {
+        f"pad{k}": RegionSpec.model_validate(
+            {
+                "cylinder": {"axis": "z"},
+                "box": {
+                    "lower": ["0 mm", f"{-1.5 + 0.07 * k} mm", f"{-4 + 0.13 * k} mm"],
+                    "upper": ["6 mm", f"{1.5 + 0.07 * k} mm", f"{0.13 * k} mm"],
+                },
+                "clip": True,
+            }
+        )
+        for k in range(30)
+    }
+    pads = select_regions(surface, segment_faces(surface), specs)
+    refused = 0
+    for name, pad in pads.items():
+        assert pad.cut_length == pytest.approx(2 * 4 + 2 * pad.area / 4, rel=1e-6)
+        on_mesh = region_facets(meshed.mesh, pad.corners, tolerance=0.1)
+        check_region_area(on_mesh, pad.area, name=name, cut_length=pad.cut_length)
+        with pytest.raises(MeshError, match=name):
+            check_region_area(on_mesh, 1.4 * pad.area, name=name, cut_length=1.1 * pad.cut_length)
+        try:
+            check_region_area(on_mesh, pad.area)
+        except MeshError:
+            refused += 1
+    assert refused > 0  # by the rule of regions that end at edges of the part

@@ -41,6 +41,8 @@ class Region:
     centroid : (3,) array, mm
     faces : tuple of int
         The smooth faces they belong to.
+    cut_length : float, mm
+        Length of its border that a clipping box cut: no edge of the part runs there.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Region:
     area: float
     centroid: FloatArray
     faces: tuple[int, ...]
+    cut_length: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -210,10 +213,15 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
     """Cut out the triangles of a region and check what the case asserts about it."""
     triangles = np.flatnonzero(selection.triangles)
     corners = corner_points(part.surface)[triangles]
+    cuts = []
     for box in selection.clips:
         if len(corners) == 0:
             break
         lower, upper = _snapped(part, corners, box)
+        whole = corners.reshape(-1, 3)
+        # Planes that pass through the surface: those beyond it or flush with its end cut nothing.
+        cuts += [(axis, at) for axis, at in enumerate(lower) if at > whole[:, axis].min()]
+        cuts += [(axis, at) for axis, at in enumerate(upper) if at < whole[:, axis].max()]
         corners, kept = clip_to_box(corners, lower, upper)
         triangles = triangles[kept]
     corners, triangles = _without_edges(part, corners, triangles)
@@ -239,7 +247,19 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
         area=area,
         centroid=areas @ corners.mean(axis=1) / area,
         faces=tuple(used),
+        cut_length=_length_on(corners, cuts, BOX_SHARE * part.diagonal),
     )
+
+
+def _length_on(corners: FloatArray, planes: list[tuple[int, float]], slack: float) -> float:
+    """Length of the edges of triangles that lie on planes across an axis, mm."""
+    ahead = np.roll(corners, -1, axis=1)
+    length = np.linalg.norm(ahead - corners, axis=2)
+    lies = np.zeros(length.shape, dtype=bool)
+    for axis, at in planes:
+        near = np.abs(corners[..., axis] - at) <= slack
+        lies |= near & np.roll(near, -1, axis=1)
+    return float(length[lies].sum())
 
 
 def _snapped(part: FacedPart, corners: FloatArray, box: BoxSpec) -> tuple[FloatArray, FloatArray]:

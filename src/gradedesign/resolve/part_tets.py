@@ -69,6 +69,6 @@ def part_facets(case: Case, part: Part, mesh: TetMesh, names: Sequence[str]) -> 
     for name in names:
         region = part.regions[name]
         matched = region_facets(mesh, region.corners, tolerance=0.1 * case.part.element_size)
-        check_region_area(matched, region.area, name=name)
+        check_region_area(matched, region.area, name=name, cut_length=region.cut_length)
         facets[name] = matched.facets
     return facets
