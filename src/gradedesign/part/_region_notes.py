@@ -17,9 +17,7 @@ TURNED_AWAY = 60.0
 TURNED_SHARE = 0.05
 
 
-def region_notes(
-    regions: Mapping[str, Region], specs: Mapping[str, RegionSpec]
-) -> list[str]:
+def region_notes(regions: Mapping[str, Region], specs: Mapping[str, RegionSpec]) -> list[str]:
     """Warn of regions chosen by ``facing`` of whose area a part faces elsewhere.
 
     ``facing`` compares the mean normal of a smooth face. A face that runs on around an edge, as
@@ -34,8 +32,8 @@ def region_notes(
         if away > TURNED_SHARE:
             notes.append(
                 f"region.{name}: {100.0 * away:.0f} % of its {region.area:.4g} mm^2 is turned more "
-                f"than {TURNED_AWAY:g} deg away from {spec.facing}: the smooth face curves away or runs "
-                "on around an edge; if only its front is meant, cut it out by a box with "
+                f"than {TURNED_AWAY:g} deg away from {spec.facing}: the smooth face curves away "
+                "or runs on around an edge; if only its front is meant, cut it out by a box with "
                 "clip = true"
             )
     return notes

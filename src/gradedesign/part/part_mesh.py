@@ -285,7 +285,9 @@ def check_region_area(
     facet = region.area / max(len(region.facets), 1)
     edge = math.sqrt(4.0 / math.sqrt(3.0) * facet)  # of an equilateral triangle
     crossed = math.sqrt(cut_length / edge) if edge else 0.0
-    allowed = min(rel * expected + 3.0 / math.sqrt(12.0) * crossed * facet, _MOST_MISSING * expected)
+    allowed = min(
+        rel * expected + 3.0 / math.sqrt(12.0) * crossed * facet, _MOST_MISSING * expected
+    )
     if not abs(region.area - expected) <= allowed:
         raise MeshError(
             f"region '{name}': its {len(region.facets)} facets on the mesh have {region.area:.6g} "
