@@ -4,6 +4,7 @@ import json
 import re
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -150,6 +151,14 @@ def test_units_and_bytes_of_the_file_count(installed, tmp_path):
     assert part.regions["tip"].area == pytest.approx(2500.0)
     before = load_case(write(tmp_path, SIZED)).case_hash
     assert load_case(write(tmp_path, SIZED, FACETS.replace("10 ", "12 "))).case_hash != before
+
+
+def test_a_cad_file_without_its_plugin_names_the_plugin(tmp_path):
+    case = load_case(write(tmp_path, SIZED))
+    part = case.part.model_copy(update={"file": tmp_path / "lever.STEP"})
+    bare = replace(build_registry(), readers={})
+    with pytest.raises(CaseError, match="install the plugin gradedesign-step, or export it"):
+        part_readers(case.model_copy(update={"part": part}), bare)
 
 
 @pytest.mark.parametrize("command", ["run", "generate", "check"])

@@ -14,6 +14,9 @@ from gradedesign.part.voxel_volume import VoxelVolume
 from gradedesign.plugin.registry import Registry, absent
 from gradedesign.resolve.voxel_part import voxel_triangles
 
+#: Distributions of this project that read more suffixes, of which a message tells.
+_SEPARATE = dict.fromkeys((".step", ".stp", ".iges", ".igs"), "gradedesign-step")
+
 
 def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     """Functions that read part files by lower-case suffix; what they raise names their plugin.
@@ -39,8 +42,11 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     }
     file = case.part.file
     if file is not None and file.suffix.lower() not in by_suffix:
-        near = instead(file.suffix.lower(), sorted(by_suffix), what="readable")
-        message = f"part.file: found {shown(file.name)}, which no installed reader takes; {near}"
+        suffix = file.suffix.lower()
+        advice = instead(suffix, sorted(by_suffix), what="readable")
+        if suffix in _SEPARATE:
+            advice = f"install the plugin {_SEPARATE[suffix]}, or export it as STL or 3MF"
+        message = f"part.file: found {shown(file.name)}, which no installed reader takes; {advice}"
         raise absent(registry, message)
     return by_suffix
 
