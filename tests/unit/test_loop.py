@@ -23,6 +23,7 @@ from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.loop import Judged, Progress, Stages, run_loop
 from gradedesign.output.result import Iteration
+from gradedesign.verify.acceptance import Acceptance, NoSubmodelError
 from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
@@ -393,7 +394,9 @@ class Judge:
         assert size == 1.0
         self.limits_s.append(time_limit_s)
         found = SimpleNamespace(values=(0.98, 1.02))
-        return SimpleNamespace(scope="whole", whole=found)
+        return Acceptance(
+            scope="whole", whole=found, submodels=(), volume=1.0, share=1.0, attempts=()
+        )
 
     def submodels(self, *_, time_limit_s, **__):
         self.limits_s.append(time_limit_s)
@@ -445,6 +448,24 @@ def test_a_large_lattice_has_its_stress_judged_by_submodels(monkeypatch):
     # The next design is held where the unfavourable ends are.
     assert found.factors[PULL] == pytest.approx(0.918 / 0.98)
     assert found.factors[STRESS] == pytest.approx(0.8568 / 0.7)
+
+
+def test_a_lattice_without_room_for_submodels_is_meshed_whole(monkeypatch):
+    def none(*_, **__):
+        raise NoSubmodelError("no submodel can be chosen")
+
+    judge = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5))
+    monkeypatch.setattr(accepting, "accept_submodels", none)
+    found = judge.accept(an_iteration(1, 0.98))
+    assert found.acceptance.scope == "whole"
+    assert found.acceptance.refused == (
+        "the whole surface was meshed again: no submodel can be chosen",
+    )
+    # Asked for by name, they are not replaced by something that may take hours.
+    judge = Judge(monkeypatch, tets=LARGE, asked="submodels", found=judged(0.9, 0.5))
+    monkeypatch.setattr(accepting, "accept_submodels", none)
+    with pytest.raises(NoSubmodelError):
+        judge.accept(an_iteration(1, 0.98))
 
 
 def test_no_limit_is_met_by_a_window_that_misses_its_criterion(monkeypatch):

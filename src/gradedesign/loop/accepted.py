@@ -27,6 +27,7 @@ from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
     Acceptance,
+    NoSubmodelError,
     accept_submodels,
     accept_whole,
     choose_scope,
@@ -95,25 +96,13 @@ def accept_design(
     """
     surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
-    limits, division = setup.problem.limits, analysed.result.solved.division
+    limits = setup.problem.limits
     whole = judge_whole(limits, printed_stage(setup, surface, analysed, announce.listener))
     announce.took("whole printed surface", time.perf_counter() - began)
-    # Stated budgets alone decide what is judged and how: never the time that is left.
-    budget, requested = setup.problem.case.run.time, setup.problem.case.run.acceptance
-    if choose_scope(requested, division.surface_tets, budget) == "whole":
-        acceptance = accept_whole(
-            surface, analysed.solid, size=division.surface_size, time_limit_s=budget
-        )
+    acceptance = _body_fitted(setup, surface, analysed, whole, announce)
+    if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
     else:
-        acceptance = accept_submodels(
-            surface,
-            analysed.solid,
-            whole.result,
-            size=division.surface_size,
-            time_limit_s=budget,
-            on_submodel=announce.submodel,
-        )
         rows = with_submodels(limits, whole.rows, acceptance.submodels)
     pairs = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
@@ -131,6 +120,40 @@ def accept_design(
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
     )
+
+
+def _body_fitted(
+    setup: Setup,
+    surface: SurfaceMesh,
+    analysed: Analysed,
+    whole: WholeJudgement,
+    announce: Announcer,
+) -> Acceptance:
+    """Mesh and analyse the surface again, whole or around its most stressed cells.
+
+    Stated budgets alone decide which of them: never the time that is left. Where no cell has room
+    for a submodel, as in parts of few cells, it is the whole surface, unless the case asks for
+    submodels by name.
+    """
+    run, division = setup.problem.case.run, analysed.result.solved.division
+    size, refused = division.surface_size, tuple[str, ...]()
+    if choose_scope(run.acceptance, division.surface_tets, run.time) == "submodels":
+        try:
+            return accept_submodels(
+                surface,
+                analysed.solid,
+                whole.result,
+                size=size,
+                time_limit_s=run.time,
+                on_submodel=announce.submodel,
+            )
+        except NoSubmodelError as error:
+            if run.acceptance == "submodels":
+                raise
+            refused = (f"the whole surface was meshed again: {error}",)
+            announce.say("acceptance", "no cell has room for a submodel: the whole surface instead")
+    acceptance = accept_whole(surface, analysed.solid, size=size, time_limit_s=run.time)
+    return replace(acceptance, refused=refused) if refused else acceptance
 
 
 def export_surface(

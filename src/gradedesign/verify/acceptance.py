@@ -44,6 +44,10 @@ TETWILD_RATE = 400.0
 MESHER_SHARE = 1.0 / 60.0
 
 
+class NoSubmodelError(MeshError):
+    """No cell of lattice has room for a submodel around it."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Acceptance:
     """Result of the independent analysis, of the whole printed surface or of submodels of it.
@@ -61,7 +65,7 @@ class Acceptance:
     attempts : tuple of str
         What the mesher needed.
     refused : tuple of str
-        Submodels that could not be enlarged, and why.
+        Submodels that could not be chosen or enlarged, and why.
     """
 
     scope: str
@@ -164,7 +168,7 @@ def accept_submodels(
 
     Raises
     ------
-    MeshError
+    NoSubmodelError
         If no submodel can be chosen.
     """
     avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
@@ -219,7 +223,7 @@ def _chosen_submodels(
         )
         if submodels:
             return submodels
-    raise MeshError(
+    raise NoSubmodelError(
         "no submodel can be chosen: every cell of lattice lies within the exclusion radius of a "
         "clamped region or reaches a held or loaded region; reduce [limits] exclusion_radius "
         'or set [run] acceptance = "whole"'
