@@ -93,21 +93,35 @@ def short(path):
     return str(path.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_imports_point_upwards(path):
+def of_all(violations, paths):
+    """Whatever is wrong with any file; in one test, since thousands of tests cost half a minute."""
+    assert len(paths) > 50
+    return [words for path in paths for words in violations(path)]
+
+
+def not_upward(path):
+    """Imports of a module of the core that do not point upwards."""
     here = place(path)
     if here == "__init__":
         return
-    assert here in ORDER, f"{here} has no place in the design"
+    if here not in ORDER:
+        yield f"{short(path)}: {here} has no place in the design"
+        return
     for name in imports(path):
         parts = name.split(".")
-        if parts[0] != "gradedesign" or len(parts) == 1:
-            assert name != "gradedesign", f"{short(path)} imports the package itself"
+        if parts[0] != "gradedesign":
             continue
-        if parts[1] not in ORDER:
-            assert hasattr(gradedesign, parts[1]), f"{short(path)} imports {name}"
-            continue
-        assert ORDER.index(parts[1]) <= ORDER.index(here), f"{short(path)} imports {name}"
+        if len(parts) == 1:
+            yield f"{short(path)} imports the package itself"
+        elif parts[1] not in ORDER:
+            if not hasattr(gradedesign, parts[1]):
+                yield f"{short(path)} imports {name}"
+        elif ORDER.index(parts[1]) > ORDER.index(here):
+            yield f"{short(path)} imports {name}"
+
+
+def test_imports_point_upwards():
+    assert of_all(not_upward, MODULES) == []
 
 
 def test_the_order_of_the_test_sees_an_upward_import(tmp_path):
@@ -187,24 +201,33 @@ def is_command_line(path):
     return path.is_relative_to(SOURCE / "cli")
 
 
-@pytest.mark.parametrize("path", [*MODULES, *PLUGIN_MODULES], ids=short)
-def test_functions_are_narrow_and_short(path):
+def wide_or_long(path):
+    """Functions of a module with too many arguments or lines."""
     if is_command_line(path):
         return
     for node in functions(path):
         stated = node.args
         count = len(stated.posonlyargs) + len(stated.args) + len(stated.kwonlyargs)
         where = f"{short(path)}:{node.lineno}: {node.name}"
-        assert count <= MOST_ARGUMENTS, f"{where} takes {count} arguments; hand on a record"
-        assert lines(node) <= MOST_LINES, f"{where} has {lines(node)} lines; split it"
+        if count > MOST_ARGUMENTS:
+            yield f"{where} takes {count} arguments; hand on a record"
+        if lines(node) > MOST_LINES:
+            yield f"{where} has {lines(node)} lines; split it"
 
 
-@pytest.mark.parametrize("path", [*MODULES, *PLUGIN_MODULES], ids=short)
-def test_long_files_say_why(path):
+def test_functions_are_narrow_and_short():
+    assert of_all(wide_or_long, [*MODULES, *PLUGIN_MODULES]) == []
+
+
+def unexplained_length(path):
+    """A file that is long and does not say why."""
     text = path.read_text(encoding="utf-8").splitlines()
-    assert len(text) <= LONG_FILE or is_command_line(path) or str(LONG_FILE) in "".join(text[:8]), (
-        f"{short(path)} has {len(text)} lines; split it, or say why not in its first lines"
-    )
+    if not (len(text) <= LONG_FILE or is_command_line(path) or str(LONG_FILE) in "".join(text[:8])):
+        yield f"{short(path)} has {len(text)} lines; split it, or say why not in its first lines"
+
+
+def test_long_files_say_why():
+    assert of_all(unexplained_length, [*MODULES, *PLUGIN_MODULES]) == []
 
 
 def test_the_count_leaves_docstrings_out():
@@ -227,30 +250,75 @@ def prose(tree):
             yield from ast.walk(node.value)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_the_core_knows_no_family_by_name(path):
+def families_named(path):
+    """Names of cell families in the code of a module; prose may have them."""
     tree = parsed(path)
     allowed = {id(node) for node in prose(tree)}
     for node in ast.walk(tree):
         text = getattr(node, "id", None) or getattr(node, "name", None) or ""
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             text = "" if id(node) in allowed else node.value
-        assert not FAMILY_WORDS.search(str(text)), f"{short(path)}:{node.lineno} names {text!r}"
+        if FAMILY_WORDS.search(str(text)):
+            yield f"{short(path)}:{node.lineno} names {text!r}"
 
 
-@pytest.mark.parametrize("path", PLUGIN_MODULES, ids=short)
-def test_plugins_import_only_public_names(path):
+def test_the_core_knows_no_family_by_name():
+    assert of_all(families_named, MODULES) == []
+
+
+def private_imports(path):
+    """Imports of a plugin's module that are not public, or belong to another plugin."""
     own = path.relative_to(ROOT / "plugins").parts[2]
-    tree = parsed(path)
-    for node in ast.walk(tree):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
-            assert not [a.name for a in node.names if a.name.startswith("gradedesign.")]
-        if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == "gradedesign":
-            assert node.module in PUBLIC, f"{short(path)} imports from {node.module}"
+            wrong = [a.name for a in node.names if a.name.startswith("gradedesign.")]
+        elif not isinstance(node, ast.ImportFrom):
+            continue
+        elif node.module in PUBLIC:
             public = importlib.import_module(node.module).__all__
-            assert {a.name for a in node.names} <= set(public), f"{short(path)}: {node.module}"
-        elif isinstance(node, ast.ImportFrom):
-            assert not node.module.startswith("gradedesign_") or node.module.startswith(own)
+            wrong = sorted({a.name for a in node.names} - set(public))
+        else:
+            core = node.module.split(".")[0] == "gradedesign"
+            other = node.module.startswith("gradedesign_") and not node.module.startswith(own)
+            wrong = [node.module] if core or other else []
+        if wrong:
+            yield f"{short(path)}:{node.lineno} imports {', '.join(wrong)}"
+
+
+def test_plugins_import_only_public_names():
+    assert of_all(private_imports, PLUGIN_MODULES) == []
+
+
+def test_what_is_wrong_with_a_file_is_found(monkeypatch, tmp_path):
+    """Each of the checks above, on a file that breaks it."""
+    here = sys.modules[__name__]
+    core, plugin = tmp_path / "core", tmp_path / "plugins" / "gradedesign-x" / "src"
+    monkeypatch.setattr(here, "ROOT", tmp_path)
+    monkeypatch.setattr(here, "SOURCE", core)
+    (core / "fe").mkdir(parents=True)
+    wrong = core / "fe" / "wrong.py"
+    arguments = ", ".join(f"a{k}" for k in range(9))
+    wrong.write_text(
+        "from gradedesign.cli import app\nfrom gradedesign.cube import x\nimport gradedesign\n"
+        f"def wide({arguments}):\n" + "    a0 = 1\n" * 61 + "gyroid = 'octet'\n" + "\n" * 300
+    )
+    words = [*not_upward(wrong), *wide_or_long(wrong)]
+    words += [*unexplained_length(wrong), *families_named(wrong)]
+    for part in ("cli", "cube", "itself", "9 arguments", "62 lines", "366 lines", "'gyroid'",
+                 "'octet'"):  # fmt: skip
+        assert any(part in line for line in words), part
+    (core / "lost.py").write_text("")
+    assert list(not_upward(core / "lost.py")) == ["core/lost.py: lost has no place in the design"]
+    (plugin / "gradedesign_x").mkdir(parents=True)
+    mine = plugin / "gradedesign_x" / "a.py"
+    mine.write_text(
+        "import gradedesign.fe\nfrom gradedesign import nothing, CellFamily\n"
+        "from gradedesign.fe import space\nfrom gradedesign_y import z\n"
+        "from gradedesign_x import b\nimport ast\n"
+    )
+    assert [line.split("imports ")[1] for line in private_imports(mine)] == [
+        "gradedesign.fe", "nothing", "gradedesign.fe", "gradedesign_y",
+    ]  # fmt: skip
 
 
 def test_every_hook_is_in_the_readme():
