@@ -468,6 +468,30 @@ def test_a_lattice_without_room_for_submodels_is_meshed_whole(monkeypatch):
         judge.accept(an_iteration(1, 0.98))
 
 
+@pytest.mark.parametrize(
+    ("values", "scope"),
+    [
+        ((1.05, 0.5, 0.5), "none"),
+        # Displacement holds, or its band reaches the limit while stress is nearly used up.
+        ((0.97, 0.5, 0.5), "submodels"),
+        ((1.05, 0.5, 0.84), "submodels"),
+    ],
+)
+def test_submodels_are_left_out_where_they_change_nothing(monkeypatch, values, scope):
+    judge = Judge(monkeypatch, tets=LARGE, found=judged(*values))
+    found = judge.accept(an_iteration(1, 0.98))
+    assert found.acceptance.scope == scope
+    assert len(judge.limits_s) == (scope == "submodels")
+    assert found.holds == (values[0] < 1)
+    assert found.factors[PULL] == pytest.approx(1.02 * values[0] / 0.98)
+
+
+def test_a_whole_mesh_is_made_though_the_design_is_refused(monkeypatch):
+    """Its displacements widen the bands from which the next design learns."""
+    found = Judge(monkeypatch, found=judged(1.05, 0.5)).accept(an_iteration(1, 0.98))
+    assert found.acceptance.scope == "whole"
+
+
 def test_no_limit_is_met_by_a_window_that_misses_its_criterion(monkeypatch):
     """Submodels of 1.2 and 0.9: a match takes the larger ratio, a miss spans from 1 to 1.2."""
     found = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7), matches=False).accept(

@@ -125,6 +125,10 @@ def test_results_without_values_have_no_notes():
     failed = text_of(render_report(RunResult(status="failed", lightest=False, reason=""), {}, ""))
     for words in ("How values are taken", "Fully solid part", "is compared with"):
         assert words not in failed
+    none = scope_words({"scope": "none", "share_of_volume": 0.0, "submodels": []})
+    assert none.endswith(
+        "no submodels were meshed again, since a limit is broken whatever they show"
+    )
     assert scope_words({}) == ""
 
 

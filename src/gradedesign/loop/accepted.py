@@ -39,6 +39,10 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the surface size of the explicit analysis.
 SURFACE_PER_SPACING = 0.5
+#: Where stress is used to this share of its limit, submodels teach the next design something.
+NEARLY = 0.85
+#: Submodels are left out: the design is refused for what they do not judge.
+NOT_NEEDED = Acceptance(scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,7 +96,8 @@ def accept_design(
 
     Every limit is judged on the whole printed surface, from two resolutions. Body-fitted meshes of
     the same surface judge stress: of all of it with scope "whole", whose displacements the bands
-    then include, else of the most stressed submodels. A limit that has no band does not hold.
+    then include, else of the most stressed submodels; these are left out where they can change
+    nothing. A limit that has no band does not hold.
     """
     surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
@@ -102,8 +107,10 @@ def accept_design(
     acceptance = _body_fitted(setup, surface, analysed, whole, announce)
     if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
-    else:
+    elif acceptance.scope == "submodels":
         rows = with_submodels(limits, whole.rows, acceptance.submodels)
+    else:
+        rows = whole.rows
     pairs = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
     rows = (*rows, *(row for row in iteration.rows if row.homogenised))
@@ -136,8 +143,12 @@ def _body_fitted(
     submodels by name.
     """
     run, division = setup.problem.case.run, analysed.result.solved.division
+    by_submodels = choose_scope(run.acceptance, division.surface_tets, run.time) == "submodels"
+    if by_submodels and (broken := _broken_anyhow(whole.rows)):
+        announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
+        return NOT_NEEDED
     size, refused = division.surface_size, tuple[str, ...]()
-    if choose_scope(run.acceptance, division.surface_tets, run.time) == "submodels":
+    if by_submodels:
         try:
             return accept_submodels(
                 surface,
@@ -154,6 +165,18 @@ def _body_fitted(
             announce.say("acceptance", "no cell has room for a submodel: the whole surface instead")
     acceptance = accept_whole(surface, analysed.solid, size=size, time_limit_s=run.time)
     return replace(acceptance, refused=refused) if refused else acceptance
+
+
+def _broken_anyhow(rows: Sequence[LimitRow]) -> str:
+    """Name of a limit that is broken by a value that submodels do not judge; else empty.
+
+    Also empty where a limit that they judge is nearly used up, so that the next design can learn
+    from them.
+    """
+    if any(row.utilisation > NEARLY for row in rows if not row.converges):
+        return ""
+    broken = [row.name for row in rows if row.converges and not all_hold((row,))]
+    return broken[0] if broken else ""
 
 
 def export_surface(

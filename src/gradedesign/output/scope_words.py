@@ -15,6 +15,10 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
         "every limit is judged on the whole printed surface: read back from the file and analysed "
         "by finite cells at two resolutions or more"
     )
+    if acceptance["scope"] == "none":
+        return (
+            f"{basis}; no submodels were meshed again, since a limit is broken whatever they show"
+        )
     if acceptance["scope"] == "whole":
         return (
             f"{basis}; an independent mesher meshed it again whole ({share}) for stress, and "

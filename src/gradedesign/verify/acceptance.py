@@ -54,7 +54,8 @@ class Acceptance:
 
     Attributes
     ----------
-    scope : {"whole", "submodels"}
+    scope : {"whole", "submodels", "none"}
+        None where the design is refused for a value that neither of them judges.
     whole : ExplicitResult or None
         The analysis of the whole re-meshed lattice.
     submodels : tuple of SubmodelResult
