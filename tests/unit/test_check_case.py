@@ -190,6 +190,18 @@ def test_what_sets_the_grid_is_named(registry, tmp_path):
     assert grid.run.grid.set_by == "the skin, 0.2 mm"
 
 
+def test_only_stated_densities_are_told_to_be_narrowed(registry, tmp_path):
+    """The law holds from 0.1 to 0.9, the cell from 0.01 to 0.99."""
+    stated = checked(tmp_path, changed(("[0.2, 0.5]", "[0.05, 0.95]")), registry)
+    told = [w for w in stated.warnings if "narrowed" in w]
+    assert told == [
+        "density [0.05, 0.95] narrowed to [0.1, 0.9] by the window [0.1, 0.9] of law 'walls-law'"
+    ]
+    silent = checked(tmp_path, changed(("density = [0.2, 0.5]\n", "")), registry)
+    assert not [w for w in silent.warnings if "narrowed" in w]
+    assert silent.known.bounds == stated.known.bounds == (0.1, 0.9)
+
+
 def test_budgets_that_are_exceeded_are_told(registry, tmp_path):
     text = CASE + '[run]\nmemory = "0.3 GB"\ntime = "10 s"\nexplicit_mesh_size = "0.2 mm"\n'
     warnings = checked(tmp_path, text, registry).warnings

@@ -254,10 +254,11 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
         )
     yield f"density window: {low:.3g} to {high:.3g}"
     yield from _zone_lines(checked)
+    holds = f"for densities {plan.window[0]:.3g} to {plan.window[1]:.3g}"
     if not plan.voxels:
-        yield f"law: {plan.name}, installed"
+        yield f"law: {plan.name}, installed, {holds}"
     elif plan.known:
-        yield f"law: {plan.name}, computed before, in the cache"
+        yield f"law: {plan.name}, computed before, in the cache, {holds}"
     else:
         least, most = plan.minutes
         yield (

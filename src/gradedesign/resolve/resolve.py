@@ -63,6 +63,8 @@ def density_bounds(
 ) -> tuple[tuple[float, float], list[str]]:
     """Intersect the density windows and say which one narrowed the user's.
 
+    Nothing is said of the windows of cell and law where the case states no density of its own.
+
     ``least_size`` is the shortest extent of any cell, mm: its walls must be printable. Without a
     law, or with a planned one, the answer is known before any is computed.
 
@@ -75,6 +77,7 @@ def density_bounds(
     windows = {f"cell family '{cell.name}'": cell.window}
     if law is not None:
         windows[f"law '{law.name}'"] = law.window
+    silent = set() if "density" in case.lattice.model_fields_set else set(windows)
     spec = case.lattice
     if spec.wall is not None:
         with locating(case, "lattice.wall"):
@@ -92,7 +95,7 @@ def density_bounds(
         windows[f"[print] min_wall {case.print.min_wall:g} mm"] = (floor, 1.0)
     warnings = []
     for name, (a, b) in windows.items():
-        if a > low + 1e-9 or b < high - 1e-9:
+        if name not in silent and (a > low + 1e-9 or b < high - 1e-9):
             warnings.append(
                 f"density [{low:g}, {high:g}] narrowed to [{max(low, a):.4g}, {min(high, b):.4g}] "
                 f"by the window [{a:.4g}, {b:.4g}] of {name}"
