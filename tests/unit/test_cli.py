@@ -15,6 +15,7 @@ import pytest
 import gradedesign
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cli import lists as list_module
+from gradedesign.cli import loading
 from gradedesign.cli import run as run_module
 from gradedesign.cli.run import holds_only_a_failure
 from gradedesign.errors import (
@@ -385,3 +386,22 @@ def test_importing_the_package_stays_light():
     assert done.stdout.split() == []
     with pytest.raises(AttributeError, match="no attribute 'runn'"):
         _ = gradedesign.runn
+
+
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_loading_that_takes_long_is_told(cli, monkeypatch, options):
+    monkeypatch.setattr(loading, "EVERY", 0.05)
+
+    def command(*_, on_loaded, **__):
+        time.sleep(0.3)
+        on_loaded()
+        time.sleep(0.2)
+        return 0
+
+    monkeypatch.setattr(run_module, "run", command)
+    ended = cli("run", "case", *options)
+    told, silent = (ended.err, ended.out) if options else (ended.out, ended.err)
+    lines = told.splitlines()
+    assert 2 <= len(lines) <= 6  # of 0.3 s, none of the time after
+    assert lines[0] == "start       loading the program and its plugins, 0 s"
+    assert silent == ""

@@ -258,3 +258,27 @@ def test_a_graded_bracket_holds_what_a_uniform_one_holds():
     assert light.history[-1].utilisation <= 1.01
     assert light.history[-1].mass_g < 0.95 * heavy.history[-1].mass_g
     assert light.rho.max() > 0.99 * BOUNDS[1]
+
+
+def test_a_graded_design_below_its_aim_is_lowered_to_it():
+    """Sizing that ends when a limit holds leaves no spare mass, however far below it ended."""
+    model, limit = l_bracket()
+    matrix = cone_filter(centroids(model.space.mesh), model.volumes, 10.0)
+    problem = replace(problem_of(model, replace(limit, allowed=6.0), target=0.985), filter=matrix)
+    steps = []
+    # Steps of 2 % from far too heavy: without lowering it ends at a third of the limit.
+    result = size(
+        problem, start=np.full(matrix.shape[1], 0.8), max_iterations=3, move=0.02,
+        on_step=steps.append,
+    )  # fmt: skip
+    assert steps[2].utilisation < 0.5
+    assert 0.98 <= result.history[-1].utilisation <= 0.985 * 1.004
+    assert result.history[-1].mass_g < 0.8 * steps[2].mass_g
+    assert len(steps) <= 6
+    state = solved_state(model, result.rho, problem.limits)
+    assert limit.predict(state).value / 6.0 == pytest.approx(result.history[-1].utilisation)
+    # What a start keeps is kept.
+    kept = size(
+        problem, start=np.full(matrix.shape[1], 0.8), max_iterations=3, move=0.02, keep=0.97
+    )
+    assert kept.variables.min() >= 0.97 * 0.8 - 1e-12

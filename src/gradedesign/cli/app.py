@@ -18,6 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from gradedesign.cli.interrupt import Interruption
+from gradedesign.cli.loading import Loading
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 
 #: Errors keep their traceback.
@@ -100,10 +101,10 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
-    from gradedesign.cli.run import run as command
+    with Loading(err=as_json) as loading:
+        from gradedesign.cli.run import run as command
 
-    raise typer.Exit(
-        command(
+        code = command(
             case,
             output,
             resume=resume,
@@ -111,8 +112,9 @@ def run(
             allow_outside=allow_outside,
             strict_plugins=strict_plugins,
             as_json=as_json,
+            on_loaded=loading.stop,
         )
-    )
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -163,18 +165,19 @@ def generate(
     as_json: Json = False,
 ) -> None:
     """Make the lattice alone, from a stated density or density map, without analysis."""
-    from gradedesign.cli.generate import generate as command
+    with Loading(err=as_json) as loading:
+        from gradedesign.cli.generate import generate as command
 
-    raise typer.Exit(
-        command(
+        code = command(
             case,
             output,
             overwrite=overwrite,
             allow_outside=allow_outside,
             strict_plugins=strict_plugins,
             as_json=as_json,
+            on_loaded=loading.stop,
         )
-    )
+    raise typer.Exit(code)
 
 
 @app.command()

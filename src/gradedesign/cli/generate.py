@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -25,13 +26,18 @@ def generate(
     allow_outside: bool,
     strict_plugins: bool,
     as_json: bool,
+    on_loaded: Callable[[], None],
 ) -> int:
-    """Make a lattice, print its densities and where the files are, return the exit code."""
+    """Make a lattice, print its densities and where the files are, return the exit code.
+
+    ``on_loaded`` is called when nothing is left to load, before anything is printed.
+    """
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_generate_case(
         path, allow_outside=allow_outside, entries=lambda: entries_of(registry)
     )
     folder = default_folder(case) if output is None else output
+    on_loaded()
     with ProgressLines(err=as_json, events=not as_json) as progress:
         result = generate_lattice(
             case,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -38,11 +39,16 @@ def run(
     allow_outside: bool,
     strict_plugins: bool,
     as_json: bool,
+    on_loaded: Callable[[], None],
 ) -> int:
-    """Run a case, print its verdict and return the exit code."""
+    """Run a case, print its verdict and return the exit code.
+
+    ``on_loaded`` is called when nothing is left to load, before anything is printed.
+    """
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_case(path, allow_outside=allow_outside, registry=registry)
     folder = default_folder(case) if output is None else output
+    on_loaded()
     with ProgressLines(budget_s=case.run.time, err=as_json, events=not as_json) as progress:
         result = run_case(
             case,

@@ -12,6 +12,7 @@ from scipy.sparse import csr_matrix
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.limits.limit import Limit
+from gradedesign.sizing.homogenised import lattice_mass
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 
 log = logging.getLogger(__name__)
@@ -90,6 +91,24 @@ class SizingProblem:
                     f"limit on {limit.name} ({limit.key.load_case}) is {limit.allowed:g} "
                     f"{limit.unit}; expected a positive value"
                 )
+
+
+def sizing_step(
+    problem: SizingProblem,
+    rho: FloatArray,
+    iteration: int,
+    utilisations: tuple[float, ...],
+    change: float,
+) -> SizingStep:
+    """History entry of densities ``(M,)``."""
+    weights = problem.model.lattice_volumes
+    return SizingStep(
+        iteration=iteration,
+        mass_g=lattice_mass(problem.model, rho) * 1e6,
+        mean_density=float(weights @ rho / weights.sum()),
+        utilisations=utilisations,
+        change=change,
+    )
 
 
 def element_densities(problem: SizingProblem, x: FloatArray) -> FloatArray:

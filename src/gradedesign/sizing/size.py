@@ -25,9 +25,10 @@ from gradedesign.sizing.felt_variables import (
     first_variables,
     variable_floor,
 )
-from gradedesign.sizing.homogenised import homogenised_system, lattice_mass
+from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
+from gradedesign.sizing.lowered import lowered
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.problem import (
     SizingProblem,
@@ -36,6 +37,7 @@ from gradedesign.sizing.problem import (
     element_densities,
     filtered_for,
     sizing_result,
+    sizing_step,
 )
 from gradedesign.sizing.responses import response_gradients
 from gradedesign.sizing.state import SolvedState, solved_state
@@ -89,7 +91,8 @@ def size(
     by adjoints through an optimality criterion; the others enter as a lower bound of each density,
     as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump to and
     fro are recognised and damped by halving the move limit. Beyond ``max_iterations`` a limit that
-    gains nothing raises all densities.
+    gains nothing raises all densities. A design that ends below its aim is lowered to it, see
+    `lowered`.
     """
     if problem.filter.shape[1] == 1:
         return size_uniform(
@@ -107,7 +110,7 @@ def size(
     previous: list[FloatArray] = []
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
-    calm, kept = np.ones(x.shape), keep * x
+    first, calm, kept = x, np.ones(x.shape), keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
@@ -120,7 +123,7 @@ def size(
         exponent = _mean_exponent(problem.model, rho, weights)
         new = _new_variables(problem, felt, x, pointwise, bounds, exponent)
         change = float(np.abs(new - x)[felt.active].max(initial=0.0) / hi)
-        step = _step(problem, rho, iteration, utilisations, change)
+        step = sizing_step(problem, rho, iteration, utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
@@ -128,10 +131,12 @@ def size(
         settled = iteration > 2 and stands_still(history, tolerance, holds=holds)
         stalled = settled or mass_settled(history, tolerance)
         factor = 1.0 if holds else rise(history, problem.target, settled=stalled)
-        if settled and factor == 1.0:
-            return sizing_result(problem, x, history, converged=True)
-        if holds and iteration + 1 >= max_iterations:
-            break
+        ended = settled and factor == 1.0
+        if ended or (holds and iteration + 1 >= max_iterations):
+            least = np.where(felt.active, np.maximum(lo, keep * first), x)
+            accepted = near_enough(problem, tolerance)
+            x, steps = lowered(problem, x, step, least, accepted, on_step)
+            return sizing_result(problem, x, [*history, *steps], converged=ended)
         if factor > 1.0 and (stalled or iteration + 1 >= max_iterations):
             new = kept = np.maximum(kept, np.minimum(factor * new, hi))
         if previous:
@@ -140,24 +145,7 @@ def size(
             move *= 0.5
         previous.append(x)
         x = new
-    return sizing_result(problem, x, history, converged=False)
-
-
-def _step(
-    problem: SizingProblem,
-    rho: FloatArray,
-    iteration: int,
-    utilisations: tuple[float, ...],
-    change: float,
-) -> SizingStep:
-    weights = problem.model.lattice_volumes
-    return SizingStep(
-        iteration=iteration,
-        mass_g=lattice_mass(problem.model, rho) * 1e6,
-        mean_density=float(weights @ rho / weights.sum()),
-        utilisations=utilisations,
-        change=change,
-    )
+    return sizing_result(problem, previous[-1], history, converged=False)
 
 
 def _step_bounds(
