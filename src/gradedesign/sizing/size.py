@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,9 +134,7 @@ def size(
         ended = settled and factor == 1.0
         if ended or (holds and iteration + 1 >= max_iterations):
             least = np.where(felt.active, np.maximum(lo, keep * first), x)
-            accepted = near_enough(problem, tolerance)
-            x, steps = lowered(problem, x, step, least, accepted, on_step)
-            return sizing_result(problem, x, [*history, *steps], converged=ended)
+            return _at_its_aim(problem, x, least, history, tolerance, on_step, converged=ended)
         if factor > 1.0 and (stalled or iteration + 1 >= max_iterations):
             new = kept = np.maximum(kept, np.minimum(factor * new, hi))
         if previous:
@@ -146,6 +144,22 @@ def size(
         previous.append(x)
         x = new
     return sizing_result(problem, previous[-1], history, converged=False)
+
+
+def _at_its_aim(
+    problem: SizingProblem,
+    x: FloatArray,
+    least: FloatArray,
+    history: Sequence[SizingStep],
+    tolerance: float,
+    on_step: Callable[[SizingStep], None] | None,
+    *,
+    converged: bool,
+) -> SizingResult:
+    """Result of variables that hold every limit, lowered where they stay below the aim."""
+    accepted = near_enough(problem, tolerance)
+    x, steps = lowered(problem, x, history[-1], least, accepted, on_step)
+    return sizing_result(problem, x, [*history, *steps], converged=converged)
 
 
 def _step_bounds(
