@@ -262,6 +262,36 @@ def test_a_refused_design_of_nearly_the_same_mass_ends_the_loop(lighter, ratio, 
         assert outcome.ended.words == "a design of 0.50% less mass was refused"
 
 
+@pytest.mark.parametrize(
+    ("ratio", "by", "kept"), [(1.0, "tight", 3), (1.05, "enclosed", 4), (0.9, "iterations", 3)]
+)
+def test_at_the_end_a_lighter_design_is_judged_by_what_was_learned_last(ratio, by, kept):
+    """The first acceptance multiplies by 1.05, which breaks the third design; the last by 1.01."""
+    designs = [
+        replace(design, summary=replace(design.summary, mass_g=mass))
+        for design, mass in (
+            (an_iteration(1, 0.9), 9.0),
+            (an_iteration(2, 0.9), 10.05),
+            (an_iteration(3, 0.98), 9.95),
+            (an_iteration(4, 0.93), 10.0),
+        )
+    ]
+    accepts = {2: (1.05,), 3: (ratio,), 4: (1.01,)}
+    # The fourth is ready by the first factor alone.
+    faked = Faked(designs, accepts=accepts, ends=after(4))
+    outcome = faked.run()
+    assert [number for number, _ in faked.judged] == [2, 4, 3]
+    assert outcome.ended.by == by
+    assert outcome.accepted.iteration.summary.number == kept
+    # Without time for another iteration nothing more is judged.
+    late = Faked(designs, accepts=accepts)
+    late.ends = lambda done: (
+        Ended(by="time", words="") if len(late.judged) == 2 and len(done) < 4 else after(4)(done)
+    )
+    assert late.run().ended.by == "iterations"
+    assert [number for number, _ in late.judged] == [2, 4]
+
+
 def test_a_resumed_run_knows_what_acceptance_refused():
     faked = Faked(
         [an_iteration(2, 0.89)], accepts={2: (1.1,)},

@@ -162,6 +162,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         stages.store_iteration(iterations)
     if accepted is None or not accepted.holds:
         accepted = _best_left(stages, iterations, factors, tried) or accepted
+    elif ended.by == "iterations" and last is not None:
+        accepted, ended = _lighter_left(stages, iterations, last, accepted, ended, tried)
     if accepted is None and refused:
         # Refused before this process: its rows are what decided.
         accepted = stages.accept(iterations[refused[-1] - 1], None)
@@ -212,6 +214,36 @@ def _best_left(
         if accepted.holds:
             return accepted
     return None
+
+
+def _lighter_left(
+    stages: Stages,
+    iterations: tuple[DesignIteration, ...],
+    last: Judged,
+    accepted: Accepted,
+    ended: Ended,
+    tried: set[int],
+) -> tuple[Accepted, Ended]:
+    """Judge the lightest earlier design that uses a limit by what was learned last, if any.
+
+    The factors of two acceptances differ by some per cent where walls meet faces: a design that the
+    first ones broke may hold. Either it is accepted, or it shows that the accepted one is the
+    lightest. Nothing is judged where there is no time for another iteration.
+    """
+    mass = accepted.iteration.summary.mass_g
+    left = [
+        i
+        for i in iterations
+        if i.summary.number not in tried and i.summary.mass_g < mass and _is_ready(i, last.factors)
+    ]
+    if not left or stages.why_ended(iterations[:-1], last.factors) is not None:
+        return accepted, ended
+    latest = stages.accept(min(left, key=lambda i: i.summary.mass_g), None)
+    if not latest.holds:
+        number = latest.iteration.summary.number
+        return accepted, _enclosed(accepted, iterations, (number,)) or ended
+    tight = is_tight(latest.rows, at_lower_bound=latest.iteration.at_lower_bound)
+    return latest, TIGHT_END if tight else ended
 
 
 def _better(earlier: Accepted | None, later: Accepted) -> Accepted:
