@@ -34,9 +34,12 @@ def test_a_difference_the_lattice_cannot_explain_leaves_the_stiffness():
 
 
 def test_the_exponent_is_that_of_analyses_at_different_densities():
-    """factor = 0.8 (rho / 0.3)^0.6 (by construction); the prior of weight 1 beside 56 shifts it."""
-    samples = [(r, 0.8 * (r / 0.3) ** 0.6) for r in (0.2, 0.3, 0.4)]
-    assert stiffness_exponent(samples) == pytest.approx(0.6, abs=0.02)
+    """factor = 0.8 (rho / 0.3)^0.6 (by construction).
+
+    The prior, -0.38, of weight 11 beside 369 shifts it by 0.028.
+    """
+    samples = [(r, 0.8 * (r / 0.3) ** 0.6) for r in (0.1, 0.3, 0.6)]
+    assert stiffness_exponent(samples) == pytest.approx(0.6, abs=0.03)
     assert stiffness_exponent([]) == 0.0
 
 
@@ -44,6 +47,10 @@ def test_analyses_at_nearly_one_density_say_little_about_the_exponent():
     """5 % of density and 38 % of factor are a slope of 6.4, of a frame of body-centred struts."""
     samples = [(0.299, 0.485), (0.396, 0.517), (0.416, 0.713)]
     assert 0.2 < stiffness_exponent(samples) < 1.5
+    # Four designs of clevis. With an exponent of 0.99 the next one was 62 % softer than predicted,
+    # since most of its lattice has density 0.18.
+    samples = [(0.481, 0.869), (0.463, 0.809), (0.498, 0.789), (0.453, 0.734)]
+    assert 0.2 < stiffness_exponent(samples) < 0.6
 
 
 def test_a_design_keeps_most_of_its_density_where_the_prediction_was_off():
@@ -60,8 +67,8 @@ def test_one_analysis_lets_the_factor_vanish_for_dense_material():
 
 
 def test_the_exponent_stays_within_what_free_faces_explain():
-    assert stiffness_exponent([(0.2, 0.1), (0.3, 1.0)]) == 4.0
-    assert stiffness_exponent([(0.2, 1.0), (0.3, 0.5)]) == -0.5
+    assert stiffness_exponent([(0.1, 0.001), (0.3, 1.0)]) == 4.0
+    assert stiffness_exponent([(0.1, 1.0), (0.3, 0.3)]) == -0.5
 
 
 def test_gap_is_explicit_over_predicted_less_one():

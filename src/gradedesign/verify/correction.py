@@ -21,7 +21,7 @@ from gradedesign.limits.key import KeyedValues, LimitKey
 
 #: Relative scatter of the stiffness factor between designs of one density, and of its exponent
 #: about the one that vanishes for dense material.
-SCATTER, SPREAD = 0.1, 1.0
+SCATTER, SPREAD = 0.1, 0.3
 #: Discrepancies of the governing limit, largest first, above which a design keeps these shares.
 TRUST = ((0.10, 0.85), (0.05, 0.70))
 
