@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from gradedesign.cli.interrupt import Interruption
-from gradedesign.cli.loading import Loading
+from gradedesign.cli.loading import loading_lines
 from gradedesign.errors import GradeDesignError, Interrupted, PluginError, ResourceError
 
 #: Errors keep their traceback.
@@ -101,7 +101,7 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run the whole loop: the lightest lattice found whose analysis meets the limits."""
-    with Loading(err=as_json) as loading:
+    with loading_lines(err=as_json) as on_loaded:
         from gradedesign.cli.run import run as command
 
         code = command(
@@ -112,7 +112,7 @@ def run(
             allow_outside=allow_outside,
             strict_plugins=strict_plugins,
             as_json=as_json,
-            on_loaded=loading.stop,
+            on_loaded=on_loaded,
         )
     raise typer.Exit(code)
 
@@ -165,7 +165,7 @@ def generate(
     as_json: Json = False,
 ) -> None:
     """Make the lattice alone, from a stated density or density map, without analysis."""
-    with Loading(err=as_json) as loading:
+    with loading_lines(err=as_json) as on_loaded:
         from gradedesign.cli.generate import generate as command
 
         code = command(
@@ -175,7 +175,7 @@ def generate(
             allow_outside=allow_outside,
             strict_plugins=strict_plugins,
             as_json=as_json,
-            on_loaded=loading.stop,
+            on_loaded=on_loaded,
         )
     raise typer.Exit(code)
 

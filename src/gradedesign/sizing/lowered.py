@@ -52,7 +52,7 @@ def lowered(
     x : (n,) array
         The lightest that holds, the given one where none other does.
     steps : tuple of SizingStep
-        Of what was analysed; the last is that of x unless none was lighter.
+        That of x; none where x is the given one. ``on_step`` hears of refused ones too.
     """
     factor, exponent, best = 1.0, EXPONENT, (x, step)
     for number in range(1, ANALYSES + 1):
