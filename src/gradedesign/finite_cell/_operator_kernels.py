@@ -19,20 +19,24 @@ _BATCHES = 8
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def add_product(
-    nodes: Any, colours: Any, first: int, weights: Any, shapes: Any, slopes: Any, lame: Any,
-    u: Any, y: Any,
+    nodes: Any, size: Any, colours: Any, first: int, weights: Any, every: Any, shapes: Any,
+    slopes: Any, lame: Any, u: Any, y: Any,
 ) -> None:  # fmt: skip
     """Add K u to y.
 
     Parameters
     ----------
     nodes : (n, 27) int32 array
+    size : (n,) int8 array
+        Edge of each element over that of the grid: its stiffness grows with it.
     colours : (c + 1,) int array
         First element of each colour.
     first : int
         Element of the first row of weights.
     weights : (m, Q^3) array
-        At Gauss points; one row serves all elements.
+        At Gauss points of cut elements; no row where all are whole.
+    every : (2, Q^3) array
+        Factor of the weights, and what is added to them, at the same points of all elements.
     shapes : (Q, 3) array
     slopes : (3, Q, 3) array
         Per axis, over the edge's length.
@@ -43,7 +47,7 @@ def add_product(
     q1 = shapes.shape[0]
     q2 = q1 * q1
     q3 = q2 * q1
-    shared = weights.shape[0] == 1
+    cut = weights.shape[0] > 0
     lam = lame[0]
     mu = lame[1]
     two = u.dtype.type(2.0)
@@ -66,12 +70,15 @@ def add_product(
                 m = min(LANES, end - e0)
                 for v in range(LANES):
                     e = e0 + min(v, m - 1)
-                    row = 0 if shared else e - first
                     for a in range(27):
                         near[a, v] = nodes[e, a]
-                    if v < m:
+                    if v < m and cut:
                         for a in range(q3):
-                            w[a, v] = weights[row, a]
+                            own = every[0, a] * weights[e - first, a]
+                            w[a, v] = size[e] * (own + every[1, a])
+                    elif v < m:
+                        for a in range(q3):
+                            w[a, v] = size[e] * every[1, a]
                     else:
                         for a in range(q3):
                             w[a, v] = 0

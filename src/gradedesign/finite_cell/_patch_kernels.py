@@ -109,14 +109,87 @@ def colour_patches(nodes: Any, weak: Any, colour: Any) -> None:
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
-def add_patches(
-    weak: Any, nodes: Any, chosen: Any, colours: Any, offsets: Any, inverse: Any, scale: Any,
-    r: Any, z: Any,
+def invert_factors(
+    matrices: Any, free: Any, shift: Any, begin: Any, first: Any, scale: Any, height: Any, rows: Any
 ) -> None:  # fmt: skip
-    """Add the scaled patch solutions of the residual r to z; both are ``(N, 3)``.
+    """Invert the Cholesky factors of symmetric matrices and round them to 16 bits.
 
-    `inverse` holds the upper triangles of symmetric matrices row by row, `offsets` where each
-    begins.
+    With S the inverted roots of the diagonal, S A S = L L^T and A^-1 = S (L^-1)^T L^-1 S: a product
+    that stays positive definite however its factor is rounded.
+
+    Parameters
+    ----------
+    matrices : (k, w, w) array
+        Their lower triangles are overwritten.
+    free : (k, w) array
+        Zero for fixed unknowns.
+    shift : float
+        Added to the diagonal of S A S.
+    begin : (k,) int array
+        Where the rows of each begin in `rows`.
+    first : (k,) int array
+        Where its unknowns begin in `scale` and `height`.
+    scale : (n,) float32 array
+        Written: S, zero for fixed unknowns.
+    height : (n,) float32 array
+        Written: square of the step of 16 bits of each row of L^-1.
+    rows : (total,) int16 array
+        Written: rows of L^-1 up to the diagonal, in their steps.
+    """
+    width = matrices.shape[1]
+    for p in prange(matrices.shape[0]):
+        a = matrices[p]
+        s = np.zeros(width)
+        for i in range(width):
+            if free[p, i] != 0:
+                s[i] = 1.0 / np.sqrt(a[i, i])
+        for i in range(width):
+            for j in range(i):
+                a[i, j] *= s[i] * s[j]
+            a[i, i] = 1.0 + shift
+        for i in range(width):
+            for j in range(i + 1):
+                total = a[i, j]
+                for q in range(j):
+                    total -= a[i, q] * a[j, q]
+                if j < i:
+                    a[i, j] = total / a[j, j]
+                else:
+                    a[i, i] = np.sqrt(total)
+        # Row i of L^-1 takes the rows before it, which stand in place of those of L by then.
+        own = np.zeros(width)
+        for i in range(width):
+            for j in range(i):
+                own[j] = 0.0
+            for q in range(i):
+                factor = a[i, q]
+                for j in range(q + 1):
+                    own[j] -= factor * a[q, j]
+            inverse = 1.0 / a[i, i]
+            for j in range(i):
+                a[i, j] = own[j] * inverse
+            a[i, i] = inverse
+        at = begin[p]
+        for i in range(width):
+            most = 0.0
+            for j in range(i + 1):
+                most = max(most, abs(a[i, j]))
+            step = most / 32767.0
+            for j in range(i + 1):
+                rows[at + j] = np.int16(np.rint(a[i, j] / step))
+            at += i + 1
+            height[first[p] + i] = step * step
+            scale[first[p] + i] = s[i]
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def add_patches(
+    weak: Any, nodes: Any, chosen: Any, colours: Any, begin: Any, first: Any, scale: Any,
+    height: Any, rows: Any, part: Any, r: Any, z: Any,
+) -> None:  # fmt: skip
+    """Add a part of the patch solutions of the residual r to z; both are ``(N, 3)``.
+
+    The factors are those of `invert_factors`.
     """
     for c in range(colours.size - 1):
         for p in prange(colours[c], colours[c + 1]):
@@ -125,27 +198,26 @@ def add_patches(
             g = np.zeros(81, r.dtype)
             local = np.zeros(27, np.int64)
             size = 0
+            own = first[p]
             for a in range(27):
                 n = nodes[e, a]
                 if weak[n]:
                     local[size] = n
                     for d in range(3):
-                        f[3 * size + d] = r[n, d]
+                        f[3 * size + d] = scale[own + 3 * size + d] * r[n, d]
                     size += 1
-            width = 3 * size
-            at = offsets[p]
-            for i in range(width):
-                fi = f[i]
-                total = inverse[at] * fi
-                for j in range(1, width - i):
-                    t = inverse[at + j]
-                    total += t * f[i + j]
-                    g[i + j] += t * fi
-                g[i] += total
-                at += width - i
+            at = begin[p]
+            for i in range(3 * size):
+                total = r.dtype.type(0.0)
+                for j in range(i + 1):
+                    total += r.dtype.type(rows[at + j]) * f[j]
+                total *= height[own + i]
+                for j in range(i + 1):
+                    g[j] += r.dtype.type(rows[at + j]) * total
+                at += i + 1
             for i in range(size):
                 for d in range(3):
-                    z[local[i], d] += scale * g[3 * i + d]
+                    z[local[i], d] += part * scale[own + 3 * i + d] * g[3 * i + d]
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)

@@ -88,8 +88,8 @@ class Elements:
         Of the solid at the Gauss points of cut elements, over the element's volume.
     share : (n - whole, 64) float32 array
         Solid volume of each sub-cell of cut elements, over the element's volume.
-    centre : (n - whole, 64, 3) float32 array
-        Its centroid, reference coordinates.
+    centre : (n - whole, 64, 3) float16 array
+        Its centroid, reference coordinates; rounded to 1/4096 of the element's edge at most.
     dropped : int
         Disconnected components left out.
     dropped_share : float
@@ -105,7 +105,7 @@ class Elements:
     colours: IntArray
     weights: FloatArray
     share: NDArray[np.float32]
-    centre: NDArray[np.float32]
+    centre: NDArray[np.float16]
     dropped: int
     dropped_share: float
 
@@ -255,7 +255,7 @@ def _collect(
         colours=np.stack([whole_start, whole + cut_start]),
         weights=weights,
         share=share,
-        centre=centre,
+        centre=centre.astype(np.float16),
         dropped=dropped,
         dropped_share=dropped_share,
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
 from gradedesign.finite_cell.operator import Operator, apply
@@ -38,9 +39,9 @@ class Iterate:
 
 def conjugate_gradients(
     stiffness: Operator,
-    keep: FloatArray,
+    keep: NDArray[np.float32],
     right: FloatArray,
-    precondition: Callable[[FloatArray], FloatArray],
+    precondition: Callable[[FloatArray, FloatArray], None],
     *,
     rtol: float,
     energy: float,
@@ -62,9 +63,12 @@ def conjugate_gradients(
     ----------
     stiffness : Operator
         In double precision.
-    keep, right : (N, 3) array
+    keep : (N, 3) float32 array
+        1 for unknowns, 0 for the others.
+    right : (N, 3) array
+        Zero where nothing is kept.
     precondition : callable
-        Residual to correction.
+        Sets its second argument to the correction for a residual.
     rtol : float
         Residual at which to stop, over the right-hand side.
     energy : float
@@ -82,12 +86,14 @@ def conjugate_gradients(
     size = _norm(right)
     q = np.zeros_like(u)
     apply(stiffness, u, q)
-    r = keep * (right - q)
+    r = right - q
+    r *= keep
     first = now = _norm(r)
     done, error = 0, 0.0
     gains: list[float] = []
     if size > 0.0 and now > rtol * size:
-        z = precondition(r)
+        z = np.zeros_like(r)
+        precondition(r, z)
         p = z.copy()
         rz = _dot(r, z)
         while True:
@@ -98,8 +104,9 @@ def conjugate_gradients(
             if not (curvature > 0.0 and rz > 0.0):
                 break
             alpha = rz / curvature
-            u += alpha * p
-            r -= alpha * q
+            # The last correction is used up: its place takes the steps.
+            u += np.multiply(p, alpha, out=z)
+            r -= np.multiply(q, alpha, out=z)
             now = _norm(r)
             gains.append(alpha * rz)
             error = _delayed_error(gains, _dot(right, u))
@@ -109,12 +116,14 @@ def conjugate_gradients(
             if energy and error:
                 won = max(won, 1.0 - np.log(error / energy) / np.log(1.0 / energy))
             report_step("multigrid", float(np.clip(won, 0.0, 1.0)))
-            z = precondition(r)
+            precondition(r, z)
             p *= -_dot(z, q) / curvature
             p += z
             rz = _dot(r, z)
     apply(stiffness, u, q)
-    left = _norm(keep * (right - q))
+    np.subtract(right, q, out=q)
+    q *= keep
+    left = _norm(q)
     return Iterate(u=u, iterations=done, residual=left / size if size > 0.0 else 0.0, error=error)
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
@@ -22,14 +23,8 @@ from gradedesign.finite_cell.problem import Problem
 from gradedesign.finite_cell.result import CaseSolution, FiniteCellResult
 from gradedesign.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.finite_cell.supports import Held, held_by, support_key
-from gradedesign.finite_cell.surface import (
-    SurfacePoints,
-)
-from gradedesign.finite_cell.traction_residual import (
-    ResidualPlaces,
-    residual_places,
-    traction_residual,
-)
+from gradedesign.finite_cell.surface import SurfacePoints
+from gradedesign.finite_cell.traction_residual import residual_places, traction_residual
 from gradedesign.workspace.progress import stepping
 
 log = logging.getLogger(__name__)
@@ -88,16 +83,11 @@ def solved_cases(
     acting = {f.region for case in problem.cases for f in case.fix} | {
         load.region for case in problem.cases for load in case.load
     }
-    # Its size relative to the error was measured on elements of one size.
-    balance = (
-        residual_places(elements, problem.field, [places[n].element for n in acting])
-        if space.hanging is None
-        else None
-    )
     groups: dict[object, list[int]] = {}
     for k, case in enumerate(problem.cases):
         groups.setdefault(support_key(case), []).append(k)
     solved: dict[int, CaseSolution] = {}
+    forced: list[int] = []
     for members in groups.values():
         held = [
             held_by(elements, space, problem.cases[k], problem.regions, places, modulus)
@@ -107,13 +97,22 @@ def solved_cases(
         fixed = held[0].fixed.copy()
         fixed[unknown_count(space) // 3 :] = True
         levels = build_preconditioner(elements, space, stiffness, accuracy.softness, fixed)
-        keep = (~fixed).astype(np.float64)
         system = _System(
-            elements=elements, space=space, places=places, stiffness=stiffness, keep=keep,
-            precondition=cycle(levels), lame=lame, balance=balance,
+            elements=elements, space=space, places=places, stiffness=stiffness, keep=levels.keep,
+            precondition=cycle(levels),
         )  # fmt: skip
         for k, own in zip(members, held, strict=True):
             solved[k] = _solved_case(problem, problem.cases[k], own, system, accuracy, start)
+            if own.value is None and own.spring_force is None and not solved[k].thermal_strain:
+                forced.append(k)
+        # The largest arrays go before those of the error estimate come.
+        del levels, system, stiffness, held, own
+    # Its size relative to the error was measured on elements of one size.
+    if forced and space.hanging is None:
+        balance = residual_places(elements, problem.field, [places[n].element for n in acting])
+        for k in forced:
+            missing = traction_residual(elements, space, solved[k].u, lame, balance)
+            solved[k] = replace(solved[k], traction_residual=missing)
     return tuple(solved[k] for k in range(len(problem.cases)))
 
 
@@ -127,22 +126,18 @@ class _System:
     space : BrickSpace
     places : mapping of name to SurfacePoints
     stiffness : Operator
-    keep : (N, 3) array
+    keep : (N, 3) float32 array
         1 for unknowns, 0 for what is held or hangs.
     precondition : callable
-        Residual to correction.
-    lame : (float, float), MPa
-    balance : ResidualPlaces or None
+        Sets its second argument to the correction for a residual.
     """
 
     elements: Elements
     space: BrickSpace
     places: Mapping[str, SurfacePoints]
     stiffness: Operator
-    keep: FloatArray
-    precondition: Callable[[FloatArray], FloatArray]
-    lame: tuple[float, float]
-    balance: ResidualPlaces | None
+    keep: NDArray[np.float32]
+    precondition: Callable[[FloatArray, FloatArray], None]
 
 
 def _solved_case(
@@ -157,11 +152,15 @@ def _solved_case(
     elements, space, stiffness = system.elements, system.space, system.stiffness
     material = problem.material
     mechanical = case_force(elements, space, case, problem.regions, system.places, material)
-    force = mechanical + own.spring_force
+    right = mechanical.copy()
+    if own.spring_force is not None:
+        right += own.spring_force
     if case.temperature_change:
-        force += thermal_force(elements, space, case.temperature_change, material)
-    gather_hanging(space.hanging, force)
-    right = system.keep * (force - product(stiffness, own.value) if own.value.any() else force)
+        right += thermal_force(elements, space, case.temperature_change, material)
+    gather_hanging(space.hanging, right)
+    if own.value is not None:
+        right -= product(stiffness, own.value)
+    right *= system.keep
     with stepping(f"solving {case.name}"):
         solution = conjugate_gradients(
             stiffness, system.keep, right, system.precondition,
@@ -169,9 +168,7 @@ def _solved_case(
             start=first_guess(elements, space, start, case.name),
         )  # fmt: skip
     _require_converged(case.name, solution, accuracy)
-    u = solution.u + own.value
-    strain = material.thermal_expansion * case.temperature_change
-    loaded_only = strain == 0.0 and not own.value.any() and not own.spring_force.any()
+    u = solution.u if own.value is None else solution.u + own.value
     log.info(
         "'%s': %d iterations, residual %.1e, error %.1e",
         case.name, solution.iterations, solution.residual, solution.error,
@@ -183,12 +180,8 @@ def _solved_case(
         work=float(np.einsum("nc,nc->", u, mechanical)),
         iterations=solution.iterations,
         residual=solution.residual,
-        thermal_strain=strain,
-        traction_residual=(
-            traction_residual(elements, space, u, system.lame, system.balance)
-            if loaded_only and system.balance is not None
-            else None
-        ),
+        thermal_strain=material.thermal_expansion * case.temperature_change,
+        traction_residual=None,
     )
 
 

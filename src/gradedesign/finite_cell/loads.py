@@ -25,7 +25,7 @@ from gradedesign.material.material import Material
 from gradedesign.part.regions import Region
 
 #: Points or elements worked on at once.
-CHUNK = 2**16
+CHUNK = 2**14
 
 
 def case_force(

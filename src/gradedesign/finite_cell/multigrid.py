@@ -107,10 +107,7 @@ def build_preconditioner(
     report_step(f"multigrid of {3 * len(space.place)} unknowns")
     keep = (~fixed).astype(np.float32)
     free = free_nodes(elements, space.nodes, space.hanging)
-    patches = build_patches(elements, space, free, stiffness, softness, keep)
     inverse = _inverse_diagonal(elements, space, free, stiffness, softness, fixed)
-    if patches is not None:
-        inverse[patches.weak] = 0.0
     corners = free_corners(elements, space.nodes)
     linear = linear_space(space, corners.nodes)
     prolong = _prolongation(space, linear, corners)
@@ -127,6 +124,10 @@ def build_preconditioner(
         coarse_keep,
         *_first_transfer(elements, corners),
     )
+    # Last: they are large, and what sets up the other levels is gone by now.
+    patches = build_patches(elements, space, free, stiffness, softness, keep)
+    if patches is not None:
+        inverse[patches.weak] = 0.0
     low = single(stiffness)
     result = Preconditioner(
         operator=low,
@@ -147,8 +148,8 @@ def build_preconditioner(
     return result
 
 
-def cycle(levels: Preconditioner) -> Callable[[FloatArray], FloatArray]:
-    """One cycle from a zero start, as a function of residuals ``(N, 3)``.
+def cycle(levels: Preconditioner) -> Callable[[FloatArray, FloatArray], None]:
+    """One cycle from a zero start, as a function of residuals and corrections ``(N, 3)``.
 
     The function owns its scratch: it serves one solve at a time.
     """
@@ -157,7 +158,7 @@ def cycle(levels: Preconditioner) -> Callable[[FloatArray], FloatArray]:
     coarse = preconditioner(levels.coarse, 1)
     g = np.zeros((1, levels.coarse_keep.size), np.float32)
 
-    def run(residual: FloatArray) -> FloatArray:
+    def run(residual: FloatArray, out: FloatArray) -> None:
         scale = float(max(residual.max(), -residual.min())) or 1.0
         np.divide(residual, scale, out=f, casting="same_kind")
         x[:] = 0.0
@@ -169,7 +170,7 @@ def cycle(levels: Preconditioner) -> Callable[[FloatArray], FloatArray]:
         correction = coarse(g.astype(np.float64)).astype(np.float32)
         product(levels.prolong, correction, levels.keep.ravel(), 1.0, x.reshape(1, -1))
         _smooth(levels, x, f, y, d, r, z, from_zero=False)
-        return x.astype(np.float64) * scale
+        np.multiply(x, scale, out=out, dtype=np.float64)
 
     return run
 
@@ -215,8 +216,8 @@ def _relaxed(
     kernels.block_jacobi(inverse, f, y, r, z)
     if patches is not None:
         kernels.add_patches(
-            patches.weak, patches.nodes, patches.chosen, patches.colours, patches.offsets,
-            patches.inverse, np.float32(OVERLAP), r, z,
+            patches.weak, patches.nodes, patches.chosen, patches.colours, patches.begin,
+            patches.first, patches.scale, patches.height, patches.rows, np.float32(OVERLAP), r, z,
         )  # fmt: skip
 
 

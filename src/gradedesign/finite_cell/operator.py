@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.finite_cell import _operator_kernels as kernels
 from gradedesign.finite_cell.basis import CUT_POINTS, WHOLE_POINTS, gauss_weights, line
-from gradedesign.finite_cell.elements import Elements, soft_weights
+from gradedesign.finite_cell.elements import Elements
 from gradedesign.finite_cell.hanging import (
     Hanging,
     fill_hanging,
@@ -46,8 +46,11 @@ class Operator:
     Attributes
     ----------
     nodes : (n, 27) int32 array
+    size : (n,) int8 array
+        Edges of the elements.
     groups : tuple of tuple
-        Colours, first element, weights, shapes and slopes of whole and of cut elements.
+        Colours, first element, weights, what all elements share of them, shapes and slopes of
+        whole and of cut elements. The weights are those of the elements, in double precision.
     lame : (2,) array, N mm
         Lame's constants times the volume of a brick of the grid.
     springs : Springs or None
@@ -55,7 +58,8 @@ class Operator:
     """
 
     nodes: NDArray[np.int32]
-    groups: tuple[tuple[IntArray, int, NDArray[Any], NDArray[Any], NDArray[Any]], ...]
+    size: NDArray[np.int8]
+    groups: tuple[tuple[IntArray, int, FloatArray, FloatArray, NDArray[Any], NDArray[Any]], ...]
     lame: NDArray[Any]
     springs: Springs | None
     hanging: Hanging | None
@@ -87,23 +91,20 @@ def operator(
     springs : Springs, optional
     """
     edges = elements.grid.edges
-    # Stiffness grows with the edge of an element.
-    size = elements.size.astype(np.float64)
-    cut_weights = soft_weights(elements, softness) * size[elements.whole :, None]
-    whole = elements.colours[0]
-    small = int(np.searchsorted(whole, np.count_nonzero(size[: elements.whole] == 1.0)))
     groups = []
-    for count, colours, first, weights in (
-        (WHOLE_POINTS, whole[: small + 1], 0, gauss_weights(WHOLE_POINTS)[None]),
-        (WHOLE_POINTS, whole[small:], 0, 2.0 * gauss_weights(WHOLE_POINTS)[None]),
-        (CUT_POINTS, elements.colours[1], elements.whole, cut_weights),
+    for count, colours, first, weights, soft in (
+        (WHOLE_POINTS, elements.colours[0], 0, np.zeros((0, WHOLE_POINTS**3)), 1.0),
+        (CUT_POINTS, elements.colours[1], elements.whole, elements.weights, softness),
     ):
         if colours[-1] > colours[0]:
             own = line(count)
             slopes = np.stack([own.slopes / edge for edge in edges])
-            groups.append((colours, first, weights, own.shapes, slopes))
+            full = gauss_weights(count)
+            every = np.stack([np.full(len(full), 1.0 - softness), soft * full])
+            groups.append((colours, first, weights, every, own.shapes, slopes))
     return Operator(
         nodes=space.nodes,
+        size=elements.size,
         groups=tuple(groups),
         lame=np.prod(edges) * np.asarray(lame),
         springs=springs,
@@ -112,7 +113,7 @@ def operator(
 
 
 def single(operator: Operator) -> Operator:
-    """Copy in single precision."""
+    """The same in single precision, but for the weights, which it shares."""
     springs = operator.springs
     if springs is not None:
         springs = Springs(
@@ -122,15 +123,10 @@ def single(operator: Operator) -> Operator:
         )
     return Operator(
         nodes=operator.nodes,
+        size=operator.size,
         groups=tuple(
-            (
-                colours,
-                first,
-                weights.astype(np.float32),
-                shapes.astype(np.float32),
-                slopes.astype(np.float32),
-            )
-            for colours, first, weights, shapes, slopes in operator.groups
+            (colours, first, weights, every, shapes.astype(np.float32), slopes.astype(np.float32))
+            for colours, first, weights, every, shapes, slopes in operator.groups
         ),
         lame=operator.lame.astype(np.float32),
         springs=springs,
@@ -145,10 +141,8 @@ def apply(operator: Operator, u: NDArray[Any], y: NDArray[Any]) -> None:
     """
     fill_hanging(operator.hanging, u)
     y[:] = 0.0
-    for colours, first, weights, shapes, slopes in operator.groups:
-        kernels.add_product(
-            operator.nodes, colours, first, weights, shapes, slopes, operator.lame, u, y
-        )
+    for group in operator.groups:
+        kernels.add_product(operator.nodes, operator.size, *group, operator.lame, u, y)
     s = operator.springs
     if s is not None:
         kernels.add_dense(operator.nodes, s.element, s.colours, s.blocks, u, y)

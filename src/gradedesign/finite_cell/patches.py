@@ -56,17 +56,28 @@ class Patches:
     chosen : (k,) int array
         Elements with weak nodes, by colour.
     colours : (c + 1,) int array
-    offsets : (k + 1,) int array
-    inverse : (total,) float32 array
-        Upper triangles row by row.
+    begin : (k + 1,) int array
+        First entry of each element's factor in `rows`.
+    first : (k + 1,) int array
+        Its first unknown in `scale` and `height`.
+    scale : (u,) float32 array
+        Inverted roots of the diagonals, zero for fixed unknowns.
+    height : (u,) float32 array
+        Square of the step of each row of the factors.
+    rows : (total,) int16 array
+        Inverted Cholesky factors, rows up to the diagonal: half the memory of inverses in single
+        precision. Rounded so, they take as many iterations (a gyroid sheet: 18 both ways).
     """
 
     nodes: NDArray[np.int32]
     weak: BoolArray
     chosen: IntArray
     colours: IntArray
-    offsets: IntArray
-    inverse: NDArray[np.float32]
+    begin: IntArray
+    first: IntArray
+    scale: NDArray[np.float32]
+    height: NDArray[np.float32]
+    rows: NDArray[np.int16]
 
 
 def build_patches(
@@ -97,9 +108,11 @@ def build_patches(
     chosen, colours = _by_colour(elements, space, free, weak, holding)
     counts = weak[free.nodes[chosen]].sum(axis=1)
     widths = 3 * counts
-    offsets = np.concatenate([[0], np.cumsum(widths * (widths + 1) // 2)])
-    first, near = _elements_of_weak(free.nodes, holding, weak)
-    inverse = np.zeros(offsets[-1], np.float32)
+    begin = np.concatenate([[0], np.cumsum(widths * (widths + 1) // 2)])
+    first = np.concatenate([[0], np.cumsum(widths)])
+    scale, height = np.zeros(first[-1], np.float32), np.zeros(first[-1], np.float32)
+    entries = np.zeros(begin[-1], np.int16)
+    start, near = _elements_of_weak(free.nodes, holding, weak)
     row_of = np.full(len(space.nodes), -1)
     reach = 1 if space.hanging is None else REACH
     for rows, around in _blocks(elements.position, chosen, reach):
@@ -110,16 +123,16 @@ def build_patches(
             packed = np.zeros((len(own), 3 * size, 3 * size))
             kernels.assemble_patches(
                 weak, free.nodes, free.kind, space.place, elements.position, elements.size,
-                chosen[own], row_of, first, near, matrices, packed,
+                chosen[own], row_of, start, near, matrices, packed,
             )  # fmt: skip
             nodes = free.nodes[chosen[own]]
             kept = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
-            upper = np.triu_indices(3 * size)
-            at = offsets[own, None] + np.arange(len(upper[0]))
-            inverse[at] = _inverted(packed, kept)[:, upper[0], upper[1]]
+            kernels.invert_factors(
+                packed, kept, SHIFT, begin[own], first[own], scale, height, entries
+            )
     return Patches(
-        nodes=free.nodes, weak=weak, chosen=chosen, colours=colours, offsets=offsets,
-        inverse=inverse,
+        nodes=free.nodes, weak=weak, chosen=chosen, colours=colours, begin=begin, first=first,
+        scale=scale, height=height, rows=entries,
     )  # fmt: skip
 
 
@@ -222,16 +235,3 @@ def _elements_of_weak(
     order = np.argsort(node, kind="stable")
     first = np.concatenate([[0], np.cumsum(np.bincount(node, minlength=len(weak)))])
     return first, element[order]
-
-
-def _inverted(matrices: FloatArray, free: NDArray[np.float32]) -> FloatArray:
-    """Inverses over the free unknowns, zero elsewhere."""
-    both = free[:, :, None] * free[:, None, :]
-    matrices = matrices * both
-    index = np.arange(matrices.shape[1])
-    diagonal = matrices[:, index, index] + (1.0 - free)
-    scale = 1.0 / np.sqrt(diagonal)
-    matrices *= scale[:, :, None] * scale[:, None, :]
-    matrices[:, index, index] = 1.0 + SHIFT
-    inverse = np.linalg.inv(matrices)
-    return inverse * (scale[:, :, None] * scale[:, None, :]) * both

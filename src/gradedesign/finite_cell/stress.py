@@ -31,21 +31,35 @@ class SolidPoints:
     reference: FloatArray
 
 
-def solid_points(elements: Elements) -> SolidPoints:
-    """Where stress is reported, with the volume that each point stands for."""
-    count, parts = len(elements.position), BLOCKS**3
+def solid_points(elements: Elements, most: int | None = None) -> SolidPoints:
+    """Where stress is reported, with the volume that each point stands for.
+
+    Parameters
+    ----------
+    elements : Elements
+    most : int, optional
+        Take evenly spaced ones, so many at most; each still has its own volume only.
+    """
+    parts, whole = BLOCKS**3, elements.whole
     side = (np.arange(BLOCKS) + 0.5) / BLOCKS
     z, y, x = np.meshgrid(side, side, side, indexing="ij")
     middle = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-    reference = np.concatenate([np.tile(middle, (elements.whole, 1, 1)), elements.centre])
-    share = np.concatenate([np.full((elements.whole, parts), 1.0 / parts), elements.share])
-    used = share.ravel() > 1e-9
-    element = np.repeat(np.arange(count), parts)[used]
-    reference = np.ascontiguousarray(reference.reshape(-1, 3)[used].T, dtype=np.float64)
+    share = np.concatenate(
+        [np.full(whole * parts, 1.0 / parts, np.float32), elements.share.ravel()]
+    )
+    used = np.flatnonzero(share > 1e-9)
+    if most is not None:
+        used = used[:: max(1, -(-used.size // most))]
+    share = share[used]
+    element, part = np.divmod(used, parts)
+    reference = middle[part]
+    cut = element >= whole
+    reference[cut] = elements.centre.reshape(-1, 3)[used[cut] - whole * parts]
+    reference = np.ascontiguousarray(reference.T)
     grid = elements.grid
     within = elements.position[element].T + elements.size[element] * reference
     points = grid.lower[:, None] + grid.edges[:, None] * within
-    volume = element_volumes(elements)[element] * share.ravel()[used]
+    volume = element_volumes(elements)[element] * share
     return SolidPoints(points=points, volume=volume, element=element, reference=reference)
 
 

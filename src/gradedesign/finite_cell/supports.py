@@ -40,17 +40,17 @@ class Held:
     Attributes
     ----------
     fixed : (N, 3) bool array
-    value : (N, 3) array, mm
-        Prescribed displacement; 0 where nothing is.
+    value : (N, 3) array or None, mm
+        Prescribed displacement; 0 where nothing is. None where all is 0.
     springs : Springs or None
-    spring_force : (N, 3) array, N
-        Of springs whose far ends move as prescribed.
+    spring_force : (N, 3) array or None, N
+        Of springs whose far ends move as prescribed. None where none does.
     """
 
     fixed: BoolArray
-    value: FloatArray
+    value: FloatArray | None
     springs: Springs | None
-    spring_force: FloatArray
+    spring_force: FloatArray | None
 
 
 def support_key(case: LoadCaseSpecification) -> tuple[tuple[str, tuple[bool, ...]], ...]:
@@ -112,7 +112,12 @@ def held_by(
     _require_held(elements, space, fixed, seen, case.name)
     fill_hanging(space.hanging, value)
     gather_hanging(space.hanging, force)
-    return Held(fixed=fixed, value=value, springs=_collected(elements, blocks), spring_force=force)
+    return Held(
+        fixed=fixed,
+        value=value if value.any() else None,
+        springs=_collected(elements, blocks),
+        spring_force=force if force.any() else None,
+    )
 
 
 def covered_faces(elements: Elements, region: Region) -> IntArray:

@@ -17,7 +17,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.finite_cell import _stress_kernels as kernels
 from gradedesign.finite_cell.basis import gauss_places
-from gradedesign.finite_cell.elements import BLOCKS, Elements
+from gradedesign.finite_cell.elements import BLOCKS, Elements, solid_volume
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.stress import solid_points
 from gradedesign.workspace.progress import report_step
@@ -90,14 +90,12 @@ def residual_places(elements: Elements, field: Field, held: Sequence[IntArray]) 
         loaded[element] = True
     surface = _cut_surface(elements, field, loaded)
     faces, sides = _faces(elements, loaded)
-    at = solid_points(elements)
-    some = _some(at.element.size)
-    share = at.element.size / max(some.size, 1)
+    at = solid_points(elements, MOST)
     inner = _Places(
-        element=at.element[some],
-        reference=np.ascontiguousarray(at.reference[:, some]),
-        weight=share * at.volume[some],
-        normal=np.zeros((3, some.size)),
+        element=at.element,
+        reference=at.reference,
+        weight=at.volume * (solid_volume(elements) / at.volume.sum()),
+        normal=np.zeros((3, at.element.size)),
     )
     return ResidualPlaces(free=_joined([surface, faces]), sides=sides, inner=inner)
 

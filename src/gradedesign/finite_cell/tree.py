@@ -75,10 +75,11 @@ def tree_hierarchy(
         starts = np.concatenate([[0], np.cumsum(np.bincount(copy, minlength=count))])
         coarse = np.zeros((count, 24, 24), np.float32)
         kernels.add_children(child, starts, slot, keep, nodes, matrices, weights, coarse)
+        matrices = coarse
         prolong = _prolongation(nodes, coarse_nodes, slot, copy, weights, (n, coarse_count))
         coarse_keep = _coarse_keep(prolong, keep)
         levels.append(_level(matrix, flat, prolong, coarse_keep))
-        position, nodes, matrices, keep = place, coarse_nodes, coarse, coarse_keep
+        position, nodes, keep = place, coarse_nodes, coarse_keep
         slot, weights = slots_of(position), child_weights()
     return Hierarchy(
         levels=tuple(levels),
