@@ -68,6 +68,6 @@ def number_edges(
         for p in range(start[v], start[v + 1]):
             edge_of[slot[p]] = number[far[p]]
     ends = np.zeros((2, count), np.int32)
-    ends[0] = low_end[:count]
-    ends[1] = high_end[:count]
+    for e in range(count):
+        ends[0, e], ends[1, e] = low_end[e], high_end[e]
     return edge_of.reshape(6, m), ends

@@ -113,7 +113,9 @@ def coarse_nodes(copy: Any, place: Any, first: Any, element: Any, nodes: Any) ->
                         join(sets, 8 * a + c, 8 * b + x + 2 * y + 4 * z)
     flat = np.zeros(8 * m, np.int32)
     count = _numbered(sets, flat)
-    nodes[:] = flat.reshape(m, 8)
+    for p in range(m):
+        for c in range(8):
+            nodes[p, c] = flat[8 * p + c]
     return count
 
 
@@ -165,7 +167,9 @@ def add_children(
                         if wab != 0:
                             for r in range(24):
                                 total[r, 3 * b + j] += wab * half[r, 3 * a + j]
-        coarse[p] = total
+        for r in range(24):
+            for j in range(24):
+                coarse[p, r, j] = total[r, j]
 
 
 @njit(parallel=True, cache=True, nogil=True)

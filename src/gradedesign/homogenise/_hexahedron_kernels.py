@@ -151,15 +151,14 @@ def _slab(u, fill, first, runs, lam, mu, x0, x1, y, seam):  # type: ignore[no-un
     upper = np.zeros((3, ny, nz))
     for ix in range(x0, x1):
         jx = ix + 1 if ix + 1 < nx else 0
-        used, pieces = 0, 0
-        for iy in range(ny):
-            for q in range(first[ix * ny + iy], first[ix * ny + iy + 1]):
+        q, end, iy = first[ix * ny], first[(ix + 1) * ny], 0
+        while q < end:
+            used, pieces = 0, 0
+            modulus[:] = 0.0
+            while q < end and used + runs[q, 1] <= SLOTS:
+                while q >= first[ix * ny + iy + 1]:
+                    iy += 1
                 iz, n = runs[q, 0], runs[q, 1]
-                if used + n > SLOTS:
-                    _forces(load, modulus, lam, mu, out)
-                    _scatter_all(out, place, pieces, lower, upper)
-                    modulus[:] = 0.0
-                    used, pieces = 0, 0
                 _gather(u, ix, jx, iy, iz, n, used, load)
                 for i in range(n):
                     modulus[used + i] = fill[ix, iy, iz + i]
@@ -168,21 +167,22 @@ def _slab(u, fill, first, runs, lam, mu, x0, x1, y, seam):  # type: ignore[no-un
                 place[pieces, 2], place[pieces, 3] = iy, iz
                 used += n + 1
                 pieces += 1
-        _forces(load, modulus, lam, mu, out)
-        _scatter_all(out, place, pieces, lower, upper)
-        modulus[:] = 0.0
-        y[0, ix], y[1, ix], y[2, ix] = lower[0], lower[1], lower[2]
+                q += 1
+            _forces(load, modulus, lam, mu, out)
+            for s in range(pieces):
+                at, n, row, iz = place[s, 0], place[s, 1], place[s, 2], place[s, 3]
+                for side in range(2):
+                    _scatter(out, at, n, lower if side == 0 else upper, side, row, iz)
+        for c in range(3):
+            for iy in range(ny):
+                for iz in range(nz):
+                    y[c, ix, iy, iz] = lower[c, iy, iz]
         lower, upper = upper, lower
         upper[:] = 0.0
-    seam[:] = lower
-
-
-@njit(cache=True)
-def _scatter_all(out, place, pieces, lower, upper):  # type: ignore[no-untyped-def]
-    """Add the forces of all runs of a buffer to the planes of nodes below and above them."""
-    for s in range(pieces):
-        _scatter(out, place[s, 0], place[s, 1], lower, 0, place[s, 2], place[s, 3])
-        _scatter(out, place[s, 0], place[s, 1], upper, 1, place[s, 2], place[s, 3])
+    for c in range(3):
+        for iy in range(ny):
+            for iz in range(nz):
+                seam[c, iy, iz] = lower[c, iy, iz]
 
 
 @njit(cache=True, parallel=True)
@@ -219,7 +219,11 @@ def stiffness_product(
     for t in range(SLABS):
         x1 = (t + 1) * nx // SLABS
         if x1 > t * nx // SLABS:
-            y[:, x1 if x1 < nx else 0] += seam[t]
+            jx = x1 if x1 < nx else 0
+            for c in range(3):
+                for iy in range(fill.shape[1]):
+                    for iz in range(fill.shape[2]):
+                        y[c, jx, iy, iz] += seam[t, c, iy, iz]
 
 
 @njit(cache=True)

@@ -266,8 +266,12 @@ def march_slab(
                         values, (i, j, k), axis, here, number, corner, corners,
                         (earlier[1], fresh), caps, row_cap,
                     )  # fmt: skip
-        number[0] = number[1]
-        corner[0] = corner[1]
+        # Assigning whole planes would link numba's text of shapes: 3 s more to compile.
+        for j in range(ny):
+            for k in range(nz):
+                corner[0, j, k] = corner[1, j, k]
+                for axis in range(3):
+                    number[0, axis, j, k] = number[1, axis, j, k]
     return nodes[:used], ends[:used], corners[:fresh], marked, others, caps[:row_cap]
 
 

@@ -26,6 +26,7 @@ TILE = 16
 def _visit(tri, flat, s, shape, reach, first, pairs):
     """Number of bricks within ``reach`` of a triangle; fills them in where ``pairs`` has room."""
     stack = np.zeros((DEPTH, 6), dtype=np.int64)
+    box = np.zeros(6, dtype=np.int64)
     for a in range(3):
         low = tri[s, a] + min(0.0, tri[s, 3 + a], tri[s, 6 + a]) - reach
         high = tri[s, a] + max(0.0, tri[s, 3 + a], tri[s, 6 + a]) + reach
@@ -37,7 +38,8 @@ def _visit(tri, flat, s, shape, reach, first, pairs):
     found, depth = 0, 1
     while depth > 0:
         depth -= 1
-        box = stack[depth].copy()
+        for a in range(6):
+            box[a] = stack[depth, a]
         x = 0.5 * SIDE * (box[0] + box[3] + 1) - 0.5
         y = 0.5 * SIDE * (box[1] + box[4] + 1) - 0.5
         z = 0.5 * SIDE * (box[2] + box[5] + 1) - 0.5
@@ -57,9 +59,10 @@ def _visit(tri, flat, s, shape, reach, first, pairs):
             found += 1
             continue
         middle = (box[axis] + box[3 + axis]) // 2
-        stack[depth] = box
+        for a in range(6):
+            stack[depth, a] = box[a]
+            stack[depth + 1, a] = box[a]
         stack[depth, 3 + axis] = middle
-        stack[depth + 1] = box
         stack[depth + 1, axis] = middle + 1
         depth += 2
     return found

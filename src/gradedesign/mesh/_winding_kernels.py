@@ -128,7 +128,8 @@ def ray_lengths(corners, origin, step, shape):
     filled = np.zeros(rays, dtype=np.int64)
     _visit(corners, origin, step, shape, filled, filled, none, none_turn)
     start = np.zeros(rays + 1, dtype=np.int64)
-    start[1:] = np.cumsum(filled)
+    for ray in range(rays):
+        start[ray + 1] = start[ray] + filled[ray]
     filled[:] = 0
     depth, turn = np.zeros(start[-1] + 1), np.zeros(start[-1] + 1, dtype=np.int64)
     _visit(corners, origin, step, shape, start, filled, depth, turn)
