@@ -79,8 +79,11 @@ def size_effects_data(setup: Setup) -> dict[str, Any]:
     weight = setup.model.volumes * (setup.model.solid_fraction < 1)
     return {
         "mode": "walls",
-        "kinds": len(walls.classes),
-        "share": [float(weight @ (kind >= 0) / weight.sum()) for kind in walls.kind],
+        "wall_kinds": len(walls.classes),
+        "share_of_lattice_in_walls_across": {
+            axis: round(float(weight @ (kind >= 0) / weight.sum()), 3)
+            for axis, kind in zip("xyz", walls.kind, strict=True)
+        },
         "densities": [float(walls.density[0]), float(walls.density[-1])],
     }
 
