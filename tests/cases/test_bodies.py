@@ -111,7 +111,8 @@ def test_two_bodies_are_judged_by_their_exported_surface(cli, folder):
     # A first acceptance found 2.2 % more than the explicit analysis: either verdict may come.
     assert ended.code in (0, 4), ended.err
     result = json.loads((folder / "run" / "result.json").read_text(encoding="utf-8"))
-    assert {row["judged_by"] for row in result["limits"]} == {"re-meshed whole lattice"}
+    # A displacement has the wider of two bands, of finite cells and of the mesh.
+    assert all("re-meshed whole lattice" in row["judged_by"] for row in result["limits"])
     assert result["acceptance"]["share_of_volume"] == pytest.approx(1.0, rel=0.02)
     # Both bodies: 61.2 % of the solid mass, by that run.
     assert result["relative_density"] == pytest.approx(0.612, rel=0.05)
