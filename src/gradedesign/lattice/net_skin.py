@@ -8,7 +8,6 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import LatticeError
-from gradedesign.fields.algebra import gradient
 
 #: Depths at which struts are looked for, along a cell.
 _PER_CELL = 24
@@ -96,11 +95,17 @@ def net_value(
     value = np.array(layer)
     for start in range(0, len(near), _BATCH):
         some = near[start : start + _BATCH]
-        outward = gradient(part, points[:, some], _STEP)
+        outward = _ahead(part, points[:, some], distance[some])
         outward /= np.maximum(np.linalg.norm(outward, axis=0), 1e-3)
         foot = points[:, some] - distance[some] * outward
         value[some] = np.maximum(layer[some], _projected(field, foot, outward, depths))
     return value
+
+
+def _ahead(part: Field, points: FloatArray, distance: FloatArray) -> FloatArray:
+    """Gradient of a distance that is known at points ``(3, n)``, by differences ahead."""
+    shifts = _STEP * np.eye(3)[:, :, None]
+    return np.stack([part(points + s) - distance for s in shifts]) / _STEP
 
 
 def _projected(
