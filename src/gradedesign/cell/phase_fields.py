@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import spline_filter
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import Field, FloatArray, read_only
 from gradedesign.cell._phase_kernels import centre_gradients, divergence, nearest_rotations
 from gradedesign.cell._spline_kernels import PAD, spline_gradients, spline_values
 from gradedesign.cell.cell_map import CellMap
@@ -217,10 +217,11 @@ def _spline_map(
     filtered = (spline_filter(_continued(p), order=3, mode="mirror")[crop] for p in phases)
     table = np.stack(list(filtered), axis=-1)
     table.flags.writeable = False
+    start, steps = read_only(start), read_only(steps)
 
     def raw(points: FloatArray) -> FloatArray:
         x = np.asarray(points, dtype=np.float64)
-        flat = np.ascontiguousarray(x.reshape(3, -1))
+        flat = read_only(x.reshape(3, -1))
         return spline_values(table, start, steps, flat).reshape(x.shape)
 
     shift = raw(np.asarray(origin, dtype=np.float64).reshape(3, 1))[:, 0]
@@ -231,7 +232,7 @@ def _spline_map(
 
     def jacobian(points: FloatArray) -> FloatArray:
         x = np.asarray(points, dtype=np.float64)
-        flat = np.ascontiguousarray(x.reshape(3, -1))
+        flat = read_only(x.reshape(3, -1))
         return spline_gradients(table, start, steps, flat).reshape(3, *x.shape)
 
     return CellMap(name="graded size", coordinates=coordinates, jacobian=jacobian, size=typical)

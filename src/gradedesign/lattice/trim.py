@@ -131,9 +131,7 @@ def _divided(
         if not len(corners):
             break
         there = inner & _inside_any(fine, corners, share * step)
-        found = np.asarray(
-            without_short_edges(fine, found.copy(), share * step, there), dtype=np.int32
-        )
+        found = without_short_edges(fine, found.copy(), share * step, there)
         corners = _crossing(fine, found, to_skin <= 2 * step)
     return fine, found, corners
 

@@ -45,7 +45,7 @@ def crossing_triangles(
     crossed = np.full(len(faces), -1, dtype=np.int64)
     if len(faces) == 0:
         return np.zeros((0, 2), dtype=np.int64)
-    vertices, faces = read_only(vertices), read_only(faces)
+    vertices, faces = read_only(vertices), read_only(np.asarray(faces, dtype=np.int32))
     reach = -_SHARED * margin
     many = len(faces) >= MANY
     cells = triangle_cells(vertices, faces, grid=grid, reach=reach) if many else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.arrays import BoolArray, FloatArray, read_only
 from gradedesign.mesh import _collapse_kernels as kernels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 
@@ -17,10 +17,10 @@ _Faces = NDArray[np.int32] | NDArray[np.int64]
 
 def without_short_edges(
     vertices: FloatArray, faces: _Faces, shortest: float, among: BoolArray | None = None
-) -> _Faces:
+) -> NDArray[np.int32]:
     """Triangles with edges shorter than a length collapsed where the surface stays sound.
 
-    Those that are given are changed on the way.
+    Those that are given as int32 are changed on the way.
 
     Vertices do not move: of the two ends of an edge, the one stays from which the triangles round
     the other are less far away. An edge stays where a triangle would turn by more than 78 degrees
@@ -37,9 +37,10 @@ def without_short_edges(
 
     Returns
     -------
-    (k, 3) int array
+    (k, 3) int32 array
     """
-    vertices = np.ascontiguousarray(vertices)
+    # Of one type and permission: the kernels are compiled for each combination.
+    vertices, faces = read_only(vertices), np.ascontiguousarray(faces, dtype=np.int32)
     for _ in range(PASSES):
         marked = np.zeros(len(vertices), dtype=np.bool_)
         if not kernels.mark_short(vertices, faces, shortest**2, marked):
