@@ -158,6 +158,35 @@ def draw_iterations(path: Path) -> None:
     _save(figure, path)
 
 
+def scale_rows() -> np.ndarray:
+    """Cells, processor seconds and peak memory, GB, of the table of docs/scale.md, ``(n, 3)``.
+
+    Only blocks of one density, 0.3.
+    """
+    text = (ROOT / "docs" / "scale.md").read_text(encoding="utf-8")
+    table = text[text.index("| cells |") :].split("\n\n")[0].splitlines()[2:]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
+    return np.array(
+        [[float(row[k].split()[0]) for k in (0, 4, 5)] for row in rows if "density" not in row[0]]
+    )
+
+
+def draw_scale(path: Path) -> None:
+    """Processor time and memory of finite cells by the number of cells."""
+    import matplotlib.pyplot as plt
+
+    cells, seconds, memory = scale_rows().T
+    figure, ax = plt.subplots(figsize=(6, 3.2))
+    program = 0.25
+    for name, values in (("processor seconds", seconds), ("GB above 0.25", memory - program)):
+        power = np.polyfit(np.log(cells), np.log(values), 1)[0]
+        ax.loglog(cells, values, "o-", label=f"{name}: power {power:.2f} of the cells")
+    ax.set_xlabel("gyroid sheet cells of density 0.3, 8 bricks along an edge")
+    ax.grid(visible=True, which="both", alpha=0.3)
+    ax.legend()
+    _save(figure, path)
+
+
 def _save(figure: object, path: Path) -> None:
     figure.tight_layout()  # type: ignore[attr-defined]
     figure.savefig(path, dpi=90)  # type: ignore[attr-defined]
@@ -170,6 +199,7 @@ def main() -> None:
     mpl.use("Agg")
     (PICTURES / "rooms.svg").write_text(rooms_svg(), encoding="utf-8")
     draw_level(PICTURES / "level.png")
+    draw_scale(PICTURES / "scale.png")
     draw_wall(PICTURES / "wall.png")
     draw_iterations(PICTURES / "iterations.png")
     draw_law(PICTURES / "law.png")
