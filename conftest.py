@@ -1,5 +1,6 @@
 """The order of all tests, of the core and of every plugin, and how hypothesis chooses examples."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -32,3 +33,10 @@ def rank(path):
     folder = path.relative_to(ROOT).parent
     name = "plugins" if folder.parts[0] == "plugins" else folder.as_posix()
     return FIRST.index(name) if name in FIRST else len(FIRST)
+
+
+def pytest_collection_finish():
+    """Look for garbage seldom, and never among what was imported: compiling makes many objects."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
