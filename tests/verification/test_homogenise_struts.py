@@ -44,28 +44,39 @@ def modulus(c):
     ("name", "bulk", "along"), [("octet", 1 / 9, 1 / 9), ("sc", 1 / 9, 1 / 3), ("bcc", 1 / 9, 0.0)]
 )
 def test_thin_trusses_approach_their_limits(registry, name, bulk, along) -> None:
-    # Joints add stiffness of higher order: K / rho falls towards the limit as density does, and a
-    # straight line in density through the two thinner ones meets it at none. By hand for octet:
-    # 0.145, 0.131 at 0.06, 0.03, so 0.118 at none.
-    density = (0.12, 0.06, 0.03)
+    # Joints add stiffness of higher order: what they add to K / rho falls faster than the width of
+    # struts, the root of density, and slower than density. Of the straight lines through the two
+    # thinner ones, that in density ends above the limit, that in width below it: by hand 0.121 and
+    # 0.104 for octet.
+    density = np.array([0.12, 0.06, 0.03])
     grids = (64, 64, 96 if name == "octet" else 64)
     found = [extrapolated(registry, name, *pair) for pair in zip(density, grids, strict=True)]
     stiff = np.array([isotropic_averages(c).bulk for c in found]) / density
     assert (np.diff(stiff) < 0).all()
     assert (stiff > bulk).all()
-    limit = stiff[2] - (stiff[1] - stiff[2]) / (density[1] - density[2]) * density[2]
-    assert limit == pytest.approx(bulk, rel=0.08)
+    assert at_none(stiff, np.sqrt(density)) < bulk < at_none(stiff, density)
+    assert at_none(stiff, density) == pytest.approx(bulk, rel=0.1)
     youngs = np.array([modulus(c) for c in found]) / density
-    limit = youngs[2] - (youngs[1] - youngs[2]) / (density[1] - density[2]) * density[2]
-    assert limit == pytest.approx(along, rel=0.1, abs=0.006)
+    if along:
+        assert at_none(youngs, np.sqrt(density)) < along < at_none(youngs, density)
+        assert at_none(youngs, density) == pytest.approx(along, rel=0.1)
+    else:
+        # Bending: E / rho falls as density itself.
+        assert at_none(youngs, density) == pytest.approx(0.0, abs=0.006)
+
+
+def at_none(values, width):
+    """Value at width 0 of the straight line through the last two."""
+    return values[-1] - (values[-2] - values[-1]) / (width[-2] - width[-1]) * width[-1]
 
 
 @pytest.mark.slow
 def test_kelvin_cell_approaches_bending_beams(registry) -> None:
     # Zhu, Knott and Mills 1997, round struts: 0.600 rho^2 / (1 + 0.900 rho). At 0.1 struts are 3
     # times as long as wide and FE gives twice that; joints shorten struts in proportion to their
-    # width, so the excess falls with the root of density. By hand: 1.95, 1.48, 1.49, 1.27, 1.23
-    # times the formula, so 1.06 at none; the two last, right to 1 %, leave it uncertain by 10 %.
+    # width, so the excess falls with the root of density. By hand: 1.93, 1.61, 1.54, 1.28, 1.27
+    # times the formula: a straight line in width, from which they lie 0.04 off, meets 0.95 at none,
+    # uncertain by 0.05.
     density, grids = np.array([0.1, 0.05, 0.03, 0.015, 0.01]), (64, 64, 96, 144, 144)
     found = np.array(
         [
@@ -75,13 +86,14 @@ def test_kelvin_cell_approaches_bending_beams(registry) -> None:
     )
     excess = found / (0.600 * density**2 / (1 + 0.900 * density)) - 1
     assert 0.7 < excess[0] < 1.2
-    assert 0.3 < excess[1] < 0.6
-    assert 0.2 < excess[4] < excess[3] < excess[2] < 0.6
-    width = np.sqrt(density)
-    limit = excess[4] - (excess[3] - excess[4]) / (width[3] - width[4]) * width[4]
+    assert (np.diff(excess) < 0).all()
+    assert excess[4] > 0.2
+    slope, limit = np.polyfit(np.sqrt(density), excess, 1)
     assert limit == pytest.approx(0.0, abs=0.12)
     power = np.diff(np.log(found)) / np.diff(np.log(density))
-    assert 2.2 < power[0] < 2.5
+    # 2 - 0.9 rho and, of the line, half of its excess over the whole at a density of 0.07.
+    part = slope * np.sqrt(0.07)
+    assert power[0] == pytest.approx(2.0 - 0.06 + 0.5 * part / (1.0 + part), abs=0.1)
     assert power[3] == pytest.approx(2.0, abs=0.12)
 
 
