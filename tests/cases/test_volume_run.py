@@ -13,14 +13,7 @@ box = {lower = ["0 mm", "0 mm", "0 mm"], upper = ["1.5 mm", "8 mm", "8 mm"]}
 cylinder = {diameter = "20 mm", ends = [["14.5 mm", "4 mm", "4 mm"], ["20 mm", "4 mm", "4 mm"]]}
 """
 #: The same ends as layers below the faces that are held and loaded.
-LAYERS = """\
-[[keep]]
-region = "root"
-margin = "1.5 mm"
-[[keep]]
-region = "tip"
-margin = "1.5 mm"
-"""
+LAYERS = SHORT_BAR[START:]
 REST = """\
 [[load_case]]
 name = "shear"

@@ -70,8 +70,13 @@ def test_fixed_unknowns_stay_and_the_others_do_without_them():
 
 
 def test_rounding_leaves_the_smoother_positive():
-    # Rounded entries of an inverse itself would make it indefinite at this condition.
     given = matrices(1, 1e6, 5)
+    # The inverse itself, scaled to a diagonal of 1 and rounded likewise, is indefinite.
+    size = np.sqrt(np.diag(given[0]))
+    plain = np.linalg.inv(given[0] / size[:, None] / size + SHIFT * np.eye(WIDTH))
+    size = np.sqrt(np.diag(plain))
+    rounded = np.rint(plain / size[:, None] / size * 32767) / 32767
+    assert np.linalg.eigvalsh(rounded).min() < 0.0
     free = np.ones((1, WIDTH), np.float32)
     basis = np.eye(WIDTH)
     inverse = np.array([solved(given, free, row[None])[0] for row in basis])
