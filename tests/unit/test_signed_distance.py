@@ -10,7 +10,7 @@ import trimesh
 from gradedesign.errors import MeshError, PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import region_distance, surface_distance
+from gradedesign.part.signed_distance import region_distance, surface_distance, surface_fields
 
 PARTS = Path(__file__).resolve().parents[3] / "shared" / "parts"
 
@@ -73,6 +73,32 @@ def test_signs_around_sharp_features():
         points.T.copy(), np.asarray(ball.vertices), np.asarray(ball.faces, dtype=np.int64)
     )[0]
     np.testing.assert_allclose(np.abs(distance), np.sqrt(expected), atol=1e-12)
+
+
+def test_outward_is_the_gradient_of_the_distance():
+    """By central differences of the distance by hand, away from where the box's gradient jumps."""
+    size = (3.0, 2.0, 1.0)
+    points = np.random.default_rng(29).uniform(-1, 4, (3, 4000))
+    depth = np.sort(np.minimum(points, np.array(size)[:, None] - points), axis=0)
+    points = points[:, (depth[0] < -0.01) | (depth[1] - depth[0] > 0.01)]
+    shifts = 1e-5 * np.eye(3)[:, :, None]
+    gradient = [
+        (box_distance(points + s, size) - box_distance(points - s, size)) / 2e-5 for s in shifts
+    ]
+    _, outward = surface_fields(box_surface(size))
+    # Central differences of a distance of 0.01 mm or more: (1e-5 / 0.01)^2 / 6, and of faces none.
+    np.testing.assert_allclose(outward(points), gradient, atol=1e-6)
+
+
+def test_outward_at_the_surface_is_its_normal():
+    """On a face, just inside and outside of it, and half-way between the two faces of an edge."""
+    points = np.array(
+        [[1, 1, 1], [1, 1, 1 + 1e-12], [1, 1, 1 - 1e-12], [3, 1, 1], [3 + 1e-12, 1, 1 + 1e-12]]
+    ).T
+    _, outward = surface_fields(box_surface((3.0, 2.0, 1.0)))
+    half = np.sqrt(0.5)
+    expected = np.array([[0, 0, 1], [0, 0, 1], [0, 0, 1], [half, 0, half], [half, 0, half]]).T
+    np.testing.assert_allclose(outward(points), expected, atol=1e-12)
 
 
 def test_sphere_within_its_chords():

@@ -13,8 +13,6 @@ from gradedesign.errors import LatticeError
 _PER_CELL = 24
 #: How often the distance of these depths is halved about the best one.
 _HALVINGS = 3
-#: Step of the gradient that is the normal, mm.
-_STEP = 1e-4
 _BATCH = 1 << 16
 
 
@@ -28,6 +26,8 @@ class NetSkin:
         Of the net below the surface.
     reach : float, mm
         Struts down to this depth are laid onto the surface.
+    outward : callable
+        Unit vector in which the part's signed distance grows, points ``(3, n)`` mm to ``(3, n)``.
     start : float, mm
         Depth from which they are, and by which ``thickness`` has grown with the part's faces.
     faces : callable, optional
@@ -42,6 +42,7 @@ class NetSkin:
 
     thickness: float
     reach: float
+    outward: Field
     start: float = 0.0
     faces: Field | None = None
 
@@ -57,7 +58,6 @@ def net_value(
     net: NetSkin,
     points: FloatArray,
     distance: FloatArray,
-    part: Field,
     cell: tuple[Field, float],
 ) -> FloatArray:
     """Values of a net-skin at points ``(3, n)`` mm, ``(n,)``, about mm, negative in it.
@@ -73,8 +73,6 @@ def net_value(
     points : (3, n) array, mm
     distance : (n,) array, mm
         Signed distance of the part there, exact down to twice the thickness.
-    part : callable
-        That distance.
     cell : (callable, float)
         Field of the infinite lattice, about mm, negative inside, and the size of its cells, mm.
 
@@ -95,31 +93,31 @@ def net_value(
     value = np.array(layer)
     for start in range(0, len(near), _BATCH):
         some = near[start : start + _BATCH]
-        outward = _ahead(part, points[:, some], distance[some])
-        outward /= np.maximum(np.linalg.norm(outward, axis=0), 1e-3)
-        foot = points[:, some] - distance[some] * outward
-        value[some] = np.maximum(layer[some], _projected(field, foot, outward, depths))
+        normal = net.outward(points[:, some])
+        foot = points[:, some] - distance[some] * normal
+        least = _projected(field, foot, normal, depths, layer[some])
+        value[some] = np.maximum(layer[some], least)
     return value
 
 
-def _ahead(part: Field, points: FloatArray, distance: FloatArray) -> FloatArray:
-    """Gradient of a distance that is known at points ``(3, n)``, by differences ahead."""
-    shifts = _STEP * np.eye(3)[:, :, None]
-    return np.stack([part(points + s) - distance for s in shifts]) / _STEP
-
-
 def _projected(
-    field: Field, foot: FloatArray, outward: FloatArray, depths: FloatArray
+    field: Field, foot: FloatArray, outward: FloatArray, depths: FloatArray, enough: FloatArray
 ) -> FloatArray:
-    """Least value of a field below feet ``(3, n)``, ``(n,)``: of samples, then about the best."""
+    """Least value of a field below feet ``(3, n)``, ``(n,)``: of samples, then about the best.
+
+    A foot whose value falls to ``enough`` is not looked at again.
+    """
     least: FloatArray = np.full(foot.shape[1], np.inf)
     best = np.zeros(foot.shape[1])
 
     def look(at: FloatArray) -> None:
-        at = np.clip(at, depths[0], depths[-1])
-        found = field(foot - at * outward)
-        better = found < least
-        least[better], best[better] = found[better], at[better]
+        open_ones = np.flatnonzero(least > enough)
+        if not len(open_ones):
+            return
+        at = np.clip(at[open_ones], depths[0], depths[-1])
+        value = field(foot[:, open_ones] - at * outward[:, open_ones])
+        better = value < least[open_ones]
+        least[open_ones[better]], best[open_ones[better]] = value[better], at[better]
 
     for depth in depths:
         look(np.full(best.shape, depth))

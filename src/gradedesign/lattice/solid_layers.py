@@ -117,7 +117,7 @@ def united(
         cells = np.asarray(cell(points), dtype=np.float64)
         for net in domain.nets:
             flat = points.reshape(3, -1)
-            struts = net_value(net, flat, distance.ravel(), domain.distance, (cell, size))
+            struts = net_value(net, flat, distance.ravel(), (cell, size))
             cells = np.minimum(cells, struts.reshape(cells.shape))
         if not radius or not values:
             return np.asarray(np.minimum.reduce([cells, *values]))

@@ -16,7 +16,7 @@ from gradedesign.layout.fillings import with_fillings
 from gradedesign.layout.passive import passive_regions
 from gradedesign.layout.skin_room import require_stated_thickness
 from gradedesign.part.part import Part
-from gradedesign.part.signed_distance import region_distance, surface_distance
+from gradedesign.part.signed_distance import region_distance, surface_fields
 
 
 def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
@@ -31,7 +31,7 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
         If these are too small for a grid of the part.
     """
     points = part.surface.vertices
-    distance = surface_distance(part.surface)
+    distance, outward = surface_fields(part.surface)
     domain = DesignDomain(
         distance=distance,
         lower=points.min(axis=0),
@@ -41,6 +41,7 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
             NetSkin(
                 thickness=spec.thickness[1],
                 reach=spec.net_depth or max(case.lattice.edges),
+                outward=outward,
                 faces=_faces(part, spec),
             )
             for spec in case.lattice.skin

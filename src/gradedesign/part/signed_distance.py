@@ -15,6 +15,10 @@ from gradedesign.mesh.surface_mesh import (
     open_edge_count,
 )
 
+#: Closer to the surface, mm, its normal takes the place of the line to the closest point, whose
+#: direction rounding spoils.
+AT_SURFACE = 1e-6
+
 
 def _angles(corners: FloatArray) -> FloatArray:
     """Angles at the corners of triangles ``(m, 3, 3)``, radian, ``(m, 3)``."""
@@ -65,7 +69,12 @@ def pseudonormals(surface: SurfaceMesh) -> FloatArray:
 
 
 def surface_distance(surface: SurfaceMesh) -> Field:
-    """Exact signed distance to a closed surface, mm, negative inside.
+    """Exact signed distance to a closed surface, mm, negative inside: see `surface_fields`."""
+    return surface_fields(surface)[0]
+
+
+def surface_fields(surface: SurfaceMesh) -> tuple[Field, Field]:
+    """Exact signed distance to a closed surface, and the direction in which it grows.
 
     Parameters
     ----------
@@ -74,8 +83,11 @@ def surface_distance(surface: SurfaceMesh) -> Field:
 
     Returns
     -------
-    callable
-        Points ``(3, ...)`` in mm to distances ``(...)`` in mm; threaded.
+    distance : callable
+        Points ``(3, ...)`` in mm to distances ``(...)`` in mm, negative inside; threaded.
+    outward : callable
+        Points ``(3, ...)`` in mm to unit vectors ``(3, ...)``: along the line to the closest point
+        of the surface, away from the inside; at the surface its normal.
 
     Raises
     ------
@@ -97,15 +109,23 @@ def surface_distance(surface: SurfaceMesh) -> Field:
     tree = build_triangle_tree(corner_points(surface))
     normals = pseudonormals(surface)
 
-    def distance(points: FloatArray) -> FloatArray:
-        points = np.asarray(points, dtype=np.float64)
-        flat = points.reshape(3, -1)
-        nearest = closest_features(tree, flat)
-        normal = normals[nearest.triangle, nearest.feature]
-        side = np.einsum("in,ni->n", flat - nearest.point, normal)
-        return np.where(side < 0.0, -nearest.distance, nearest.distance).reshape(points.shape[1:])
+    def nearest(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Signed distances, vectors from the closest points, and normals there."""
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        found = closest_features(tree, flat)
+        normal, away = normals[found.triangle, found.feature].T, flat - found.point
+        inside = np.einsum("in,in->n", away, normal) < 0.0
+        return np.where(inside, -found.distance, found.distance), away, normal
 
-    return distance
+    def distance(points: FloatArray) -> FloatArray:
+        return nearest(points)[0].reshape(np.shape(points)[1:])
+
+    def outward(points: FloatArray) -> FloatArray:
+        value, away, normal = nearest(points)
+        along = np.where(np.abs(value) > AT_SURFACE, away * np.sign(value), normal)
+        return (along / np.linalg.norm(along, axis=0)).reshape(np.shape(points))
+
+    return distance, outward
 
 
 def region_distance(corners: ArrayLike) -> Field:
