@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from gradedesign.resolve.resolved_case import (
     stated_zones,
 )
 from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
+from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
 #: Of a run that gets no explicit lattice.
@@ -116,6 +117,9 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     explicit = case.run.stop_after == "verdict"
     x, y, z = np.ptp(_corners(known), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
+    fine = small_solid_spacing(able.analysis, planned, grid.spacing, case.run)
+    if fine < grid.spacing:
+        grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     first = min(
         first_spacing(able.analysis, grid.spacing, stated.cell, zone.bounds[0])

@@ -30,6 +30,7 @@ from gradedesign.loop.iteration_steps import (
     size_design,
 )
 from gradedesign.loop.lesson import Lesson, Prior, learn
+from gradedesign.loop.planned_solid import planned_solid
 from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
@@ -44,6 +45,7 @@ from gradedesign.verify.correction import (
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
@@ -129,8 +131,11 @@ def analyse_cells(
         resolution = Resolution(spacing=spacing)
     else:
         follows = explicit_spacing(problem, cells, grid)
+        fine = small_solid_spacing(
+            problem.analysis, planned_solid(setup, rho), follows, problem.case.run
+        )
         resolution = Resolution(
-            spacing=min(follows, at_most), coarsest=follows * problem.analysis.coarsest
+            spacing=min(fine, at_most), coarsest=follows * problem.analysis.coarsest
         )
         if problem.analysis.name == FINITE_CELLS.name:
             grading = wall_grading(problem, cells, grid, follows)

@@ -10,11 +10,13 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
+from gradedesign.loop.planned_solid import planned_solid
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
 from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
 from gradedesign.verify.analysis import PlannedSolid
+from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.verify.submodel_choice import BUFFERS
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
@@ -41,11 +43,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     """
     case = setup.problem.case
     density = guessed_density(setup, solid)
-    share = setup.model.solid_fraction
-    volume = float(setup.model.volumes @ (share + (1 - share) * density))
-    points = setup.problem.part.surface.vertices
-    x, y, z = np.ptp(points, axis=0).tolist()
-    planned = PlannedSolid(box=(x, y, z), volume=volume, load_cases=len(case.load_case))
+    planned = planned_solid(setup, density)
     spacing = predicted_spacing(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
     first = min(
@@ -98,6 +96,7 @@ def predicted_spacing(setup: Setup, density: float, planned: PlannedSolid) -> fl
         wall = case.lattice.wall or float(wall_mm(cell, thinnest, least))
         elements.append(wall / per_wall)
     follows = explicit_spacing_for(problem, min(elements))
+    follows = small_solid_spacing(problem.analysis, planned, follows, case.run)
     return problem.analysis.fitted_spacing(planned, follows, case.run.memory)
 
 

@@ -246,6 +246,9 @@ class ExplicitAnalysis:
     coarsest : float
         Largest spacing over the one that walls and layers ask for, where that does not fit the
         memory.
+    affordable : float
+        Unknowns that take little of any budget: solids that need fewer are analysed finer, see
+        :func:`gradedesign.verify.small_solid.small_solid_spacing`.
     """
 
     name: str
@@ -255,3 +258,4 @@ class ExplicitAnalysis:
     elements_per_wall: Callable[[Cell, float], float]
     elements_per_layer: float
     coarsest: float = 1.0
+    affordable: float = 0.0

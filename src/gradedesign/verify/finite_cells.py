@@ -52,6 +52,8 @@ BRICKS_PER_SOLID, UNKNOWNS_PER_BRICK = 2.7, 29.0
 BRICK_S, UNKNOWN_S, MORE_CASES = 1e-4, 1.8e-5, 0.7
 #: Largest spacing over the one that walls ask for, where that does not fit the memory.
 COARSEST = 1.25
+#: Unknowns that are solved for in some 5 s and 0.3 GB.
+AFFORDABLE = 3e5
 
 
 def solve_finite_cells(
@@ -140,4 +142,5 @@ FINITE_CELLS = ExplicitAnalysis(
     elements_per_wall=elements_per_wall,
     elements_per_layer=SURFACE_PER_BRICK * LAYER_ELEMENTS,
     coarsest=COARSEST,
+    affordable=AFFORDABLE,
 )

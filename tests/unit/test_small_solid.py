@@ -1,0 +1,43 @@
+"""Solids that need few unknowns are analysed finer, unless the case states how fine."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from gradedesign.case.run_schema import RunSpec
+from gradedesign.verify.analysis import PlannedSolid
+from gradedesign.verify.finite_cells import AFFORDABLE, FINITE_CELLS
+from gradedesign.verify.small_solid import FINEST, small_solid_spacing
+
+#: Unknowns go with the volume over the cube of the spacing; the counts are those of the estimate.
+BOX = PlannedSolid(box=(40.0, 20.0, 20.0), volume=5000.0, load_cases=1)
+
+
+def unknowns(spacing):
+    return FINITE_CELLS.estimate(BOX, spacing).unknowns
+
+
+def test_solid_with_few_unknowns_is_refined_until_it_has_some():
+    coarse = next(s for s in (1.0, 1.2, 1.4, 1.6) if unknowns(s) < 0.6 * AFFORDABLE)
+    fine = small_solid_spacing(FINITE_CELLS, BOX, coarse, RunSpec())
+    assert 1.0 < coarse / fine < FINEST
+    assert unknowns(fine) == pytest.approx(AFFORDABLE, rel=1e-3)
+
+
+def test_refinement_ends():
+    assert small_solid_spacing(FINITE_CELLS, BOX, 5.0, RunSpec()) == pytest.approx(5.0 / FINEST)
+
+
+def test_large_solid_keeps_the_spacing_that_its_walls_ask_for():
+    assert unknowns(0.5) > AFFORDABLE
+    assert small_solid_spacing(FINITE_CELLS, BOX, 0.5, RunSpec()) == 0.5
+
+
+@pytest.mark.parametrize("stated", [{"elements_per_wall": 0.5}, {"explicit_mesh_size": "5 mm"}])
+def test_stated_resolution_is_kept(stated):
+    assert small_solid_spacing(FINITE_CELLS, BOX, 5.0, RunSpec(**stated)) == 5.0
+
+
+def test_analysis_that_states_no_such_count_is_not_refined():
+    plain = SimpleNamespace(affordable=0.0, estimate=FINITE_CELLS.estimate)
+    assert small_solid_spacing(plain, BOX, 5.0, RunSpec()) == 5.0
