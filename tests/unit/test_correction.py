@@ -1,5 +1,6 @@
 """Space mapping: factors that bend the homogenised prediction onto the explicit result."""
 
+import numpy as np
 import pytest
 
 from gradedesign.limits.key import LimitKey
@@ -8,6 +9,7 @@ from gradedesign.verify.correction import (
     damped,
     damping_for,
     discrepancy_between,
+    energy_weighted_density,
     kept_share,
     stiffness_exponent,
     stiffness_update,
@@ -41,6 +43,13 @@ def test_the_exponent_is_that_of_analyses_at_different_densities():
     samples = [(r, 0.8 * (r / 0.3) ** 0.6) for r in (0.1, 0.3, 0.6)]
     assert stiffness_exponent(samples) == pytest.approx(0.6, abs=0.03)
     assert stiffness_exponent([]) == 0.0
+
+
+def test_elements_that_oppose_a_limit_carry_as_much_as_their_size():
+    """By hand; with signs the first mean is 0.833, denser than any element."""
+    rho = np.array([0.3, 0.7])
+    assert energy_weighted_density(np.array([-1.0, 4.0]), rho) == pytest.approx(3.1 / 5)
+    assert energy_weighted_density(np.array([1.0, 4.0]), rho) == pytest.approx(3.1 / 5)
 
 
 def test_analyses_at_nearly_one_density_say_little_about_the_exponent():

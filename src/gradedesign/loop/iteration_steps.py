@@ -42,7 +42,7 @@ from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
 from gradedesign.sizing.responses import solve_adjoints
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.sizing.state import SolvedState, solved_state
-from gradedesign.verify.correction import Correction
+from gradedesign.verify.correction import Correction, energy_weighted_density
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
 
@@ -295,4 +295,4 @@ def lattice_share(
     shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
     if worst.value <= 0 or shared.sum() <= 0:
         return 0.0, mean
-    return float(shared.sum() / worst.value), float(shared @ rho / shared.sum())
+    return float(shared.sum() / worst.value), energy_weighted_density(shared, rho)

@@ -17,6 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.limits.key import KeyedValues, LimitKey
 
 #: Relative scatter of the stiffness factor between designs of one density, and of its exponent
@@ -114,6 +115,22 @@ def stiffness_update(explicit: float, predicted: float, lattice_share: float) ->
         return 1.0
     needed = 1.0 + (explicit / predicted - 1.0) / lattice_share
     return 1.0 / needed if needed > 0.2 else 1.0
+
+
+def energy_weighted_density(mutual: FloatArray, rho: FloatArray) -> float:
+    """Mean density of the lattice that carries a limit.
+
+    Parameters
+    ----------
+    mutual : (M,) array, N mm
+        Mutual energy of every element in the limit's value. It is negative where the strain of the
+        load opposes that of the limit's own load: the element carries as much as its size says.
+        With signs the mean leaves the densities that carry, and even their range.
+    rho : (M,) array
+        Relative densities.
+    """
+    weights = np.abs(mutual)
+    return float(weights @ rho / weights.sum())
 
 
 def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
