@@ -16,6 +16,7 @@ WITH_EXPECTATIONS = [p for p in FOLDERS if (p / "expected.toml").is_file()]
 
 #: Minutes each: only ``make test-all`` runs them.
 SLOW = {
+    "bone-scaffold",
     "bracket",
     "cantilever-compact",
     "clevis",
