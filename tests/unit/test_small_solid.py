@@ -1,5 +1,6 @@
 """Solids that need few unknowns are analysed finer, unless the case states how fine."""
 
+import re
 from types import SimpleNamespace
 
 import pytest
@@ -41,3 +42,45 @@ def test_stated_resolution_is_kept(stated):
 def test_analysis_that_states_no_such_count_is_not_refined():
     plain = SimpleNamespace(affordable=0.0, estimate=FINITE_CELLS.estimate)
     assert small_solid_spacing(plain, BOX, 5.0, RunSpec()) == 5.0
+
+
+CASE = """\
+[case]
+name = "small"
+[part]
+box = ["24 mm", "12 mm", "12 mm"]
+[region.root]
+plane = "x = min"
+[region.tip]
+plane = "x = max"
+[material]
+name = "Ti-6Al-4V"
+[[load_case]]
+name = "pull"
+fix = [{region = "root"}]
+load = [{region = "tip", force = ["100 N", "0 N", "0 N"]}]
+[limits]
+displacement = [{region = "tip", magnitude = "4 x solid"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "12 mm"
+density = [0.4, 0.7]
+[run]
+analysis = "finite-cells"
+"""
+
+
+def spacing_that_check_tells(cli, folder, text):
+    (folder / "case.toml").write_text(text)
+    ended = cli("check", folder)
+    assert ended.code == 0
+    words = " ".join(ended.out.split())
+    return float(re.search(r"explicit grid: ([\d.]+) mm", words)[1]), words
+
+
+def test_check_tells_a_finer_grid_for_a_small_part(cli, undrawn, tmp_path):
+    fine, words = spacing_that_check_tells(cli, tmp_path, CASE)
+    assert "and finer: the solid is small" in words
+    stated, words = spacing_that_check_tells(cli, tmp_path, CASE + "elements_per_wall = 0.7\n")
+    assert "finer" not in words
+    assert stated / fine == pytest.approx(FINEST, rel=0.1)
