@@ -1,6 +1,7 @@
 """The optimality step against problems with known optima."""
 
 import numpy as np
+import pytest
 
 from gradedesign.sizing.optimality import optimality_step
 
@@ -63,3 +64,60 @@ def test_a_gradient_that_hurts_lowers_the_variable():
     assert new[2] == low[2]
     expanded = 1.2 + (0.5 / 1.5) * ((x[:2] / new[:2]) ** 1.5 - 1).sum() + 0.8 * (new[2] - 0.5)
     assert np.isclose(expanded, 1.0, rtol=1e-7)
+
+
+def _coordinates_in_turn(x, cost, values, gradients, lower, upper, *, exponent=1.5, sweeps=3000):
+    """The same dual problem by bisection of one multiplier after the other: slow and clear."""
+    helping = np.where(gradients < 0, -gradients * x / exponent, 0.0)
+    hurting = np.where(gradients > 0, gradients, 0.0)
+    unit = cost / (cost @ x)
+
+    def primal(mu):
+        gain = exponent * (mu @ helping) / x
+        raised = x * (gain / (unit + mu @ hurting)) ** (1 / (1 + exponent))
+        return np.clip(raised, lower, upper)
+
+    def excess(mu, j):
+        new = primal(mu)
+        return values[j] + helping[j] @ ((x / new) ** exponent - 1) + hurting[j] @ (new - x) - 1
+
+    mu = np.zeros(len(values))
+    for _ in range(sweeps):
+        before = mu.copy()
+        for j in range(len(mu)):
+            low, high = -45.0, 25.0
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                mu[j] = np.exp(middle)
+                low, high = (middle, high) if excess(mu, j) > 0 else (low, middle)
+            mu[j] = 0.0 if high < -44.9 else np.exp(high)
+        if np.allclose(mu, before, rtol=1e-10, atol=1e-15):
+            break
+    return primal(mu)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_nearly_parallel_gradients_end_where_coordinates_in_turn_end(seed):
+    """Constraints whose gradients differ by a tenth, where coordinates in turn creep.
+
+    The oracle stops at a relative change of 1e-10 of its multipliers a sweep; with the error of a
+    sweep falling by a factor of 0.99 or less, they are 1e-8 from the solution.
+    """
+    rng = np.random.default_rng(seed)
+    n = 30
+    base = rng.uniform(0.01, 0.1, n)
+    gradients = -np.array([base * (1 + 0.1 * rng.normal(size=n)) for _ in range(3)])
+    gradients[:, ::7] *= -0.2
+    values = 1.0 + rng.uniform(-0.08, 0.08, 3)
+    x, cost = rng.uniform(0.2, 0.8, n), rng.uniform(0.5, 2.0, n)
+    problem = (x, cost, values, gradients, 0.7 * x, 1.3 * x)
+    np.testing.assert_allclose(
+        optimality_step(*problem)[0], _coordinates_in_turn(*problem), rtol=1e-6
+    )
+
+
+def test_a_limit_out_of_reach_moves_what_helps_as_far_as_it_may():
+    x, low, high = np.full(4, 0.5), np.full(4, 0.4), np.full(4, 0.6)
+    gradients = np.array([[-1.0, -1.0, -1.0, 0.5], [-0.1, -0.1, -0.1, 0.0]])
+    new, _ = optimality_step(x, np.ones(4), np.array([9.0, 1.001]), gradients, low, high)
+    assert np.array_equal(new, [0.6, 0.6, 0.6, 0.4])

@@ -21,7 +21,7 @@ from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.sizing.effective_density import EffectiveDensity
 from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.homogenised_model import bond_matrix, effective_density, homogenised_model
-from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.sizing.state import solved_state
 
 LAW = power_law(
@@ -68,7 +68,9 @@ def _problem(acceleration, temperature, component, exponent=0.0):
 def gradient_of(model, limit, rho):
     system = homogenised_system(model, rho)
     state = solved_state(model, rho, [limit], system)
-    return response_gradients(state, system, limit.responses(state)[0])[0]
+    responses = limit.responses(state)[0]
+    adjoints = solve_adjoints(model, system, responses)
+    return response_gradients(state, responses, adjoints)[0]
 
 
 def assert_slope(model, limit, rho, rng):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from scipy.sparse import bsr_matrix, spmatrix
 
+from gradedesign.arrays import FloatArray
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.fe.assembly import AssemblyPattern, assemble, assembly_pattern
 from gradedesign.fe.linear_solver import LinearSolver, Solve
@@ -32,6 +34,8 @@ class ElasticSystem:
     solver : LinearSolver
     prepared : dict
         What solvers prepared, by their name and fixed components: later load cases find it here.
+    earlier : tuple of (3, N) arrays, mm
+        Displacements of similar problems: iterations start from their best combination.
     """
 
     space: TetSpace
@@ -39,6 +43,7 @@ class ElasticSystem:
     matrix: bsr_matrix
     solver: LinearSolver
     prepared: dict[tuple[str, bytes], Solve] = field(default_factory=dict, repr=False)
+    earlier: tuple[FloatArray, ...] = ()
 
 
 def prepare_elastic(
@@ -47,6 +52,7 @@ def prepare_elastic(
     *,
     solver: LinearSolver = MULTIGRID,
     pattern: AssemblyPattern | None = None,
+    earlier: Sequence[FloatArray] = (),
 ) -> ElasticSystem:
     """Assemble a stiffness once for all load cases to come.
 
@@ -58,6 +64,8 @@ def prepare_elastic(
         What the system will be solved by.
     pattern : AssemblyPattern, optional
         Of `space`, to save finding it again.
+    earlier : sequence of (3, N) arrays, mm
+        Displacements of similar problems, to start iterations from.
 
     Returns
     -------
@@ -82,7 +90,9 @@ def prepare_elastic(
         "assembled %d unknowns on %d tets in %.2f s",
         space.dof_count, space.element_count, time.perf_counter() - start,
     )  # fmt: skip
-    return ElasticSystem(space=space, stiffness=stiffness, matrix=matrix, solver=solver)
+    return ElasticSystem(
+        space=space, stiffness=stiffness, matrix=matrix, solver=solver, earlier=tuple(earlier)
+    )
 
 
 def _require_room(space: TetSpace, solver: LinearSolver) -> None:

@@ -18,6 +18,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import ResourceError, SolverError
 from gradedesign.fe.elastic_system import ElasticSystem, prepare_elastic
 from gradedesign.fe.equilibrium import ACCEPTED, defects, evaluate, right_hand_side
+from gradedesign.fe.galerkin_start import galerkin_start
 from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.rigid_modes import require_held
@@ -194,7 +195,8 @@ def _iterated(
                 stiffness=system.stiffness,
             )
         )
-    x = np.zeros_like(right)
+    free = ~cases[0].supports.fixed.T.ravel()
+    x = galerkin_start(system.matrix, free, right, system.earlier)
     done = np.zeros(len(cases), dtype=np.int64)
     solved: dict[int, Solution] = {}
     open_cases = list(range(len(cases)))

@@ -17,7 +17,7 @@ from gradedesign.loop.iteration_steps import corrected_limits, corrected_model, 
 from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.homogenised import homogenised_system
-from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.sizing.state import SolvedState, solved_state
 
 #: A limit is out of reach if this many times what the model says could be gained is not enough.
@@ -96,7 +96,8 @@ def _gain(setup: Setup, solved: _Solved, key: LimitKey, factors: Factors) -> flo
 def relative_slope(solved: _Solved, limit: Limit) -> FloatArray:
     """Derivative of a value by every density, over the value, ``(M,)``."""
     response = limit.responses(solved.state)[0][0]
-    return response_gradients(solved.state, solved.system, [response])[0] / response.value
+    adjoints = solve_adjoints(solved.state.model, solved.system, [response])
+    return response_gradients(solved.state, [response], adjoints)[0] / response.value
 
 
 def density_gain(

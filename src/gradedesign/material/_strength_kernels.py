@@ -10,6 +10,21 @@ from numba import njit, prange
 CHUNK = 64
 
 
+@njit(cache=True, inline="always")
+def _add_seven(weight, product, value):
+    """Add seven products at once: each sum is read and written once, not seven times."""
+    for p in range(CHUNK):
+        value[p] += (
+            weight[0] * product[0, p]
+            + weight[1] * product[1, p]
+            + weight[2] * product[2, p]
+            + weight[3] * product[3, p]
+            + weight[4] * product[4, p]
+            + weight[5] * product[5, p]
+            + weight[6] * product[6, p]
+        )
+
+
 @njit(cache=True, parallel=True)
 def mean_powers(entries, stress, half):
     """Mean over the first axis of ``entries`` of ``(entries . products) ** half``.
@@ -42,22 +57,21 @@ def mean_powers(entries, stress, half):
                 row += 1
         value = np.zeros(CHUNK)
         power = np.zeros(CHUNK)
+        total = np.zeros(CHUNK)
         for k in range(forms):
+            total[:] = 0.0
             for turn in range(turns):
                 value[:] = 0.0
-                for c in range(21):
-                    weight = entries[turn, k, c]
-                    for p in range(CHUNK):
-                        value[p] += weight * products[c, p]
+                for c in range(0, 21, 7):
+                    _add_seven(entries[turn, k, c : c + 7], products[c : c + 7], value)
                 for p in range(CHUNK):
                     value[p] = max(value[p], 0.0)
                     power[p] = value[p]
                 for _ in range(half - 1):
                     for p in range(CHUNK):
                         power[p] *= value[p]
-                for p in range(count):
-                    mean[k, first + p] += power[p]
-        for k in range(forms):
+                for p in range(CHUNK):
+                    total[p] += power[p]
             for p in range(count):
-                mean[k, first + p] /= turns
+                mean[k, first + p] = total[p] / turns
     return mean

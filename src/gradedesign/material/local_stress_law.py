@@ -128,7 +128,9 @@ class LocalStressLaw:
         lower, upper = self._inside(np.asarray(bounds))
         grid = np.log(np.linspace(lower, upper, _SCAN))
         rho = np.full(profile.shape[1], bounds[0])
-        for part, curves in self._curves(profile):
+        weak = self._exceeding(profile, permitted, (float(lower), float(upper)))
+        for points, curves in self._curves(profile[:, weak]):
+            part = weak[points]
             at_grid = np.stack([_on_curves(curves, np.full(part.size, x)) for x in grid])
             above = at_grid > permitted
             last = _SCAN - 1 - np.argmax(above[::-1], axis=0)
@@ -193,6 +195,17 @@ class LocalStressLaw:
             )
         # The range admits a rounding error beyond its ends, the curves must too.
         return np.asarray(np.clip(values, a, b))
+
+    def _exceeding(
+        self, profile: FloatArray, permitted: float, bounds: tuple[float, float]
+    ) -> IntArray:
+        """Points whose local stress may exceed what is permitted within the bounds.
+
+        Curves are monotone between the densities of the law, which bound them.
+        """
+        first = np.searchsorted(self.density, bounds[0], side="right") - 1
+        last = np.searchsorted(self.density, bounds[1], side="left")
+        return np.flatnonzero(profile[first : last + 1].max(axis=0) > permitted)
 
     def _curves(self, profile: FloatArray) -> Iterator[tuple[IntArray, PchipInterpolator]]:
         """Logarithmic curves of the points that are stressed at all, some at a time."""

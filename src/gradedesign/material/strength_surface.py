@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import permutations, product
 
 import numpy as np
@@ -105,7 +106,7 @@ def symmetric_powers(
 
     s = np.asarray(stress, dtype=np.float64)
     flat = s.reshape(6, -1)
-    turns = np.stack(_stress_turns(symmetry))
+    turns = _stress_turns(symmetry)
     upper = np.triu_indices(6)
     factor = np.where(upper[0] == upper[1], 1.0, 2.0)
     # Turned forms instead of turned stresses: they are turned once for all points.
@@ -115,8 +116,9 @@ def symmetric_powers(
     return np.asarray(mean.reshape(forms.shape[0], *s.shape[1:]))
 
 
-def _stress_turns(symmetry: str) -> list[FloatArray]:
-    """Matrices ``(6, 6)`` of the proper rotations of a symmetry, on Voigt stresses."""
+@cache
+def _stress_turns(symmetry: str) -> FloatArray:
+    """Matrices ``(r, 6, 6)`` of the proper rotations of a symmetry, on Voigt stresses."""
     turns = []
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -129,7 +131,7 @@ def _stress_turns(symmetry: str) -> list[FloatArray]:
     for m in turns:
         if not any(np.array_equal(m, n) for n in unique):
             unique.append(m)
-    return unique
+    return locked(np.stack(unique), (None, 6, 6), name="rotations")
 
 
 def _belongs(r: FloatArray, symmetry: str) -> bool:

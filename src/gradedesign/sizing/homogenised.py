@@ -52,10 +52,17 @@ def total_mass(model: HomogenisedModel, rho: FloatArray) -> float:
     return float(model.volumes @ mass_density(model, rho))
 
 
-def homogenised_system(model: HomogenisedModel, rho: FloatArray) -> ElasticSystem:
-    """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike."""
+def homogenised_system(
+    model: HomogenisedModel, rho: FloatArray, earlier: Sequence[FloatArray] = ()
+) -> ElasticSystem:
+    """Stiffness for lattice densities ``(M,)``, ready for loads and adjoint loads alike.
+
+    ``earlier`` are displacements ``(3, N)`` of similar densities, to start iterations from.
+    """
     stiffness = as_stiffness(model, effective_stiffness(model, rho))
-    return prepare_elastic(model.space, stiffness, solver=model.solver, pattern=model.pattern)
+    return prepare_elastic(
+        model.space, stiffness, solver=model.solver, pattern=model.pattern, earlier=earlier
+    )
 
 
 def solve_homogenised(

@@ -18,6 +18,13 @@ from scipy.optimize import brentq
 
 from gradedesign.arrays import FloatArray
 
+#: Range of multipliers; the largest stands for a constraint out of reach within the move limits.
+_SMALLEST_LOG, _LARGEST = -45.0, float(np.exp(25.0))
+#: Rounds of coordinates in turn at most, of Newton's steps after each, and of their halvings.
+_SWEEPS, _NEWTON_STEPS, _HALVINGS = 60, 30, 8
+#: Excess of a constraint over its limit that counts as none.
+_EXACT = 1e-10
+
 
 def optimality_step(
     x: FloatArray,
@@ -64,14 +71,59 @@ def optimality_step(
     def approximate(new: FloatArray) -> FloatArray:
         return values + helping @ ((x / new) ** exponent - 1.0) + hurting @ (new - x)
 
+    def slopes(new: FloatArray, mu: FloatArray) -> FloatArray:
+        free = (new > lower) & (new < upper)
+        at, start = new[free], x[free]
+        by_x = hurting[:, free] - exponent * helping[:, free] * (start / at) ** exponent / at
+        give = at / ((1.0 + exponent) * (unit[free] + mu @ hurting[:, free]))
+        return np.asarray(-(by_x * give) @ by_x.T)
+
     mu = np.full(len(values), 1e-3)
-    for _ in range(60):
+    for _ in range(_SWEEPS):
         before = mu.copy()
         for j in range(len(mu)):
             mu[j] = _best_multiplier(j, mu, lambda m: approximate(primal(m)))
-        if np.allclose(mu, before, rtol=1e-6, atol=1e-14):
+        mu, ended = _newton(mu, primal, approximate, slopes, unit)
+        if ended or np.allclose(mu, before, rtol=1e-6, atol=1e-14):
             break
     return primal(mu), mu
+
+
+def _newton(
+    mu: FloatArray,
+    primal: Callable[[FloatArray], FloatArray],
+    constraints: Callable[[FloatArray], FloatArray],
+    slopes: Callable[[FloatArray, FloatArray], FloatArray],
+    unit: FloatArray,
+) -> tuple[FloatArray, bool]:
+    """Maximise the dual by Newton's method over the multipliers that one at a time made positive.
+
+    Coordinates in turn creep where two constraints have nearly parallel gradients. The better
+    multipliers, and whether they solve the dual problem.
+    """
+    active = (mu > 0.0) & (mu < _LARGEST)
+    new = primal(mu)
+    excess = constraints(new) - 1.0
+    for _ in range(_NEWTON_STEPS):
+        if np.abs(excess[active]).max(initial=0.0) <= _EXACT:
+            return mu, bool((excess[mu == 0.0] <= _EXACT).all())
+        curvature = slopes(new, mu)[np.ix_(active, active)]
+        step = np.linalg.lstsq(curvature, -excess[active], rcond=None)[0]
+        # At most nine tenths of the way to a multiplier of zero.
+        step *= min(1.0, 0.9 / (-step / mu[active]).max(initial=0.9))
+        value, gain = unit @ new + mu[active] @ excess[active], step @ excess[active]
+        for _ in range(_HALVINGS):
+            trial = mu.copy()
+            trial[active] += step
+            x = primal(trial)
+            left = constraints(x) - 1.0
+            if unit @ x + trial[active] @ left[active] >= value + 1e-4 * gain - _EXACT * value:
+                break
+            step, gain = 0.5 * step, 0.5 * gain
+        else:
+            return mu, False
+        mu, new, excess = trial, x, left
+    return mu, False
 
 
 def _best_multiplier(
@@ -87,10 +139,10 @@ def _best_multiplier(
         trial[j] = np.exp(log_mu)
         return float(constraints(trial)[j]) - 1.0
 
-    low, high = -45.0, 25.0
+    low, high = _SMALLEST_LOG, np.log(_LARGEST)
     if excess(low) <= 0:
         return 0.0
     if excess(high) > 0:
         # Out of reach within the move limits: the largest multiplier moves as far as it can.
-        return float(np.exp(high))
+        return _LARGEST
     return float(np.exp(brentq(excess, low, high, xtol=1e-9)))

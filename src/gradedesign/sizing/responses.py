@@ -21,13 +21,15 @@ from gradedesign.sizing.state import SolvedState, case_named, force_slope
 
 
 def response_gradients(
-    state: SolvedState, system: ElasticSystem, responses: Sequence[Response]
+    state: SolvedState, responses: Sequence[Response], adjoints: Sequence[Solution]
 ) -> FloatArray:
-    """Derivatives of responses by the density of every tetrahedron, ``(k, M)``."""
+    """Derivatives of responses by the density of every tetrahedron, ``(k, M)``.
+
+    ``adjoints`` are those of the responses, by `solve_adjoints`.
+    """
     if not responses:
         return np.zeros((0, len(state.rho)))
     derivative = stiffness_derivative(state.model, state.rho)
-    adjoints = solve_adjoints(state.model, system, responses)
     return np.array(
         [
             response_gradient(state, derivative, response, adjoint)

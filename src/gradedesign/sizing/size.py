@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -39,7 +40,7 @@ from gradedesign.sizing.problem import (
     sizing_result,
     sizing_step,
 )
-from gradedesign.sizing.responses import response_gradients
+from gradedesign.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.sizing.state import SolvedState, solved_state
 from gradedesign.sizing.uniform import size_uniform
 from gradedesign.workspace.progress import report_step, stepping
@@ -48,6 +49,8 @@ log = logging.getLogger(__name__)
 
 #: Iterations over those asked for, while a limit is used beyond its aim.
 INSISTENCE = 3
+#: Designs before, from whose displacements the next solves start.
+RECENT = 2
 
 __all__ = ["SizingProblem", "SizingResult", "SizingStep", "size"]
 
@@ -103,27 +106,26 @@ def size(
             on_step=on_step,
         )
     lo, hi = problem.bounds
-    weights = problem.model.lattice_volumes
     felt = felt_variables(problem)
     x = first_variables(problem, felt, start)
     history: list[SizingStep] = []
     previous: list[FloatArray] = []
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
+    recent: deque[tuple[FloatArray, ...]] = deque(maxlen=RECENT)
     first, calm, kept = x, np.ones(x.shape), keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
         with stepping(f"sizing iteration {iteration + 1} of {most} at most"):
-            utilisations, pointwise, state = _evaluate(problem, rho, memories)
+            analysed = _analyse(problem, rho, memories, recent)
         report_step(f"new densities of iteration {iteration + 1}")
-        floor = _density_floor(problem, utilisations, state, allowances)
+        floor = _density_floor(problem, analysed, allowances)
         floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
         bounds = _step_bounds(x, move * calm, floor, (lo, hi))
-        exponent = _mean_exponent(problem.model, rho, weights)
-        new = _new_variables(problem, felt, x, pointwise, bounds, exponent)
+        new = _new_variables(problem, felt, x, analysed, bounds)
         change = float(np.abs(new - x)[felt.active].max(initial=0.0) / hi)
-        step = sizing_step(problem, rho, iteration, utilisations, change)
+        step = sizing_step(problem, rho, iteration, analysed.utilisations, change)
         history.append(step)
         if on_step is not None:
             on_step(step)
@@ -175,9 +177,8 @@ def _new_variables(
     problem: SizingProblem,
     felt: FeltVariables,
     x: FloatArray,
-    pointwise: _Pointwise,
+    analysed: _Analysed,
     bounds: tuple[FloatArray, FloatArray],
-    exponent: float,
 ) -> FloatArray:
     """Lightest variables within the bounds of a step that hold the limits by gradient."""
     lower, upper = bounds
@@ -188,48 +189,62 @@ def _new_variables(
     new[active] = optimality_step(
         x[active],
         felt.cost[active],
-        pointwise.utilisation / problem.target,
-        (pointwise.gradients / problem.target) @ felt.filter,
+        analysed.held / problem.target,
+        (analysed.gradients / problem.target) @ felt.filter,
         lower[active],
         upper[active],
-        exponent=exponent,
+        exponent=_mean_exponent(problem.model, analysed.state.rho),
     )[0]
     return new
 
 
 def _density_floor(
-    problem: SizingProblem,
-    utilisations: tuple[float, ...],
-    state: SolvedState,
-    allowances: list[float],
+    problem: SizingProblem, analysed: _Analysed, allowances: list[float]
 ) -> FloatArray:
     """Least filtered variables ``(M,)`` that limits without gradient ask for; steers allowances."""
-    floor = np.zeros(state.rho.shape)
-    for k, (limit, utilisation) in enumerate(zip(problem.limits, utilisations, strict=True)):
+    floor = np.zeros(analysed.state.rho.shape)
+    for k, (limit, used) in enumerate(zip(problem.limits, analysed.utilisations, strict=True)):
         if not limit.by_gradient:
-            allowances[k] = _next_allowance(limit, allowances[k], problem.target, utilisation)
-            wanted = limit.least_density(state, allowances[k])
+            allowances[k] = _next_allowance(limit, allowances[k], problem.target, used)
+            wanted = limit.least_density(analysed.state, allowances[k])
             floor = np.maximum(floor, wanted)
     return filtered_for(problem, floor)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Pointwise:
-    """Uses ``(k,)`` and gradients ``(k, M)`` of limits at the points that govern them."""
+class _Analysed:
+    """One design analysed: every limit, and what governs those by gradient that are in reach.
 
-    utilisation: FloatArray
+    Attributes
+    ----------
+    state : SolvedState
+    utilisations : tuple of float
+        Of every limit.
+    held : (k,) array
+        Utilisations at the points that govern limits by gradient.
+    gradients : (k, M) array
+        Theirs by every density.
+    """
+
+    state: SolvedState
+    utilisations: tuple[float, ...]
+    held: FloatArray
     gradients: FloatArray
 
 
-def _evaluate(
-    problem: SizingProblem, rho: FloatArray, memories: list[tuple[int, ...]]
-) -> tuple[tuple[float, ...], _Pointwise, SolvedState]:
-    """Utilisation of every limit, and what governs those by gradient that are in reach.
+def _analyse(
+    problem: SizingProblem,
+    rho: FloatArray,
+    memories: list[tuple[int, ...]],
+    recent: deque[tuple[FloatArray, ...]],
+) -> _Analysed:
+    """Solve a design for every limit and its gradient.
 
-    ``memories`` are what limits remember of earlier designs; they are brought up to date.
+    ``memories`` are what limits remember of earlier designs, ``recent`` the displacements under
+    loads and adjoint loads of the last of them; both are brought up to date.
     """
     model, limits = problem.model, problem.limits
-    system = homogenised_system(model, rho)
+    system = homogenised_system(model, rho, [u for design in recent for u in design])
     state = solved_state(model, rho, limits, system)
     utilisations = tuple(float(limit.predict(state).value) / limit.allowed for limit in limits)
     responses: list[Response] = []
@@ -242,12 +257,15 @@ def _evaluate(
     held = np.array([response.value for response in responses]) / np.array(allowed)
     reach = _in_reach(held)
     near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
-    gradients = response_gradients(state, system, near) / np.array(allowed)[reach][:, None]
-    return utilisations, _Pointwise(utilisation=held[reach], gradients=gradients), state
+    adjoints = solve_adjoints(model, system, near)
+    gradients = response_gradients(state, near, adjoints) / np.array(allowed)[reach][:, None]
+    recent.append(tuple(s.displacement for s in (*state.solutions.values(), *adjoints)))
+    return _Analysed(state=state, utilisations=utilisations, held=held[reach], gradients=gradients)
 
 
-def _mean_exponent(model: HomogenisedModel, rho: FloatArray, weights: FloatArray) -> float:
+def _mean_exponent(model: HomogenisedModel, rho: FloatArray) -> float:
     """Mean of d(ln C11)/d(ln rho) over the lattice, the power of the reciprocal expansion."""
+    weights = model.lattice_volumes
     return max(float(weights @ growth_exponent(model, rho) / weights.sum()), 1.0)
 
 
