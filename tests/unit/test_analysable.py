@@ -1,6 +1,7 @@
 """The least density that the memory of a case can analyse."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,6 +154,23 @@ def test_sheets_take_finite_cells_where_these_let_density_fall_lower(bounds_of):
     assert low < high
     case, _ = bounds_of('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
     assert chosen_of(case, sheet, low=0.3).analysis.name == "tets"
+
+
+@pytest.mark.parametrize(("other", "named"), [(0.10, True), (0.13, False)])
+def test_another_analysis_is_named_only_where_density_falls_much_lower(bounds_of, other, named):
+    case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
+    tets = replace(_of_struts(case, STUFFED_TETS), bounds=(0.136, 0.8))
+    cells = replace(_of_struts(case, FINITE_CELLS), bounds=(other, 0.8))
+    found = chosen_analysis([tets, cells])
+    assert found.analysis.name == "tets"
+    assert any("finite-cells" in words for words in found.warnings) == named
+
+
+def _of_struts(case, analysis):
+    """Bounds of the block's struts for an analysis."""
+    return analysable_bounds(
+        case, bcc(), (0.3, 0.8), 10.0, analysis, domain=domain_of(case), **PLANNED
+    )
 
 
 def test_the_least_density_takes_the_elements_that_its_own_walls_want(bounds_of):
