@@ -131,6 +131,23 @@ def test_faces_of_a_kind_are_those_of_its_plane_walls():
     assert (kind[1] == 0).all()
 
 
+def test_sloped_faces_make_no_more_kinds_than_are_worth_the_wait():
+    # Walls of every thickness from 1.2 to 2.1 cells that begin at two places of the cell.
+    rng = np.random.default_rng(7)
+    faces, found = np.zeros((2, 3, 2000)), np.zeros((3, 2000), dtype=bool)
+    faces[0, 1] = rng.choice([0.0, 0.167], 2000)
+    faces[1, 1] = faces[0, 1] + rng.uniform(1.2, 2.1, 2000)
+    found[1] = True
+    cells = SimpleNamespace(resolution=36, cell=SimpleNamespace(family=SimpleNamespace(period=1)))
+    fine, _ = wall_kinds(faces, found, np.ones(2000), cells.cell.family)
+    assert 36**3 * sum(w.upper - w.lower for w in fine) > wall_cells.MOST_TOGETHER
+    kinds, kind = wall_cells.affordable_kinds(faces, found, np.ones(2000), cells)
+    assert 36**3 * sum(w.upper - w.lower for w in kinds) <= wall_cells.MOST_TOGETHER
+    mine = np.array([[w.lower, w.upper] for w in kinds])[kind[1]]
+    # Within the 0.2 cells that this takes, and those at the ends nearest to another kind.
+    assert np.quantile(np.abs(mine - faces[:, 1].T).max(axis=1), 0.95) <= 0.2
+
+
 def test_a_plate_of_one_cell_bends_by_its_faces(registry, model):
     ratios = wall_ratios(
         calibrate(registry.cell_families['sc']), RHO,

@@ -29,6 +29,7 @@ from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.size_effects.wall_cells import MOST_MINUTES
 from gradedesign.workspace.progress import report_step
 
 if TYPE_CHECKING:
@@ -268,7 +269,8 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
     yield "size effects: " + (
         f"none, since {checked.periodic}"
         if checked.periodic
-        else "of the walls of few cells that the run finds, from the cache or computed in minutes"
+        else "of the walls of few cells that the run finds, from the cache or computed in up to "
+        f"{MOST_MINUTES} min"
     )
 
 

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.shape import evaluate_shape, grid_nodes
@@ -20,7 +20,7 @@ from gradedesign.homogenise.wall_ratios import WallRatios, wall_ratios
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.part import Part
-from gradedesign.size_effects.wall_kinds import WallKind, wall_faces, wall_kinds
+from gradedesign.size_effects.wall_kinds import ALIKE, WallKind, wall_faces, wall_kinds
 from gradedesign.sizing.wall_factors import WallClass, WallFactors, wall_class
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 from gradedesign.workspace.progress import counted
@@ -34,6 +34,9 @@ METHOD_VERSION = 1
 RESOLUTIONS = (24, 36, 48, 64)
 #: Voxels of a wall that are worth the wait: half a minute of two processors at four densities.
 MOST_VOXELS = 300_000
+#: Voxels of all walls of a part: where they take more, walls that differ more are taken for one.
+#: Two idle processors compute 200,000 in a minute at four densities.
+MOST_TOGETHER, MOST_MINUTES = 900_000, 5
 #: Densities between the bounds at which ratios are computed.
 DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
@@ -104,7 +107,8 @@ def wall_factors(
     """
     points, weights = collapsed_rule(RULE)
     faces, axes = wall_faces(cell_map, part, domain, mesh, lattice)
-    kinds, kind = wall_kinds(faces, axes, signed_volumes(mesh) * lattice, cells.cell.family)
+    volumes = signed_volumes(mesh) * lattice
+    kinds, kind = affordable_kinds(faces, axes, volumes, cells)
     classes: list[WallClass] = []
     unknown: list[str] = []
     reasons: list[str] = []
@@ -135,6 +139,29 @@ def wall_factors(
         weights=weights,
     )
     return factors, _unknown_walls(unknown, reasons)
+
+
+def affordable_kinds(
+    faces: FloatArray, axes: BoolArray, volumes: FloatArray, cells: WallMaterial
+) -> tuple[tuple[WallKind, ...], IntArray]:
+    """Kinds of walls whose voxels are worth the wait together, as fine as that allows.
+
+    A sloped face makes walls of every thickness: on an angle block 31 kinds, for twelve minutes.
+    """
+    for alike in ALIKE:
+        kinds, kind = wall_kinds(faces, axes, volumes, cells.cell.family, alike)
+        voxels = [_voxels(cells, wall) for wall in kinds]
+        if sum(count for count in voxels if count <= MOST_VOXELS) <= MOST_TOGETHER:
+            break
+    else:
+        log.info("walls take %d voxels, more than %d", sum(voxels), MOST_TOGETHER)
+    return kinds, kind
+
+
+def _voxels(cells: WallMaterial, wall: WallKind) -> float:
+    """Voxels of one period of a wall."""
+    along = cells.cell.family.period * cells.resolution
+    return along**2 * (wall.upper - wall.lower) * cells.resolution
 
 
 def _unknown_walls(walls: Sequence[str], reasons: Sequence[str]) -> tuple[str, ...]:
@@ -170,8 +197,7 @@ def _class(cells: WallMaterial, wall: WallKind, before: Callable[[], None]) -> W
     DensityError, LatticeError, SolverError
         If it has no ratios.
     """
-    along = cells.cell.family.period * cells.resolution
-    voxels = along**2 * (wall.upper - wall.lower) * cells.resolution
+    voxels = _voxels(cells, wall)
     if voxels > MOST_VOXELS:
         raise ResourceError(f"they take {voxels:.2g} voxels, more than {MOST_VOXELS:g}")
     rows = _ratios(cells, wall, before)

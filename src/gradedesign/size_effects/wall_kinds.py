@@ -22,8 +22,8 @@ from gradedesign.part.part import Part
 _NEIGHBOURHOOD = 0.5
 #: Tetrahedra there, about as many at most.
 _MOST_NEIGHBOURS = 500
-#: Walls whose faces lie within this many cells of each other's are one kind.
-_ALIKE = 0.05
+#: Walls whose faces lie within this many cells of each other's are one kind: the first by default.
+ALIKE = (0.05, 0.1, 0.2, 0.4)
 #: Walls are gathered in steps of this many cells before they are compared.
 _SQUARE = 0.01
 #: Share of the lattice that a kind of wall must have; others take the nearest kind.
@@ -116,9 +116,16 @@ def _settled(
 
 
 def wall_kinds(
-    faces: FloatArray, has_wall: BoolArray, volumes: FloatArray, family: CellFamily
+    faces: FloatArray,
+    has_wall: BoolArray,
+    volumes: FloatArray,
+    family: CellFamily,
+    alike: float = ALIKE[0],
 ) -> tuple[tuple[WallKind, ...], IntArray]:
-    """Kinds of walls, the most frequent first, and the kind at every tetrahedron."""
+    """Kinds of walls, the most frequent first, and the kind at every tetrahedron.
+
+    Walls whose faces lie within ``alike`` cells of each other's are one kind.
+    """
     kind = np.full(has_wall.shape, -1, dtype=np.int64)
     kinds: list[WallKind] = []
     least = _LEAST_SHARE * volumes.sum()
@@ -136,12 +143,12 @@ def wall_kinds(
         while left.any():
             # The wall with most lattice in walls like it.
             tree = cKDTree(middle[:, left].T)
-            alike = tree.query_ball_point(middle[:, left].T, _ALIKE, p=np.inf)
-            share = [total[left][some].sum() for some in alike]
+            near = tree.query_ball_point(middle[:, left].T, alike, p=np.inf)
+            share = [total[left][some].sum() for some in near]
             best = int(np.argmax(share))
             if share[best] < least:
                 break
-            chosen = np.flatnonzero(left)[alike[best]]
+            chosen = np.flatnonzero(left)[near[best]]
             mine = np.isin(index, chosen)
             # Medians: plane walls have their faces there, whatever the mesh and its sloped ones.
             lower, upper = (
@@ -152,15 +159,15 @@ def wall_kinds(
         if len(kinds) > first:
             mine = np.array([[wall.lower, wall.upper] for wall in kinds[first:]])
             off, index = cKDTree(mine).query(place.T, p=np.inf)
-            near = off <= _NEAREST
-            kind[axis, tets[near]] = first + index[near]
+            close = off <= _NEAREST
+            kind[axis, tets[close]] = first + index[close]
     return tuple(kinds), kind
 
 
 def _gathered(place: FloatArray, volumes: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Squares of a fine grid of faces: that of every wall, its mean faces ``(2, n)``, its volume.
 
-    As many as tetrahedra at most, and few of them within `_ALIKE` of each other.
+    As many as tetrahedra at most, and few of them within `ALIKE` of each other.
     """
     squares = np.round(place / _SQUARE).astype(np.int64)
     _, index = np.unique(squares, axis=1, return_inverse=True)
