@@ -1,5 +1,7 @@
 """The strut cells; expected numbers are lengths, areas and volumes of elementary geometry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,27 @@ def kinds():
 @pytest.mark.parametrize("family", list(kinds()))
 def test_conforms(family):
     check_cell_family(family)
+
+
+@pytest.mark.parametrize("name", ["bcc", "octet"])
+def test_filleted_struts_conform(name):
+    family = FAMILIES[name]
+    parameters = {**family.parameters, "fillet": 1.0}
+    # A distance only without fillets, as with balls.
+    check_cell_family(replace(family, parameters=parameters, distance=False))
+
+
+def test_fillets_and_balls_add_to_the_struts():
+    family, points = FAMILIES["bcc"], samples(5000)
+    plain = family.shape(points)
+    filleted = family.shape(points, fillet=0.8)
+    assert (filleted <= plain).all()
+    both = family.shape(points, fillet=0.8, node_ratio=2.0)
+    balls = family.shape(points, node_ratio=2.0)
+    np.testing.assert_array_equal(both, np.minimum(filleted, np.where(balls < plain, balls, both)))
+    # A file of beams has no fillets: those go out as triangles.
+    assert family.struts(fillet=0.8) is None
+    assert family.struts(fillet=0.0) is not None
 
 
 @every_graph
@@ -222,6 +245,7 @@ def test_the_mixture_shares_its_material():
     ("name", "parameters", "message"),
     [
         ("bcc", {"node_ratio": 0.5}, "0.5 times the radius"),
+        ("bcc", {"fillet": 2.5}, "2.5 times the radius"),
         ("sc-wave", {"amplitude": -0.1}, "-0.1 cells"),
         ("sc-helix", {"turns": 1.5}, "1.5 turns"),
         ("sc-bcc", {"sc_share": 1.0}, "share of 1"),

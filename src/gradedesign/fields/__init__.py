@@ -16,6 +16,7 @@ from gradedesign.fields.algebra import (
     shell,
     union,
 )
+from gradedesign.fields.filleted_segments import periodic_filleted_segments
 from gradedesign.fields.graph import bond_graph, graph_segments
 from gradedesign.fields.graph_symmetry import segment_symmetry
 from gradedesign.fields.level_set import level_set_points, periodic_distance_to_level_set
@@ -45,6 +46,7 @@ __all__ = [
     "periodic_distance_to_graph",
     "periodic_distance_to_level_set",
     "periodic_distance_to_segments",
+    "periodic_filleted_segments",
     "periodic_spline",
     "r_intersection",
     "r_union",

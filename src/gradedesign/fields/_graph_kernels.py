@@ -10,6 +10,8 @@ from numba import njit, prange
 
 #: Points per unit of threaded work; fixed, so that results do not depend on the threads.
 CHUNK = 4096
+#: Newton's steps at most, and the error of a radius over the distance at which they end.
+NEWTON_STEPS, TOLERANCE = 50, 1e-13
 
 
 @njit(cache=True, inline="always")
@@ -57,12 +59,12 @@ def centre(b, bins):
 
 
 @njit(cache=True)
-def fill_nearest(bins, start, axis, length, thickness, normals, first, member):
+def fill_nearest(bins, start, axis, length, thickness, normals, widen, first, member):
     """List, by bin, every segment that may have the least gauge by thickness somewhere in it.
 
-    A gauge changes by at most the distance moved, so within a bin of half diagonal h it lies
-    within h of its value at the centre. Returns the number of entries; with an empty ``member``
-    it only counts.
+    Or at most ``widen`` times the least. A gauge changes by at most the distance moved, so within
+    a bin of half diagonal h it lies within h of its value at the centre. Returns the number of
+    entries; with an empty ``member`` it only counts.
     """
     half = 0.5 * math.sqrt(3.0) / bins
     value = np.zeros(len(length))
@@ -75,7 +77,7 @@ def fill_nearest(bins, start, axis, length, thickness, normals, first, member):
             value[k] = gauge(x, y, z, k, start, axis, length, normals)
             least = min(least, (value[k] + half) / thickness[k])
         for k in range(len(length)):
-            if (value[k] - half) / thickness[k] <= least:
+            if (value[k] - half) / thickness[k] <= widen * least:
                 if len(member):
                     member[total] = k
                 total += 1
@@ -120,3 +122,56 @@ def least_gauge(points, bins, first, member, start, axis, length, thickness, nor
                 k = member[entry]
                 least = min(least, gauge(x, y, z, k, start, axis, length, normals) / thickness[k])
             value[i] = least
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def filleted_distance(points, bins, first, member, start, axis, length, fillet, most, value):
+    """Radius of filleted struts whose surface passes through points (3, n) of period 1.
+
+    Into value (n,); see `gradedesign.fields.filleted_segments`. ``most`` is the number of segments
+    of the fullest bin.
+    """
+    count = points.shape[1]
+    round_struts = np.zeros((0, 0, 3))
+    for chunk in prange((count + CHUNK - 1) // CHUNK):
+        near = np.zeros(most)
+        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
+            x = points[0, i] - math.floor(points[0, i])
+            y = points[1, i] - math.floor(points[1, i])
+            z = points[2, i] - math.floor(points[2, i])
+            # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
+            a = min(int(x * bins), bins - 1)
+            b = min(int(y * bins), bins - 1)
+            c = min(int(z * bins), bins - 1)
+            place = (a * bins + b) * bins + c
+            found = first[place + 1] - first[place]
+            least = np.inf
+            for entry in range(found):
+                k = member[first[place] + entry]
+                near[entry] = gauge(x, y, z, k, start, axis, length, round_struts)
+                least = min(least, near[entry])
+            value[i] = filleted(near[:found], least, fillet)
+
+
+@njit(cache=True)
+def filleted(distances, least, fillet):
+    """Root t of ``sqrt(sum max((1 + f) t - d, 0)^2) = f t``, at most the least distance.
+
+    The left side less the right one is convex in t and not negative at the least distance: Newton's
+    method falls to its greater root from there.
+    """
+    t = least
+    for _ in range(NEWTON_STEPS):
+        square = 0.0
+        slope = 0.0
+        for d in distances:
+            inside = (1.0 + fillet) * t - d
+            if inside > 0.0:
+                square += inside * inside
+                slope += inside
+        length = math.sqrt(square)
+        excess = length - fillet * t
+        if excess <= TOLERANCE * least:
+            break
+        t -= excess / ((1.0 + fillet) * slope / length - fillet)
+    return t

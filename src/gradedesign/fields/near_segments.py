@@ -84,20 +84,27 @@ def near_segments(segments: FloatArray, reach: float, *, bins: int = BINS) -> Ne
 
 
 def nearest_candidates(
-    segments: FloatArray, thickness: FloatArray, normals: FloatArray, *, bins: int = BINS
+    segments: FloatArray,
+    thickness: FloatArray,
+    normals: FloatArray,
+    *,
+    widen: float = 1.0,
+    bins: int = BINS,
 ) -> NearSegments:
     """List, by bin, the copies of segments that are the nearest at some point of the bin.
 
-    Nearest by gauge over relative thickness; see `periodic_distance_to_segments` for both.
+    Or at most ``widen`` times as far as the nearest. Nearest by gauge over relative thickness; see
+    `periodic_distance_to_segments` for both.
     """
     # Every point has a copy of every node within half of the cell's diagonal; that bounds what
     # matters, first roughly, then by the widest gap that was found on coarse bins.
     stretch = float(thickness.max()) * (_SHARPEST if normals.shape[1] else 1.0)
     thinnest = float(thickness.min())
-    start, axis, length, owner = _copies(segments, 0.5 * 3.0**0.5 / thinnest * stretch)
+    start, axis, length, owner = _copies(segments, widen * 0.5 * 3.0**0.5 / thinnest * stretch)
     gap = greatest_gap(_COARSE, start, axis, length, thickness[owner], normals[owner])
-    start, axis, length, owner = _copies(segments, (gap + 3.0**0.5 / _COARSE / thinnest) * stretch)
-    geometry = (bins, start, axis, length, thickness[owner], normals[owner])
+    reach = widen * (gap + 3.0**0.5 / _COARSE / thinnest) * stretch
+    start, axis, length, owner = _copies(segments, reach)
+    geometry = (bins, start, axis, length, thickness[owner], normals[owner], widen)
     first = np.zeros(bins**3 + 1, dtype=np.int64)
     none = np.zeros(0, dtype=np.int64)
     member = np.zeros(fill_nearest(*geometry, first, none), dtype=np.int64)

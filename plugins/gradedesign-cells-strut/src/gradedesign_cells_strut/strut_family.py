@@ -15,6 +15,7 @@ from gradedesign.fields import (
     FloatArray,
     graph_segments,
     periodic_distance_to_segments,
+    periodic_filleted_segments,
     segment_symmetry,
 )
 from gradedesign_cells_strut.paths import PARAMETERS, bent_segments
@@ -56,7 +57,9 @@ def strut_family(
     CellFamily
         With the parameter ``node_ratio``: balls at the nodes have this many times the radius of
         the struts, at least 1 (the default: none protrude; the shape is a true distance then).
-        Bent struts have ``amplitude`` (cell units) and ``waves`` or ``turns`` (whole numbers).
+        Straight round struts have ``fillet``: radius of the fillets where they meet by that of the
+        struts, 0 (the default) to 2. Bent struts have ``amplitude`` (cell units) and ``waves`` or
+        ``turns`` (whole numbers).
 
     Raises
     ------
@@ -81,13 +84,14 @@ def strut_family(
     except PluginError as error:
         raise PluginError(f"cell '{name}': {error}") from error
     bending = PARAMETERS[path]
+    fillets = {"fillet": 0.0} if (section, path) == ("round", "straight") else {}
     settings = tuple(bending.values()) or (0.0, 1.0)
     normals = section_normals(segments, section)
     return CellFamily(
         name=name,
         shape=_shape(segments, section, path),
         source=source,
-        parameters={"node_ratio": 1.0, **bending},
+        parameters={"node_ratio": 1.0, **fillets, **bending},
         distance=section == "round",
         struts=_axes(segments, path) if section == "round" else None,
         symmetry=segment_symmetry(bent_segments(segments, path, *settings), normals=normals),
@@ -151,10 +155,12 @@ def node_distance(segments: FloatArray) -> Field:
     return periodic_distance_to_segments(np.stack([ends, ends], axis=1))
 
 
-def _axes(segments: FloatArray, path: str) -> Callable[..., StrutAxes]:
-    """Axes of round struts by the parameters of their family."""
+def _axes(segments: FloatArray, path: str) -> Callable[..., StrutAxes | None]:
+    """Axes of round struts by the parameters of their family; None where they have fillets."""
 
-    def axes(*, node_ratio: float = 1.0, **bending: float) -> StrutAxes:
+    def axes(*, node_ratio: float = 1.0, fillet: float = 0.0, **bending: float) -> StrutAxes | None:
+        if fillet:
+            return None
         settings = tuple(bending[name] for name in PARAMETERS[path])
         return StrutAxes(
             segments=bent_segments(segments, path, *(settings or (0.0, 1.0))),
@@ -173,6 +179,13 @@ def _shape(segments: FloatArray, section: str, path: str) -> Callable[..., Float
         bent = bent_segments(segments, path, amplitude, turns)
         return periodic_distance_to_segments(bent, normals=section_normals(bent, section))
 
+    @lru_cache(maxsize=32)
+    def filleted(fillet: float) -> Field:
+        try:
+            return periodic_filleted_segments(segments, fillet)
+        except PluginError as error:
+            raise CaseError(str(error)) from error
+
     @cache
     def balls() -> Field:
         return node_distance(segments)
@@ -180,8 +193,12 @@ def _shape(segments: FloatArray, section: str, path: str) -> Callable[..., Float
     def balls_at(u: FloatArray) -> FloatArray:
         return balls()(u)
 
-    def straight(u: FloatArray, *, node_ratio: float = 1.0) -> FloatArray:
+    def prisms(u: FloatArray, *, node_ratio: float = 1.0) -> FloatArray:
         return with_balls(struts(0.0, 1.0), balls_at, node_ratio)(u)
+
+    def straight(u: FloatArray, *, node_ratio: float = 1.0, fillet: float = 0.0) -> FloatArray:
+        bars = filleted(fillet) if fillet else struts(0.0, 1.0)
+        return with_balls(bars, balls_at, node_ratio)(u)
 
     def wave(
         u: FloatArray, *, node_ratio: float = 1.0, amplitude: float = 0.0, waves: float = 1.0
@@ -193,4 +210,9 @@ def _shape(segments: FloatArray, section: str, path: str) -> Callable[..., Float
     ) -> FloatArray:
         return with_balls(struts(amplitude, turns), balls_at, node_ratio)(u)
 
-    return {"straight": straight, "wave": wave, "helix": helix}[path]
+    if section != "round":
+        return prisms
+    round_struts: dict[str, Callable[..., FloatArray]] = {
+        "straight": straight, "wave": wave, "helix": helix
+    }  # fmt: skip
+    return round_struts[path]
