@@ -35,6 +35,7 @@ from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.setup import prepare
 from gradedesign.resolve.zoning import zone_windows
 from gradedesign.results.zones import zone_data, zone_measures
+from gradedesign.sizing.filter import DensityFilter
 from gradedesign.sizing.problem import (
     SizingProblem,
     density_slope,
@@ -246,7 +247,11 @@ def test_densities_keep_the_bounds_of_their_zone(tmp_path, registry, two_thirds)
 def test_a_fixed_density_stays_and_the_map_of_variables_inverts():
     low, high = np.array([0.4, 0.2, 0.1]), np.array([0.4, 0.5, 0.7])
     problem = SizingProblem(
-        model=None, limits=(), bounds=(0.1, 0.7), filter=csr_matrix(np.eye(3)), windows=(low, high)
+        model=None,
+        limits=(),
+        bounds=(0.1, 0.7),
+        filter=DensityFilter(factors=(csr_matrix(np.eye(3)),)),
+        windows=(low, high),
     )
     rho = element_densities(problem, np.array([0.3, 0.1, 0.7]))
     np.testing.assert_allclose(rho, [0.4, 0.2, 0.7])

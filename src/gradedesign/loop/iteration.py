@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
-from scipy.sparse import csr_matrix
-
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.lattice import LatticeDesign
@@ -35,6 +33,7 @@ from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.wall_grading import wall_grading
+from gradedesign.sizing.filter import DensityFilter
 from gradedesign.sizing.size import SizingResult, SizingStep
 from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.correction import (
@@ -153,15 +152,15 @@ def run_iteration(
     setup: Setup,
     previous: tuple[DesignIteration, ...],
     factors: Factors,
-    matrix: csr_matrix,
+    density_filter: DensityFilter,
     *,
     on_step: Callable[[SizingStep], None] | None = None,
     on_event: Listener = ignore,
 ) -> tuple[DesignIteration, Analysed]:
     """Size with the correction so far, analyse explicitly and update the correction.
 
-    ``factors`` are accepted over explicit values: sizing leaves that much room. ``matrix`` is the
-    design filter.
+    ``factors`` are accepted over explicit values: sizing leaves that much room. ``density_filter``
+    is that of `design_filter`.
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
@@ -169,7 +168,7 @@ def run_iteration(
         with_cells(setup, previous[-1].rho) if previous else setup,
         correction,
         factors,
-        matrix,
+        density_filter,
         sizing_plan(previous),
         on_step,
     )

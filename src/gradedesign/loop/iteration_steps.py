@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.cell.shape import blamed_shape
@@ -33,7 +32,7 @@ from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.resolve.zoning import cell_weights, node_windows
-from gradedesign.sizing.filter import cone_filter, uniform_filter
+from gradedesign.sizing.filter import DensityFilter, cone_filter, uniform_filter
 from gradedesign.sizing.homogenised import (
     homogenised_system,
 )
@@ -100,7 +99,7 @@ def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, 
     )
 
 
-def design_filter(setup: Setup) -> csr_matrix:
+def design_filter(setup: Setup) -> DensityFilter:
     """Filter from design variables to element densities; every iteration of a run shares it."""
     report_step("filter of densities")
     mesh = setup.problem.space.mesh
@@ -136,11 +135,11 @@ def size_design(
     setup: Setup,
     correction: Correction,
     factors: Factors,
-    matrix: csr_matrix,
+    density_filter: DensityFilter,
     plan: SizingPlan,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Size the corrected homogenised part, densities filtered by ``matrix``.
+    """Size the corrected homogenised part, densities filtered by ``density_filter``.
 
     ``factors`` are accepted over explicit values, where acceptance found more than the explicit
     analysis did: the limits are that much tighter here.
@@ -149,7 +148,7 @@ def size_design(
         model=corrected_model(setup.model, correction),
         limits=tightened_limits(corrected_limits(setup.problem.limits, correction), factors),
         bounds=setup.cells.bounds,
-        filter=matrix,
+        filter=density_filter,
         windows=None if setup.cells.zoning is None else setup.cells.zoning.windows,
         target=plan.target,
     )

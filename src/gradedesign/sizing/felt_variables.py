@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
 
 from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.sizing.filter import DensityFilter, collected
 from gradedesign.sizing.homogenised import solid_slope
 from gradedesign.sizing.problem import SizingProblem, density_slope
 
@@ -21,15 +21,15 @@ class FeltVariables:
     active : (n,) bool array
     cost : (n,) array, mm^3
         Solid volume per unit of each variable.
-    filter : (M, m) sparse matrix
-        Derivative of the densities by the active ones.
+    slope : (M,) array
+        Derivative of every density by its filtered variable.
     sums : (n,) array
-        Column sums of the whole filter.
+        Column sums of the filter.
     """
 
     active: BoolArray
     cost: FloatArray
-    filter: csr_matrix
+    slope: FloatArray
     sums: FloatArray
 
 
@@ -40,14 +40,12 @@ def felt_variables(problem: SizingProblem) -> FeltVariables:
     low, high = problem.windows or problem.bounds
     slope = density_slope(problem)
     per_asked = solid_slope(problem.model, np.sqrt(low * high) * np.ones_like(slope))
-    cost = np.asarray(problem.filter.T @ (weights * per_asked * slope)).ravel()
-    active = cost > 0
-    matrix = problem.filter if problem.windows is None else diags(slope) @ problem.filter
+    cost = collected(problem.filter, weights * per_asked * slope)
     return FeltVariables(
-        active=active,
+        active=cost > 0,
         cost=cost,
-        filter=matrix if active.all() else csr_matrix(matrix)[:, active],
-        sums=np.asarray(problem.filter.sum(axis=0)).ravel(),
+        slope=slope,
+        sums=collected(problem.filter, np.ones(weights.shape)),
     )
 
 
@@ -61,11 +59,11 @@ def first_variables(
 
 
 def variable_floor(
-    matrix: csr_matrix, sums: FloatArray, floor: FloatArray, lo: float
+    density_filter: DensityFilter, sums: FloatArray, floor: FloatArray, lo: float
 ) -> FloatArray:
     """Lower bound of each variable: the filter-weighted mean of what its elements need.
 
     ``sums`` are the filter's column sums.
     """
-    mean = np.asarray(matrix.T @ floor).ravel() / np.where(sums > 0, sums, 1.0)
+    mean = collected(density_filter, floor) / np.where(sums > 0, sums, 1.0)
     return np.maximum(np.where(sums > 0, mean, lo), floor)

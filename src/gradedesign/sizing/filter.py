@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import logging
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
@@ -9,9 +12,56 @@ from scipy.spatial import cKDTree
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import DensityError
 
+log = logging.getLogger(__name__)
 
-def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> csr_matrix:
+#: Pairs of tetrahedra within a radius of each other up to which the cone's weights are kept for
+#: every pair: 12 bytes each, and as much again three times over while they are found.
+MOST_PAIRS = 50_000_000
+#: Nodes of a grid along the radius that stand for tetrahedra where there are more pairs.
+NODES_PER_RADIUS = 6
+#: Tetrahedra whose neighbours are counted to tell the number of pairs, evenly among them.
+COUNTED = 500
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DensityFilter:
+    """A linear map ``rho = H x`` from n design variables to M densities, as a product.
+
+    Attributes
+    ----------
+    factors : tuple of csr_matrix
+        H is their product, the first one applied last.
+    """
+
+    factors: tuple[csr_matrix, ...]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Densities and variables, ``(M, n)``."""
+        return self.factors[0].shape[0], self.factors[-1].shape[1]
+
+
+def filtered(density_filter: DensityFilter, x: FloatArray) -> FloatArray:
+    """Densities ``(M,)`` of design variables ``(n,)``."""
+    for factor in reversed(density_filter.factors):
+        x = factor @ x
+    return np.asarray(x)
+
+
+def collected(density_filter: DensityFilter, by_density: FloatArray) -> FloatArray:
+    """Derivatives by every variable ``(..., n)`` of derivatives by every density ``(..., M)``."""
+    rows = np.atleast_2d(by_density).T
+    for factor in density_filter.factors:
+        rows = factor.T @ rows
+    return np.asarray(rows.T).reshape(*by_density.shape[:-1], density_filter.shape[1])
+
+
+def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> DensityFilter:
     """Row-stochastic filter with linearly falling, volume-weighted kernel.
+
+    Where more pairs of tetrahedra than `MOST_PAIRS` lie within the radius of each other, volumes
+    are spread to the nodes of a grid of a sixth of the radius, the cone is taken between nodes, and
+    densities are interpolated from these: memory grows with tetrahedra and nodes, not with pairs.
 
     Parameters
     ----------
@@ -23,8 +73,8 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> csr_m
 
     Returns
     -------
-    (M, M) csr_matrix
-        ``rho = H x``.
+    DensityFilter
+        Of M variables.
 
     References
     ----------
@@ -33,16 +83,57 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> csr_m
     if not radius > 0:
         raise DensityError(f"filter radius is {radius:g} mm, expected a positive length")
     tree = cKDTree(points.T)
+    some = points[:, :: max(points.shape[1] // COUNTED, 1)].T
+    counts = tree.query_ball_point(some, radius, return_length=True)
+    if counts.mean() * points.shape[1] <= MOST_PAIRS:
+        kernel = _cone(points, volumes, radius)
+        return DensityFilter(factors=(csr_matrix(diags(_inverse_sums(kernel)) @ kernel),))
+    nodes, weights = _grid_weights(points, radius / NODES_PER_RADIUS)
+    log.info("densities are filtered on %d nodes of a grid", nodes.shape[1])
+    spread = csr_matrix(weights.T @ diags(volumes))
+    between = _cone(nodes, np.ones(nodes.shape[1]), radius)
+    sums = weights @ (between @ (spread @ np.ones(points.shape[1])))
+    return DensityFilter(factors=(csr_matrix(diags(1.0 / sums) @ weights), between, spread))
+
+
+def uniform_filter(count: int) -> DensityFilter:
+    """Filter of one variable: every tetrahedron has the same density."""
+    return DensityFilter(factors=(csr_matrix(np.ones((count, 1))),))
+
+
+def _cone(points: FloatArray, volumes: FloatArray, radius: float) -> csr_matrix:
+    """Weights ``(radius - distance) volume`` of every pair of points within the radius."""
+    tree = cKDTree(points.T)
     pairs = tree.sparse_distance_matrix(tree, radius, output_type="coo_matrix")
     weight = (radius - pairs.data) * volumes[pairs.col]
     count = points.shape[1]
     kernel = csr_matrix((weight, (pairs.row, pairs.col)), shape=(count, count))
     # The distance matrix drops the zero distance of a point to itself.
-    missing = radius * volumes - kernel.diagonal()
-    kernel = kernel + diags(missing)
-    return csr_matrix(diags(1.0 / np.asarray(kernel.sum(axis=1)).ravel()) @ kernel)
+    return csr_matrix(kernel + diags(radius * volumes - kernel.diagonal()))
 
 
-def uniform_filter(count: int) -> csr_matrix:
-    """Filter of one variable: every tetrahedron has the same density."""
-    return csr_matrix(np.ones((count, 1)))
+def _inverse_sums(matrix: csr_matrix) -> FloatArray:
+    """One over the sum of every row."""
+    return np.asarray(1.0 / np.asarray(matrix.sum(axis=1)).ravel())
+
+
+def _grid_weights(points: FloatArray, spacing: float) -> tuple[FloatArray, csr_matrix]:
+    """Nodes ``(3, g)`` of the cubes of a grid that hold points, and trilinear weights (M, g)."""
+    origin = points.min(axis=1) - 0.5 * spacing
+    place = (points - origin[:, None]) / spacing
+    cube = np.floor(place).astype(np.int64)
+    share = place - cube
+    shape = cube.max(axis=1) + 2
+    rows, columns, values = [], [], []
+    for corner in np.ndindex(2, 2, 2):
+        at = np.array(corner)[:, None]
+        columns.append(np.ravel_multi_index(tuple(cube + at), tuple(shape)))
+        values.append(np.where(at == 1, share, 1.0 - share).prod(axis=0))
+        rows.append(np.arange(points.shape[1]))
+    used, column = np.unique(np.concatenate(columns), return_inverse=True)
+    weights = csr_matrix(
+        (np.concatenate(values), (np.concatenate(rows), column.ravel())),
+        shape=(points.shape[1], used.size),
+    )
+    nodes = origin[:, None] + spacing * np.array(np.unravel_index(used, tuple(shape)))
+    return nodes, weights

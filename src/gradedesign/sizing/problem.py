@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.errors import DensityError
 from gradedesign.limits.limit import Limit
+from gradedesign.sizing.filter import DensityFilter, filtered
 from gradedesign.sizing.homogenised import lattice_mass
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 
@@ -48,7 +48,7 @@ class SizingProblem:
     bounds : (float, float)
         Of every design variable; where ``windows`` is None, density bounds: the intersection of
         user, family and law.
-    filter : (M, n) sparse matrix
+    filter : DensityFilter
         From design variables to element densities, rows summing to 1. One column is a uniform
         density.
     windows : ((M,) array, (M,) array) or None
@@ -71,7 +71,7 @@ class SizingProblem:
     model: HomogenisedModel
     limits: tuple[Limit, ...]
     bounds: tuple[float, float]
-    filter: csr_matrix
+    filter: DensityFilter
     windows: tuple[FloatArray, FloatArray] | None = None
     target: float = 1.0
 
@@ -113,11 +113,11 @@ def sizing_step(
 
 def element_densities(problem: SizingProblem, x: FloatArray) -> FloatArray:
     """Densities ``(M,)`` of design variables ``(n,)``."""
-    filtered = np.asarray(problem.filter @ x).ravel()
+    variables = filtered(problem.filter, x)
     if problem.windows is None:
-        return filtered
+        return variables
     low, slope = problem.windows[0], density_slope(problem)
-    return np.clip(low + slope * (filtered - problem.bounds[0]), *problem.windows)
+    return np.clip(low + slope * (variables - problem.bounds[0]), *problem.windows)
 
 
 def density_slope(problem: SizingProblem) -> FloatArray:

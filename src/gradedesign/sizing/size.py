@@ -26,6 +26,7 @@ from gradedesign.sizing.felt_variables import (
     first_variables,
     variable_floor,
 )
+from gradedesign.sizing.filter import collected
 from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
@@ -190,7 +191,7 @@ def _new_variables(
         x[active],
         felt.cost[active],
         analysed.held / problem.target,
-        (analysed.gradients / problem.target) @ felt.filter,
+        collected(problem.filter, analysed.gradients * felt.slope / problem.target)[:, active],
         lower[active],
         upper[active],
         exponent=_mean_exponent(problem.model, analysed.state.rho),
