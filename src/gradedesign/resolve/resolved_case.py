@@ -43,6 +43,7 @@ from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
 from gradedesign.resolve.load_balance import LoadBalance, balance_warnings, load_balances
+from gradedesign.resolve.open_loads import open_load_warnings
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
@@ -191,6 +192,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
             *skin_warnings(case, part, domain),
             *drain_warnings(case, drains),
             *balance_warnings(balances),
+            *open_load_warnings(case, part, domain, layout.typical),
         ),
         narrowed=tuple(narrowed),
     )

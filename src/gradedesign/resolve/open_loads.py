@@ -1,0 +1,75 @@
+"""Loads on open lattice: loaded regions below which no solid lies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gradedesign.arrays import FloatArray
+from gradedesign.case.schema import Case
+from gradedesign.case.suggest import shown
+from gradedesign.lattice.domain import LATTICE, DesignDomain, phase_at
+from gradedesign.part.part import Part
+from gradedesign.part.regions import Region
+
+#: Depth below a region at which solid is looked for, over the edge of a cell.
+DEPTH = 1e-3
+#: Points of a region at which it is looked for, at least.
+SAMPLES = 1000
+#: Share of a region's area that may lie open: beside it the cut edges of skins and margins.
+OPEN = 0.1
+
+
+def open_share(region: Region, domain: DesignDomain, depth: float) -> float:
+    """Share of a region's area below which there is lattice.
+
+    Parameters
+    ----------
+    region : Region
+    domain : DesignDomain
+    depth : float, mm
+        Below the surface at which solid is looked for.
+    """
+    a, b, c = np.moveaxis(region.corners, 1, 0)
+    across = np.cross(b - a, c - a)
+    twice = np.linalg.norm(across, axis=1)
+    used = twice > 0
+    inward = -across[used] / twice[used, None]
+    shares = _places(int(np.ceil(np.sqrt(SAMPLES / used.sum()))))
+    points = np.einsum("pc,tcd->dtp", shares, region.corners[used])
+    points += depth * inward.T[:, :, None]
+    open_ones = (phase_at(domain, points) == LATTICE).mean(axis=1)
+    return float(twice[used] @ open_ones / twice.sum())
+
+
+def _places(parts: int) -> FloatArray:
+    """Centroids of the ``parts^2`` equal triangles of a triangle, ``(p, 3)`` barycentric."""
+    i, j = np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij")
+    places = [(i + 1 / 3, j + 1 / 3, i + j < parts), (i + 2 / 3, j + 2 / 3, i + j < parts - 1)]
+    a, b = (
+        np.concatenate([place[axis][place[2]] for place in places]) / parts for axis in range(2)
+    )
+    return np.stack([1 - a - b, a, b], axis=1)
+
+
+def open_load_warnings(
+    case: Case, part: Part, domain: DesignDomain, cell_size: float
+) -> tuple[str, ...]:
+    """Say which loaded regions have no passive region, skin or solid layer below them.
+
+    There the loads act on the cut walls and struts of cells, whose rims give way by themselves: the
+    largest displacement of the region is theirs, and it depends on where the cells are cut.
+    """
+    names = dict.fromkeys(load.region for spec in case.load_case for load in spec.load)
+    share = {
+        name: open_share(part.regions[name], domain, DEPTH * cell_size)
+        for name in names
+        if name in part.regions
+    }
+    return tuple(
+        f"region {shown(name)} carries loads on open lattice ({value:.0%} of its area): cut rims "
+        f"of cells give way by themselves there, and its limits judge them; [[keep]] region = "
+        f'"{name}" '
+        f"with a margin of a wall's thickness makes a solid plate below it"
+        for name, value in share.items()
+        if value > OPEN
+    )
