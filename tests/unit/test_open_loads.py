@@ -24,6 +24,11 @@ size = "10 mm"
 density = [0.2, 0.6]
 """
 )
+#: Solid at the loaded end, up to a height.
+BOX = """\
+[[keep]]
+box = {{lower = ["59 mm", "-1 mm", "-1 mm"], upper = ["61 mm", "21 mm", "{height} mm"]}}
+"""
 
 
 def _warnings(tmp_path, more):
@@ -45,7 +50,7 @@ def test_a_load_on_open_lattice_is_told(tmp_path):
     [
         'skin = {thickness = "1 mm"}\n',
         '[[keep]]\nregion = "REGION"\nmargin = "1 mm"\n',
-        '[[keep]]\nbox = {lower = ["59 mm", "-1 mm", "-1 mm"], upper = ["61 mm", "21 mm", "21 mm"]}\n',
+        BOX.format(height=21),
     ],
     ids=["skin", "margin", "box"],
 )
@@ -55,8 +60,7 @@ def test_solid_below_the_load_is_no_open_lattice(tmp_path, more):
 
 
 def test_a_box_that_covers_half_leaves_half_open(tmp_path):
-    box = '[[keep]]\nbox = {lower = ["59 mm", "-1 mm", "-1 mm"], upper = ["61 mm", "21 mm", "10 mm"]}\n'
-    (text,) = _warnings(tmp_path, box)
+    (text,) = _warnings(tmp_path, BOX.format(height=10))
     # 1000 points in two triangles, of whose rows of 1/23 of the face one may lie across the edge.
     share = float(text.split("(")[1].split("%")[0])
     assert share == pytest.approx(50, abs=5)

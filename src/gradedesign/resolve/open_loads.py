@@ -15,6 +15,9 @@ from gradedesign.part.regions import Region
 DEPTH = 1e-3
 #: Points of a region at which it is looked for, at least.
 SAMPLES = 1000
+#: Thickness of a plate over the edge of a cell that is named: a third of the openings between walls,
+#: which are about half an edge wide. By proportion, not measured.
+PLATE = 1 / 6
 #: Share of a region's area that may lie open: beside it the cut edges of skins and margins.
 OPEN = 0.1
 
@@ -68,8 +71,8 @@ def open_load_warnings(
     return tuple(
         f"region {shown(name)} carries loads on open lattice ({value:.0%} of its area): cut rims "
         f"of cells give way by themselves there, and its limits judge them; [[keep]] region = "
-        f'"{name}" '
-        f"with a margin of a wall's thickness makes a solid plate below it"
+        f'"{name}" with a margin of {PLATE * cell_size:.2g} mm or more makes a plate that spans '
+        f"the openings of the cells"
         for name, value in share.items()
         if value > OPEN
     )
