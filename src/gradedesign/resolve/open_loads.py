@@ -15,8 +15,8 @@ from gradedesign.part.regions import Region
 DEPTH = 1e-3
 #: Points of a region at which it is looked for, at least.
 SAMPLES = 1000
-#: Thickness of a plate over the edge of a cell that is named: a third of the openings between walls,
-#: which are about half an edge wide. By proportion, not measured.
+#: Thickness of the plate that is named over the edge of a cell: a third of the openings between
+#: walls, which are about half an edge wide. By proportion, not measured.
 PLATE = 1 / 6
 #: Share of a region's area that may lie open: beside it the cut edges of skins and margins.
 OPEN = 0.1
