@@ -292,6 +292,29 @@ def test_at_the_end_a_lighter_design_is_judged_by_what_was_learned_last(ratio, b
     assert [number for number, _ in late.judged] == [2, 4]
 
 
+@pytest.mark.parametrize(
+    ("uses", "ratio", "kept", "judged"),
+    [
+        # The second design, at 0.985 times 1.03, may hold, and does by what acceptance finds.
+        ((0.985, 1.3), 1.0, 2, [1, 2]),
+        ((0.985, 1.3), 1.04, 1, [1, 2]),
+        # 3 % over is out of reach.
+        ((1.001, 1.3), 1.0, 1, [1]),
+    ],
+)
+def test_at_the_end_the_design_nearest_to_its_limit_is_judged(uses, ratio, kept, judged):
+    designs = [an_iteration(n, use) for n, use in enumerate((0.99, *uses), start=1)]
+    faked = Faked(designs, accepts={1: (1.03,), 2: (ratio,)}, ends=after(3))
+    outcome = faked.run()
+    assert [number for number, _ in faked.judged] == judged
+    assert outcome.accepted.iteration.summary.number == kept
+    assert outcome.accepted.holds == (kept == 2)
+    # Where time ends the run nothing more is judged.
+    late = Faked(designs, accepts={1: (1.03,), 2: (ratio,)}, ends=after(3, "time"))
+    late.run()
+    assert [number for number, _ in late.judged] == [1]
+
+
 def test_a_resumed_run_knows_what_acceptance_refused():
     faked = Faked(
         [an_iteration(2, 0.89)], accepts={2: (1.1,)},

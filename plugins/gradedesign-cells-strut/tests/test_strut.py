@@ -76,9 +76,8 @@ def test_conforms(family):
     check_cell_family(family)
 
 
-@pytest.mark.parametrize("name", ["bcc", "octet"])
-def test_filleted_struts_conform(name):
-    family = FAMILIES[name]
+def test_filleted_struts_conform():
+    family = FAMILIES["bcc"]
     parameters = {**family.parameters, "fillet": 1.0}
     # A distance only without fillets, as with balls.
     check_cell_family(replace(family, parameters=parameters, distance=False))

@@ -23,6 +23,8 @@ from gradedesign.loop.iteration import Analysed, DesignIteration
 
 #: A limit of a design from which the next one learns is used to this share.
 NEAR = 0.88
+#: A design of which this use is expected may hold: factors of two acceptances differ by 1 to 3 %.
+MAY_HOLD = 1.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,6 +164,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         stages.store_iteration(iterations)
     if accepted is None or not accepted.holds:
         accepted = _best_left(stages, iterations, factors, tried) or accepted
+        if (accepted is None or not accepted.holds) and ended.by == "iterations":
+            accepted = _nearest_left(stages, iterations, factors, tried) or accepted
     elif ended.by == "iterations" and last is not None:
         accepted, ended = _lighter_left(stages, iterations, last, accepted, ended, tried)
     if accepted is None and refused:
@@ -214,6 +218,26 @@ def _best_left(
         if accepted.holds:
             return accepted
     return None
+
+
+def _nearest_left(
+    stages: Stages, iterations: tuple[DesignIteration, ...], factors: Factors, tried: set[int]
+) -> Accepted | None:
+    """Accept the earlier design that by its factors breaks a limit least, if it may hold.
+
+    Nothing is judged where there is no time for another iteration.
+    """
+    used = {
+        worst_utilisation(with_factors(i.rows, factors)): i
+        for i in iterations
+        if i.summary.number not in tried
+    }
+    if not used or min(used) > MAY_HOLD:
+        return None
+    if stages.why_ended(iterations[:-1], factors) is not None:
+        return None
+    latest = stages.accept(used[min(used)], None)
+    return latest if latest.holds else None
 
 
 def _lighter_left(
