@@ -1,5 +1,6 @@
 """Layers of generated lattices as CLI and PNG: areas, directions, islands, turned parts."""
 
+import dataclasses
 import io
 import json
 import zipfile
@@ -130,6 +131,25 @@ def test_what_hangs_in_the_air_is_left_out_and_columns_that_join_above_are_not(t
     both = lattice_of(field, surface, bodies=2)
     with pytest.raises(Exception, match=r"hold 7\.1"):
         slice_lattice(both)
+
+
+def test_a_pixel_that_nobody_stated_is_halved_until_the_layers_hold_the_surface():
+    """A bar of 0.32 mm: 3 pixels of 0.1 mm, 6 of 0.05 mm (0.3 mm), 13 of 0.025 mm (0.325 mm)."""
+    mid, half = np.array([0.16, 0.5, 0.5]), np.array([0.16, 0.5, 0.5])
+    bar = lattice_of(
+        lambda p: (np.abs(p.T - mid) - half).T.max(axis=0),
+        box_surface((0.32, 1.0, 1.0)),
+        layer_height=0.1,
+        pixel_size=None,
+    )
+    layers = slice_lattice(bar)
+    assert (layers.height, layers.pixel) == (0.1, pytest.approx(0.025))
+    assert layers.solid(5).sum() == 13 * 40
+    # The machine's own resolution is not ours to change.
+    with pytest.raises(Exception, match=r"pixels of 0\.1 mm hold 0\.3 mm\^3"):
+        slice_lattice(dataclasses.replace(bar, pixel_size=0.1))
+    with pytest.raises(Exception, match=r"pixels of 0\.075 mm hold"):
+        slice_lattice(dataclasses.replace(bar, layer_height=0.3))
 
 
 @pytest.mark.parametrize("export", [export_cli, export_cli_binary, export_png_stack])
