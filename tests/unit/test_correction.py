@@ -65,9 +65,16 @@ def test_analyses_at_nearly_one_density_say_little_about_the_exponent():
 def test_a_design_keeps_most_of_its_density_where_the_prediction_was_off():
     first, near, far = (one_discrepancy(g) for g in (0.9, 0.03, -0.24))
     assert kept_share([]) == kept_share([first]) == kept_share([first, near]) == 0.0
-    assert kept_share([first, one_discrepancy(0.07)]) == 0.7
-    assert kept_share([first, far]) == 0.85
+    assert kept_share([first, one_discrepancy(0.07)]) == pytest.approx(0.7)
+    assert kept_share([first, far]) == pytest.approx(0.85)
     assert kept_share([Discrepancy(), Discrepancy()]) == 0.0
+
+
+def test_trust_that_was_lost_comes_back_by_and_by():
+    first, near, far = (one_discrepancy(g) for g in (0.9, 0.03, -0.24))
+    kept = [kept_share([first, far, *[near] * n]) for n in range(4)]
+    assert kept == pytest.approx([0.85, 0.7, 0.4, 0.0])
+    assert kept_share([first, far, near, near, far]) == pytest.approx(0.85)
 
 
 def test_one_analysis_lets_the_factor_vanish_for_dense_material():
