@@ -96,7 +96,7 @@ class PrintSpec(Table):
     layer_height: Size | None = None
     """Thickness of a layer, mm; formats of layers need it."""
     pixel_size: Size | None = None
-    """Resolution of the machine within a layer, mm. Not stated, it is the layer height, or a half or
+    """Resolution of the machine within a layer, mm. Not stated, it is the layer height, or half or
     a quarter of it where the layers hold the printed volume only then."""
     chord_tolerance: Size | None = Field(default=None, examples=["0.01 mm"])
     """Fewer triangles of the printed surface, none of it moved by more than this, mm."""

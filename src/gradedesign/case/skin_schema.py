@@ -10,6 +10,7 @@ from gradedesign.case.formula import parse_formula
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
+    Choice,
     Flag,
     JsonSchema,
     Quantity,
@@ -74,9 +75,12 @@ class SkinSpec(Table):
     """A solid layer below the part's surface."""
 
     thickness: Annotated[tuple[float, float], _Thickness()] = Field(examples=["2 mm"])
-    """Depth of solid material, mm; with a formula the least and the largest that it gives."""
+    """Depth of solid material, mm; where it varies, the least and the largest."""
     formula: Annotated[str | None, _ThicknessFormula()] = None
     """Thickness in mm, in x, y and z, in mm."""
+    follows: Annotated[str | None, Choice(("stress",))] = None
+    """stress: as the von Mises stress of the fully solid part, from the least thickness where there
+    is none to the largest where it reaches the percentile that limits of stress judge."""
     faces: RegionNames = ()
     """Regions that carry the skin; the whole surface without."""
     net: Annotated[bool, Flag()] = False
@@ -85,18 +89,25 @@ class SkinSpec(Table):
     """Depth down to which struts are laid onto the surface, mm; one cell without."""
 
     @model_validator(mode="after")
-    def _range_with_formula(self) -> SkinSpec:
-        varying = self.thickness[0] < self.thickness[1]
+    def _range_where_it_varies(self) -> SkinSpec:
+        ranged = self.thickness[0] < self.thickness[1]
         if self.net_depth is not None and not self.net:
             raise key_error("net_depth", "needs net = true")
-        if self.net and self.formula is not None:
-            raise key_error("formula", "a net-skin has one thickness; leave the formula out")
-        if self.formula is None and varying:
-            raise key_error("thickness", "a range needs a formula, or expected one length")
-        if self.formula is not None and not varying:
+        for key in ("formula", "follows"):
+            if self.net and getattr(self, key) is not None:
+                raise key_error(key, f"a net-skin has one thickness; leave the {key} out")
+        if self.formula is not None and self.follows is not None:
+            raise key_error("follows", "a formula gives the thickness already; leave one out")
+        if ranged and self.formula is None and self.follows is None:
             raise key_error(
                 "thickness",
-                f"found {self.thickness[0]:g} mm with a formula; expected the least and the "
+                'a range needs a formula or follows = "stress", or expected one length',
+            )
+        varies = "a formula" if self.formula is not None else f'follows = "{self.follows}"'
+        if not ranged and (self.formula is not None or self.follows is not None):
+            raise key_error(
+                "thickness",
+                f"found {self.thickness[0]:g} mm with {varies}; expected the least and the "
                 f'largest thickness that it gives, such as ["0.8 mm", "2 mm"]',
             )
         return self

@@ -35,7 +35,7 @@ from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_data, drain_warnings, drained
 from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
-from gradedesign.layout.skin_room import require_struts, skin_warnings
+from gradedesign.layout.skin_room import require_no_stress, require_struts, skin_warnings
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.stages import default_folder, open_stages
 from gradedesign.material.material import Material
@@ -190,6 +190,7 @@ def _design(
     case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
 ) -> tuple[LatticeDesign, BuiltCells, dict[str, Any]]:
     """The lattice as the case states it."""
+    require_no_stress(case)
     domain = design_domain(case, part)
     density = stated_density(
         case, source, domain=domain, window=cells.window, level_of=cells.level_of

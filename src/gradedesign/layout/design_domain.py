@@ -19,8 +19,18 @@ from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance, surface_fields
 
 
-def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
+def design_domain(
+    case: Case | GenerateCase, part: Part, stress: Field | None = None
+) -> DesignDomain:
     """The part with its signed distance, the skins and the solid regions that the case states.
+
+    Parameters
+    ----------
+    case : Case or GenerateCase
+    part : Part
+    stress : callable, optional
+        Of points ``(3, ...)`` mm, ``(...)``, 0 to 1: what skins follow that follow the stress.
+        Until it is known they have the mean of their least and largest thickness.
 
     Raises
     ------
@@ -36,7 +46,7 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
         distance=distance,
         lower=points.min(axis=0),
         upper=points.max(axis=0),
-        skins=tuple(_skin(case, part, spec) for spec in case.lattice.skin if not spec.net),
+        skins=tuple(_skin(case, part, spec, stress) for spec in case.lattice.skin if not spec.net),
         nets=tuple(
             NetSkin(
                 thickness=spec.thickness[1],
@@ -54,9 +64,18 @@ def design_domain(case: Case | GenerateCase, part: Part) -> DesignDomain:
     return with_fillings(case, domain)
 
 
-def _skin(case: Case | GenerateCase, part: Part, spec: SkinSpec) -> Skin:
+def _skin(case: Case | GenerateCase, part: Part, spec: SkinSpec, stress: Field | None) -> Skin:
     least, most = spec.thickness
     faces = _faces(part, spec)
+    if spec.follows is not None and stress is None:
+        return Skin(thickness=0.5 * (least + most), faces=faces)
+    if spec.follows is not None and stress is not None:
+        return Skin(
+            thickness=most,
+            thinnest=least,
+            varying=lambda points: least + (most - least) * stress(points),
+            faces=faces,
+        )
     if spec.formula is None:
         return Skin(thickness=most, faces=faces)
     varying = _thickness(parse_formula(spec.formula, variables=PLACE))

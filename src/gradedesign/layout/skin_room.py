@@ -73,11 +73,30 @@ def require_struts(case: Case | GenerateCase, cell: str, *, struts: bool) -> Non
         )
 
 
+def require_no_stress(case: GenerateCase) -> None:
+    """Refuse a skin that follows a stress which nothing computes.
+
+    Raises
+    ------
+    CaseError
+    """
+    if any(spec.follows for spec in case.lattice.skin):
+        raise CaseError(
+            f"{case.where('lattice.skin')}: found follows, which asks for the stress of an "
+            f"analysis; expected a formula or one thickness here, or a case for gradedesign run"
+        )
+
+
 def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -> tuple[str, ...]:
     """Say where skins meet across the part, so that it is solid there, and what is filled."""
     warnings = [filling.note for filling in domain.fillings if filling.note]
     closed = [spec for spec in case.lattice.skin if not spec.net]
     for spec, skin in zip(closed, domain.skins, strict=True):
+        if spec.follows and skin.varying is None:
+            warnings.append(
+                f"{case.where('lattice.skin')}: counts as {skin.thickness:g} mm, the mean of its "
+                f"thickness, until the stress of the solid part is known that it follows"
+            )
         points, inward = face_places(part, spec.faces)
         depth = skin_thickness(skin, points) * (1.0 if spec.faces else 2.0)
         share = float((domain.distance(points + depth * inward) > 0).mean())

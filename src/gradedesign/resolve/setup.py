@@ -32,6 +32,7 @@ from gradedesign.resolve.resolved_case import (
     analysable_lattice,
     resolve_case,
 )
+from gradedesign.resolve.stressed_skins import with_stressed_skins
 from gradedesign.resolve.zone_laws import ZoneLaws, zone_laws, zoning
 from gradedesign.resolve.zoning import zone_windows, zoned_laws
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
@@ -75,6 +76,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     laws = zone_laws(known, registry, law, on_event)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
         mesh = part_tets(case, known.part, known.mesher)
+    space = tet_space(mesh, 2)
+    known = with_stressed_skins(known, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
     shares = solid_shares(known, bounds, mesh)
     windows = (bounds,) if laws is None else laws.bounds
@@ -91,7 +94,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     if laws is not None:
         cells, field, zone_warnings = with_zones(known, cells, laws, analysable, mesh, on_event)
     problem, limit_warnings = placed_problem(
-        known, analysable.analysis, field, tet_space(mesh, 2), shares, registry.limits
+        known, analysable.analysis, field, space, shares, registry.limits
     )
     return Setup(
         problem=problem,

@@ -9,9 +9,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import load_vector, mechanical_force, region_nodes, work_of
+from gradedesign.fe.load_case import mechanical_force, region_nodes, work_of
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
 from gradedesign.limits.limit import Limit
@@ -19,26 +18,17 @@ from gradedesign.limits.verdict import limit_rows
 from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.solid_part import dense_stiffness, solid_solutions
 
 
 def solve_solid(problem: Problem) -> tuple[Solution, ...]:
     """Displacements of the fully solid part in every load case."""
-    material, space = problem.material, problem.space
-    stiffness = solid_stiffness(problem)
-    density = np.full(space.element_count, material.density)
-    vectors = [
-        load_vector(space, case, stiffness, density, material.thermal_expansion)
-        for case in problem.loads
-    ]
-    return solve_elastic(space, stiffness, vectors, solver=problem.solver)
+    return solid_solutions(problem.space, problem.loads, problem.material, problem.solver)
 
 
 def solid_stiffness(problem: Problem) -> IsotropicStiffness:
     """The base material in every tetrahedron."""
-    return IsotropicStiffness(
-        E=np.full(problem.space.element_count, problem.material.youngs_modulus),
-        nu=problem.material.poissons_ratio,
-    )
+    return dense_stiffness(problem.space, problem.material)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

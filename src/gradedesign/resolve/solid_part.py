@@ -1,0 +1,34 @@
+"""Solutions of the fully solid part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gradedesign.fe.linear_solver import LinearSolver
+from gradedesign.fe.load_case import PartLoadCase, load_vector
+from gradedesign.fe.solution import Solution
+from gradedesign.fe.solve import solve_elastic
+from gradedesign.fe.space import TetSpace
+from gradedesign.fe.stiffness import IsotropicStiffness
+from gradedesign.material.material import Material
+
+
+def dense_stiffness(space: TetSpace, material: Material) -> IsotropicStiffness:
+    """The base material in every tetrahedron."""
+    return IsotropicStiffness(
+        E=np.full(space.element_count, material.youngs_modulus), nu=material.poissons_ratio
+    )
+
+
+def solid_solutions(
+    space: TetSpace, loads: Sequence[PartLoadCase], material: Material, solver: LinearSolver
+) -> tuple[Solution, ...]:
+    """Displacements of the fully solid part in every load case."""
+    stiffness = dense_stiffness(space, material)
+    density = np.full(space.element_count, material.density)
+    vectors = [
+        load_vector(space, case, stiffness, density, material.thermal_expansion) for case in loads
+    ]
+    return solve_elastic(space, stiffness, vectors, solver=solver)
