@@ -233,8 +233,8 @@ def region_nodes(space: TetSpace, facets: IntArray) -> IntArray:
 def region_shares(space: TetSpace, facets: IntArray) -> FloatArray:
     """Share of a region's area that each node of `region_nodes` stands for, ``(k,)``.
 
-    They sum to 1. The integral over the facets of their shape functions, so that ``u[:, nodes] @ shares`` is the
-    mean displacement of the region: corners of quadratic facets have none.
+    They sum to 1. The integral over the facets of their shape functions, so that
+    ``u[:, nodes] @ shares`` is the mean displacement: corners of quadratic facets have none.
     """
     nodes = facet_nodes(space, facets)
     areas = facet_areas(space, facets)
