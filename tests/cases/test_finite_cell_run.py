@@ -8,6 +8,8 @@ import meshio
 import pytest
 from small_parts import SHORT_BAR
 
+from gradedesign.verify.small_solid import FINEST
+
 CASE = (
     SHORT_BAR
     + """
@@ -48,8 +50,8 @@ def test_a_run_by_finite_cells_is_accepted_by_tetrahedra(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     result = json.loads((tmp_path / "r" / "result.json").read_text(encoding="utf-8"))
     assert result["status"] == "met"
-    # Bricks of 1.4 walls or 0.7 of the margins of 1.5 mm; tetrahedra would take 0.8 mm.
-    assert result["iterations"][-1]["mesh_size_mm"] > 1.2
+    # Bricks of 1.4 walls or 0.7 of the margins of 1.5 mm, finer as this solid is small.
+    assert 1.2 < FINEST * result["iterations"][-1]["spacing_mm"] < 1.5
     assert all(limit["passed"] for limit in result["limits"])
     (tip,) = (row for row in result["limits"] if row["key"]["kind"] == "displacement")
     assert tip["value"] <= tip["limit"]

@@ -26,7 +26,7 @@ name = "shear"
 fix = [{region = "root"}]
 load = [{region = "tip", force = ["0 N", "0 N", "-100 N"]}]
 [limits]
-displacement = [{region = "tip", magnitude = "0.05 mm"}]
+displacement = [{region = "tip", magnitude = "0.006 mm"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "8 mm"
