@@ -66,9 +66,9 @@ class CylinderVolume(Table):
     @model_validator(mode="after")
     def _one_axis(self) -> CylinderVolume:
         if (self.ends is None) == (self.point is None):
-            found = "neither" if self.ends is None else "both"
+            stated = "neither" if self.ends is None else "both"
             raise Refused(
-                f"found {found} of ends and point; expected ends = [[...], [...]], or, without "
+                f"found {stated} of ends and point; expected ends = [[...], [...]], or, without "
                 f"ends, a point of the axis"
             )
         if self.ends is not None and self.axis is not None:
@@ -94,9 +94,9 @@ class BodySpec(Table):
     @model_validator(mode="after")
     def _one_source(self) -> BodySpec:
         if (self.region is None) == (self.file is None):
-            found = "neither" if self.file is None else "both"
+            stated = "neither" if self.file is None else "both"
             raise Refused(
-                f'found {found} of region and file; expected region = "insert", a region on a body '
+                f'found {stated} of region and file; expected region = "insert", a region on a body '
                 f'of the part, or file = "insert.stl"'
             )
         if self.file is None and self.units is not None:

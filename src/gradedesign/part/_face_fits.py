@@ -139,17 +139,17 @@ def cylinder_through(
         weight = areas / (1.0 + tilt / _SQUARE**2)
         weight /= weight.sum()
     centre, radius = _circle(points, axis)
-    kept = points
+    near_points = points
     for step in range(12):
         across, up = _square_directions(axis)
-        offset = kept - centre
+        offset = near_points - centre
         x, y, along = offset @ across, offset @ up, offset @ axis
         distance = np.maximum(np.hypot(x, y), 1e-300)
         off = distance - radius
         if step % 4 == 3:
             near = np.abs(off) <= 4.0 * np.median(np.abs(off))
             if np.count_nonzero(near) >= max(6, len(points) // 2):
-                kept = kept[near]
+                near_points = near_points[near]
                 continue
         u, w = x / distance, y / distance
         system = np.stack([-u, -w, -along * u, -along * w, -np.ones_like(u)], axis=1)

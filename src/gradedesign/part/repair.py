@@ -94,11 +94,11 @@ class RepairReport:
     def changes(self) -> dict[str, int]:
         """How much of what was changed in the file's surface; what was not is left out."""
         counts = asdict(self)
-        kept = ("facets_read", "facets_kept", "bodies", "voids")
+        unchanged = ("facets_read", "facets_kept", "bodies", "voids")
         return {
             key: value
             for key, value in counts.items()
-            if isinstance(value, int) and value and key not in kept
+            if isinstance(value, int) and value and key not in unchanged
         } | {key: count for key, count in self.repairer.items() if count}
 
 

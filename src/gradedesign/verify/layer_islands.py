@@ -108,13 +108,13 @@ def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: i
             touched.setdefault(piece, set()).add(n)
     size = np.bincount(pieces.ravel(), minlength=count + 1)
     loose = set(np.flatnonzero(~held[1:]) + 1)
-    for piece, found in touched.items():
+    for piece, islands_below in touched.items():
         if piece in loose:
-            first = min(found)
+            first = min(islands_below)
             owner[piece] = first
             islands[first - 1].volume += int(size[piece])
             islands[first - 1].last = k
-            for other in found - {first}:
+            for other in islands_below - {first}:
                 islands[other - 1].into = first
             loose.discard(piece)
     for piece in sorted(loose):

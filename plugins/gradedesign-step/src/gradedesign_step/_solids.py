@@ -98,8 +98,8 @@ def read_solids(path: str, form: str) -> CadSolids:
     loose: list[CadFace] = []
     for k in range(1, roots.Length() + 1):
         for label, place in _simple_shapes(roots.Value(k), TopLoc_Location()):
-            found, left = _bodies(label, place)
-            bodies += found
+            solids, left = _bodies(label, place)
+            bodies += solids
             loose += left
     if loose:
         sewn, left_out = _sewn(loose)
