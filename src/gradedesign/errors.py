@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Interrupted(BaseException):
-    """Somebody asked the command to end; `KeyboardInterrupt` would be answered by typer."""
+    """The user or the system asked the command to end; typer would answer a `KeyboardInterrupt`."""
 
 
 class GradeDesignError(Exception):

@@ -66,7 +66,7 @@ class OwnCellSpec(Table):
 
 
 def own_cell_file(lattice: Any) -> Path | None:
-    """File of the case's own cell, whose bytes belong to what is asked."""
+    """File of the case's own cell, whose bytes belong to the content of the case."""
     own_cell: OwnCellSpec | None = lattice.own_cell
     return None if own_cell is None else own_cell.file
 

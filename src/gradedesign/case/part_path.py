@@ -1,4 +1,4 @@
-"""Which files a case may name: those below its own folder, unless the user allows others."""
+"""Files that a case may name: those below its own folder, unless the user allows others."""
 
 from __future__ import annotations
 

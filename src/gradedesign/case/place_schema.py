@@ -96,8 +96,8 @@ class BodySpec(Table):
         if (self.region is None) == (self.file is None):
             stated = "neither" if self.file is None else "both"
             raise Refused(
-                f'found {stated} of region and file; expected region = "insert", a region on a body '
-                f'of the part, or file = "insert.stl"'
+                f'found {stated} of region and file; expected region = "insert", a region on a '
+                f'body of the part, or file = "insert.stl"'
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "goes with file")
@@ -118,7 +118,7 @@ class PlaceSpec(Table):
 
     @property
     def volume_key(self) -> str | None:
-        """Which of `VOLUMES` states the place, if one does."""
+        """Name of the key of `VOLUMES` that states the place; None without one."""
         return next((key for key in VOLUMES if getattr(self, key) is not None), None)
 
 

@@ -1,4 +1,4 @@
-"""Problems of a case file, each at its key, told together with file and line."""
+"""Problems of a case file, each at its key, reported together with file and line."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def dotted(key: Key) -> str:
 
 
 def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]) -> CaseError:
-    """Tell every problem of a case file, in the order of the file.
+    """Error that lists every problem of a case file, in the order of the file.
 
     Returns
     -------

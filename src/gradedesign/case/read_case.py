@@ -316,7 +316,7 @@ def body_files(*places: PlaceSpec) -> list[Path]:
 
 
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
-    """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
+    """Hash of a case's content and of the files it is read from, whatever its place and spelling.
 
     Budgets of time, memory and iterations do not count, nor do the formats that are written: with
     more of them, or without one that cannot be written, a run that ended early resumes from the

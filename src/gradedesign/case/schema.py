@@ -1,4 +1,4 @@
-"""The case: everything the user asks, checked and in mm, N, MPa, t/mm^3, K, s, bytes, degrees.
+"""The case: everything the user states, checked and in mm, N, MPa, t/mm^3, K, s, bytes, degrees.
 
 :class:`CaseFile` is the layout of the file; :class:`Case` is what the program works with. The
 tables they are made of are re-exported here.

@@ -29,7 +29,7 @@ THICKNESS_SHARES = (5, 25, 50, 75, 95)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Thickness:
-    """How thick the part is, beside its cells.
+    """Thickness of the part in cells.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ _HAS_TIMER = hasattr(signal, "setitimer")
 
 
 class Interruption:
-    """Whether somebody asked the command to end.
+    """Record of a request to end the command.
 
     What a signal handler raises is lost where a callback of C code or a finaliser happens to run,
     as while kernels compile, or comes out as another exception. So it is raised again until it

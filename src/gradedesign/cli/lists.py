@@ -167,7 +167,7 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
 
 
 def cell_makers(*, strict_plugins: bool, as_json: bool) -> None:
-    """Print what makes a cell of ``[lattice.own_cell]``, with its options."""
+    """Print the makers that ``[lattice.own_cell]`` can name, with their options."""
     registry = registry_for(strict_plugins=strict_plugins)
     data = [
         {

@@ -18,7 +18,7 @@ from gradedesign.workspace.progress import counted
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cluster:
-    """Where computations go.
+    """Workers that independent computations are sent to.
 
     Attributes
     ----------

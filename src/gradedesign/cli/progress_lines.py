@@ -1,4 +1,4 @@
-"""Progress on the terminal: lines for what happened, and a sign of life where nothing does.
+"""Progress on the terminal: a line for each event, and regular lines during long steps.
 
 A thread of its own looks at the steps that the computation reports. Without a terminal it prints
 a line after `SILENCE` seconds without one; with a terminal it keeps one live line up to date. It
@@ -124,7 +124,7 @@ class ProgressLines:
             self._print(event.stage, f"{event.message}{took}")
 
     def status(self) -> Event:
-        """Where the computation stands, as an event of the current stage."""
+        """Present step of the computation, as an event of the current stage."""
         now = time.monotonic()
         steps = self._watch.steps()
         with self._lock:

@@ -56,7 +56,7 @@ class _Places:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResidualPlaces:
-    """Where tractions of a divided solid should vanish or balance.
+    """Sample points at which tractions of a divided solid should vanish or balance.
 
     Attributes
     ----------

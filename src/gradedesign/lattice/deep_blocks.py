@@ -1,4 +1,4 @@
-"""Which blocks of a grid lie wholly inside a part, away from its surface."""
+"""Blocks of a grid that lie wholly inside a part, away from its surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the cells of a run lie, and what they are like in its part."""
+"""Placement of the cells of a run in its part, with their sizes and stretches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much each zone of a case counts at a point, from the places that the case states."""
+"""Weights of the zones of a case at a point, from the places that the case states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The protocol of limits: what sizing, the loop, acceptance, report and check know of them.
+"""The protocol of limits, used by sizing, the loop, acceptance, report and check.
 
 A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
 the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density
@@ -72,11 +72,11 @@ class Limit(ABC):
     @property
     @abstractmethod
     def measure(self) -> str:
-        """How the value is taken from an analysis, in words."""
+        """Way in which the value is taken from an analysis, in words."""
 
     @property
     def stated(self) -> str:
-        """How the case states the limit where that is no number, such as ``2 x solid``."""
+        """The limit as the case states it where that is no number, such as ``2 x solid``."""
         return "" if self.times_solid is None else f"{self.times_solid:g} x solid"
 
     @abstractmethod

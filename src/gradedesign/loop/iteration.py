@@ -208,7 +208,7 @@ def run_iteration(
 
 
 def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
-    """How the next sizing is run, from the iterations before it."""
+    """Settings of the next sizing, from the iterations before it."""
     number = len(previous)
     return SizingPlan(
         start=previous[-1].variables if previous else None,

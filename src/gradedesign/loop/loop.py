@@ -85,7 +85,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """Where the loop ended.
+    """Last state of the loop.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Whether a design that breaks a limit could still be made to hold it by higher densities."""
+"""Estimate of whether higher densities could make a design hold the limit that it breaks."""
 
 from __future__ import annotations
 

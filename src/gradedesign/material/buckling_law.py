@@ -18,7 +18,7 @@ GROWTH_BEYOND = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BucklingLaw:
-    """How much of its resistance against buckling a cell uses under any macroscopic stress.
+    """Share of its resistance against buckling that a cell uses under any macroscopic stress.
 
     The stresses under which a linear elastic body does not buckle form a convex set: those for
     which the stiffness plus a geometric stiffness linear in the stress stays positive (Papkovich

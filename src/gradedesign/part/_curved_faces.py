@@ -181,7 +181,7 @@ def _belongs(clusters: Clusters, k: int, cylinder: Cylinder, width: float) -> bo
 
 
 def _tolerance(clusters: Clusters, cylinder: Cylinder, width: float) -> float:
-    """How far a vertex may be off, mm, for strips of that width."""
+    """Allowed distance of a vertex, mm, for strips of that width."""
     sagitta = width**2 / (8.0 * cylinder.radius)
     return max(clusters.noise, min(_GROW_SAGITTA * sagitta, FIT_SHARE * cylinder.radius))
 

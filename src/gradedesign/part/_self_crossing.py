@@ -121,7 +121,7 @@ def require_simple(vertices: FloatArray, faces: IntArray, source: str) -> None:
 
 
 def _place(vertices: FloatArray, part: IntArray, pairs: IntArray) -> str:
-    """Where a shell passes through itself, in words."""
+    """Place where a shell passes through itself, in words."""
     if len(pairs) == 0:
         return "along whole facets"
     middle = vertices[part[pairs.ravel()]].mean(axis=1)

@@ -1,4 +1,4 @@
-"""Which closed shells bound material: solids, voids, overlaps, fragments.
+"""Closed shells sorted by what they bound: solids, voids, overlaps, fragments.
 
 A reversed shell inside a solid is a void, one that reaches out of it a hole; a shell inside a
 solid that runs the same way round bounds nothing and is dropped.

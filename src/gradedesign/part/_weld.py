@@ -1,4 +1,4 @@
-"""From loose corners to shared vertices, without facets that carry no area or no news."""
+"""Welding of loose corners to shared vertices, without degenerate and duplicate facets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a part fits into its printer."""
+"""Check that a part fits into its printer."""
 
 from __future__ import annotations
 

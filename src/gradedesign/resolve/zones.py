@@ -235,7 +235,7 @@ def _joined(
         apart = _plus(shifts[j], start, -1.0)
         transitions[i, j] = cell_transition(first, second, shift=apart)
         neck = measure_neck(transitions[i, j], least, length=length, resolution=24)
-        if neck.pieces > 1 or neck.width == 0:
+        if neck.components > 1 or neck.width == 0:
             raise LatticeError(
                 f"a transition of {length:.3g} cells from '{first.name}' to '{second.name}' at "
                 f"density {least:.3g} falls apart; use a higher density, a longer transition, "

@@ -1,4 +1,4 @@
-"""Where densities lie between those at which something is known."""
+"""Interpolation of densities between those at which a quantity is known."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class FeltVariables:
 
 
 def felt_variables(problem: SizingProblem) -> FeltVariables:
-    """Which variables lattice feels, and what they cost."""
+    """The design variables that move any lattice, and their cost in volume."""
     weights = problem.model.lattice_volumes
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
     low, high = problem.windows or problem.bounds

@@ -62,7 +62,7 @@ def submodel_box(submodel: Submodel) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Room:
-    """Where submodels may lie.
+    """Volume in which submodels may lie.
 
     Attributes
     ----------

@@ -132,7 +132,7 @@ def measure_voids(
         stuck = voids & (way == 0)
     else:
         stuck = _behind_throats(solid, way, h, min_throat) & voids
-    count, labels = _pieces(stuck)
+    count, labels = _components(stuck)
     sizes = np.bincount(labels.ravel(), minlength=count + 1) * h**3
     ways = np.zeros(count + 1)
     largest: list[TrappedVoid] = []
@@ -192,7 +192,7 @@ def _behind_throats(solid: BoolArray, way: _Levels, h: float, width: float) -> B
     return np.asarray(air & ~free)
 
 
-def _pieces(chosen: BoolArray) -> tuple[int, _Levels]:
+def _components(chosen: BoolArray) -> tuple[int, _Levels]:
     labels, count = label(chosen)
     return count, labels
 

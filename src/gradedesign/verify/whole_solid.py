@@ -24,7 +24,7 @@ MOST = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WholeStage:
-    """How a whole solid is analysed at any resolution.
+    """Analyses of a whole solid at any resolution.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ def ignore(event: Event) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """Where a computation stands.
+    """Step of a computation with its progress.
 
     Attributes
     ----------

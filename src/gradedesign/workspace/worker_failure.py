@@ -1,4 +1,4 @@
-"""Why a worker process ended as it did, as the error that its caller gets."""
+"""The reason why a worker process ended, as the error that its caller gets."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _LAST_LINES = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """How a worker ended.
+    """The way in which a worker ended.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ _UNITS = {
 
 
 class FileRefused(Exception):  # noqa: N818 - an answer rather than an error of the program
-    """Why a file is no part."""
+    """A file that is no part; the message says why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
