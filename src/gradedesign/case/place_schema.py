@@ -57,11 +57,11 @@ class CylinderVolume(Table):
     diameter: Size = Field(examples=["20 mm"])
     """Diameter, mm."""
     ends: Annotated[tuple[Triple, Triple] | None, _Ends()] = None
-    """Middles of both ends, mm; endless without them."""
+    """Middles of both ends, mm; infinite without them."""
     point: Point | None = None
-    """A point of the axis of an endless one, mm."""
+    """A point of the axis of an infinite one, mm."""
     axis: Direction | None = None
-    """Direction of the axis of an endless one; +z without it."""
+    """Direction of the axis of an infinite one; +z without it."""
 
     @model_validator(mode="after")
     def _one_axis(self) -> CylinderVolume:

@@ -29,7 +29,7 @@ class Problem:
         Path of the key in the file.
     message : str
         What was found and what would be right. Nearest spellings are looked up in ``choices``
-        only when the problem is told, since a hostile file can have thousands.
+        only when the problem is reported, since a hostile file can have thousands.
     word : str
         The wrong word to compare with ``choices``.
     choices : tuple of str

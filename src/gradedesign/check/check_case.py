@@ -23,7 +23,7 @@ from gradedesign.verify.phases import evaluated_at
 
 #: Points at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
-#: Shares of the part's volume at which its thickness is told.
+#: Shares of the part's volume at which its thickness is reported.
 THICKNESS_SHARES = (5, 25, 50, 75, 95)
 
 

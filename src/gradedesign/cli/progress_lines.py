@@ -33,7 +33,7 @@ BLOCKED = 2.0
 POLL, LIVE_POLL = 0.5, 0.5
 #: Sizing reports every iteration; only each n-th is worth a line.
 SIZING_EVERY = 10
-#: Share and seconds of a step from which on the time left is told.
+#: Share and seconds of a step from which on the time left is shown.
 LEAST_SHARE, LEAST_SECONDS = 0.05, 2.0
 #: Columns of the stage's name.
 STAGE = 12
@@ -189,7 +189,7 @@ class ProgressLines:
 def status_text(steps: Sequence[Step], values: dict[str, float]) -> str:
     """One line: the steps, the share and seconds of the innermost, time of the budget, memory.
 
-    What is left of the innermost step is told where enough is done to say.
+    What is left of the innermost step is shown where enough is done to say.
 
     Examples
     --------

@@ -12,7 +12,7 @@ from gradedesign.arrays import FloatArray
 _SQUARE = np.sin(np.radians(2.0))
 #: Facets of a cylinder face its axis within this angle, cosine; 30-degree facets do.
 _RADIAL = np.cos(np.radians(16.0))
-#: Facet normals must spread at least this far for an axis to be told, sine of an angle.
+#: Facet normals must spread at least this far for an axis to be determined, sine of an angle.
 _SPREAD = np.sin(np.radians(0.2))
 #: Facets whose normals spread less than this are flat, as far as a cylinder goes.
 _CURVED = np.sin(np.radians(3.0))

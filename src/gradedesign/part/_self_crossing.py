@@ -20,7 +20,7 @@ from gradedesign.part._edges import face_edges
 from gradedesign.part._nesting import manifold_of, mesh_of, shell_volume
 from gradedesign.part._orient import shell_labels, split_shells
 
-#: Volume counted too often or too little, as a share of the part's, that is told, not mended.
+#: Volume counted too often or too little, as a share of the part's, that is reported, not mended.
 NEGLIGIBLE = 1e-3
 #: Farthest that the volume of the union may be from the one found along rays, as a share.
 _AGREEMENT = 2e-3

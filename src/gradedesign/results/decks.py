@@ -36,7 +36,7 @@ from gradedesign.verify.tet_fields import solid_stiffness as printed_stiffness
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Beyond this share of the run's displacement the deck's own is another model, which is told.
+#: A deck whose displacement differs by more than this share of the run's gets a warning.
 SAME_MODEL = 1e-3
 
 
