@@ -123,7 +123,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
     known = _without_zones(case, registry)
-    report_step("zones")
+    report_step("cells and their zones")
     zones = resolve_zones(
         known.case,
         registry,
