@@ -30,7 +30,7 @@ class OwnCellSpec(Table):
     model_config = ConfigDict(**{**Table.model_config, "extra": "allow"})
 
     maker: Name = Field(examples=["strut-graph"])
-    """Name of what makes the cell; `gradedesign cells --makers` lists them."""
+    """Name of the maker of the cell; ``gradedesign cells --makers`` lists them."""
     file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
     """The file that it reads, below the folder of the case."""
 
