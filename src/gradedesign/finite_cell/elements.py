@@ -238,7 +238,7 @@ def _collect(
     samples, weights = samples[cut_order], weights[cut_order]
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
-    report_step("solid shares of cut elements")
+    report_step("solid volume of cut elements")
     solid_fractions(samples, BLOCKS, share, centre)
     whole = len(whole_order)
     faces = np.full((whole + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
