@@ -23,7 +23,7 @@ from gradedesign.loop.iteration import Analysed, DesignIteration
 
 #: A limit of a design from which the next one learns is used to this share.
 NEAR = 0.88
-#: A design of which this use is expected may hold: factors of two acceptances differ by 1 to 3 %.
+#: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 MAY_HOLD = 1.02
 
 

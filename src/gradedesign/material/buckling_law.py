@@ -86,7 +86,7 @@ class BucklingLaw:
     def least_density(
         self, profile: FloatArray, permitted: float, bounds: tuple[float, float]
     ) -> FloatArray:
-        """Least density at which the utilisation is permitted, ``(n,)``; the upper bound if none is."""
+        """Least density at which the limit holds, ``(n,)``; the upper bound if it holds at none."""
         count = profile.shape[1]
         low, high = np.full(count, bounds[0]), np.full(count, bounds[1])
         enough_at_once = self.at(profile, low) <= permitted
