@@ -175,7 +175,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
 
 
 def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:
-    """Factors of which the next design learns: where two designs enclose it, the means of both.
+    """Factors for the next design: where two designs enclose it, the means of both.
 
     A first refused design is believed alone, since those before it were far from their limits.
 
@@ -248,7 +248,7 @@ def _lighter_left(
     ended: Ended,
     tried: set[int],
 ) -> tuple[Accepted, Ended]:
-    """Judge the lightest earlier design that uses a limit by what was learned last, if any.
+    """Judge the lightest earlier design that uses a limit by the latest factors, if any.
 
     The factors of two acceptances differ by some per cent where walls meet faces: a design that the
     first ones broke may hold. Either it is accepted, or it shows that the accepted one is the

@@ -34,7 +34,7 @@ def stored_sizing(
     keep: float,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Size, or find the answer to the same question in the user's cache.
+    """Size, or take the result for the same input from the user's cache.
 
     A run that ended in its explicit analysis, or whose grid alone is changed, does not size again.
     Steps that are found again are reported as those that are made.

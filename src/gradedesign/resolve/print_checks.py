@@ -126,7 +126,7 @@ def broken_words(rows: Sequence[LimitRow]) -> str:
 def print_warnings(
     case: CaseIdentity, printability: Printability | None, material: Material | None
 ) -> tuple[str, ...]:
-    """Warnings on the printed solid that no limit of the case speaks of, and how it grows."""
+    """Warnings on the printed solid that no limit of the case covers, and its growth as built."""
     if printability is None or case.print is None:
         return ()
     spec = case.print

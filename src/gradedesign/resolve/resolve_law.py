@@ -1,4 +1,4 @@
-"""The law of a case's cell: registered for it, or computed for its very parameters."""
+"""The law of a case's cell: a registered one, or one computed for its parameters."""
 
 from __future__ import annotations
 

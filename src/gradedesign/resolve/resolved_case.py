@@ -218,7 +218,7 @@ def _fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
 
 
 def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:
-    """Every zone, the first what lies in no other; that one alone without zones."""
+    """Every zone, the first the lattice outside all others; only that one without zones."""
     if known.zones is not None:
         return known.zones.zones
     return (

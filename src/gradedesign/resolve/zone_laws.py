@@ -47,7 +47,7 @@ class ZoneLaws:
 def zone_laws(
     known: ResolvedCase, registry: Registry, first: ScalingLaw, on_event: Listener
 ) -> ZoneLaws | None:
-    """Laws of the zones; None for a case without.
+    """Laws of the zones; None for a case without zones.
 
     ``first`` is the law of what lies in no zone.
 

@@ -33,7 +33,7 @@ from gradedesign.resolve.resolve import cell_parameters, density_bounds
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedZone:
-    """Statements of a case for one zone.
+    """One zone of a case: its cell, law and densities.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class ResolvedZones:
 
 
 def zone_case(case: Case, number: int) -> Case:
-    """The case with what its zone of a number states in place of what ``[lattice]`` does."""
+    """The case with the keys of one zone in place of those of ``[lattice]``."""
     zone, lattice = case.zone[number], case.lattice
     same = zone.cell in (None, lattice.cell)
     parameters = zone.parameters

@@ -1,4 +1,4 @@
-"""Zones of a part: which cell, law and densities hold where, and what lies between them."""
+"""Zones of a part: cell, law and densities of each, and the transitions between them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Zone:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Zoning:
-    """Zones with their weights, the first of them what lies in no other.
+    """Zones with their weights; the first is the lattice outside every zone.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ def with_print_limits(
     printability: Printability | None,
     material: Material | None,
 ) -> RunResult:
-    """The result with the limits of ``[print.limits]``: a design that breaks one is not met.
+    """The result with the limits of ``[print.limits]``; a design that breaks one is not met.
 
     Sizing knows ``min_wall`` alone, so that no further iteration would mend the others.
     """

@@ -1,4 +1,4 @@
-"""When sizing has converged, how far its next step may go, and what helps where a limit stalls."""
+"""Convergence of sizing, its move limits, and the rise of all densities where a limit stalls."""
 
 from __future__ import annotations
 
