@@ -16,7 +16,7 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.toml_lines import Key, line_of
 from gradedesign.errors import CaseError
 
-_MOST_TOLD = 40
+_MOST_LISTED = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,10 +75,10 @@ def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]
     ordered = sorted(problems, key=lambda p: line_of(known, p.key))
     listed = [
         f"{path.name}:{line_of(known, p.key)}: {dotted(p.key)}: {p.text()}"
-        for p in ordered[:_MOST_TOLD]
+        for p in ordered[:_MOST_LISTED]
     ]
-    if len(ordered) > _MOST_TOLD:
-        listed.append(f"{path.name}: and {len(ordered) - _MOST_TOLD} more problems")
+    if len(ordered) > _MOST_LISTED:
+        listed.append(f"{path.name}: and {len(ordered) - _MOST_LISTED} more problems")
     count = "1 problem" if len(ordered) == 1 else f"{len(ordered)} problems"
     return CaseError("\n".join([f"{path}: {count} in the case file", *listed]))
 

@@ -39,8 +39,8 @@ def felt_variables(problem: SizingProblem) -> FeltVariables:
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
     low, high = problem.windows or problem.bounds
     slope = density_slope(problem)
-    per_asked = solid_slope(problem.model, np.sqrt(low * high) * np.ones_like(slope))
-    cost = collected(problem.filter, weights * per_asked * slope)
+    per_nominal = solid_slope(problem.model, np.sqrt(low * high) * np.ones_like(slope))
+    cost = collected(problem.filter, weights * per_nominal * slope)
     return FeltVariables(
         active=cost > 0,
         cost=cost,

@@ -91,7 +91,7 @@ def layer_islands(solid: BoolArray, grid: VoxelGrid) -> LayerIslands:
             started, before = True, np.where(layer, -1, 0)
             continue
         before = _next_layer(layer, before, islands, k)
-    return _told(islands, grid)
+    return _summary(islands, grid)
 
 
 def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: int) -> IntArray:
@@ -132,7 +132,7 @@ def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: i
     return np.asarray(owner[regions])
 
 
-def _told(islands: list[_Island], grid: VoxelGrid) -> LayerIslands:
+def _summary(islands: list[_Island], grid: VoxelGrid) -> LayerIslands:
     h = grid.step
     for island in reversed(islands):
         if island.into:
