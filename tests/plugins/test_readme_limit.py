@@ -19,7 +19,7 @@ CASE = (
     held_bar(box_part(40, 10, 10, 5), name="bar", load_case="down")
     + """\
 [limits]
-mean_displacement = [{region = "tip", at_most = "8 x solid"}]
+sag = [{region = "tip", at_most = "8 x solid"}]
 [lattice]
 cell = "gyroid-sheet"
 size = "5 mm"
@@ -61,7 +61,7 @@ def test_a_plugins_limit_goes_from_the_case_file_to_the_sized_lattice(tmp_path, 
     case = load_case(written(tmp_path), registry=registry)
     result = gradedesign.run(case, registry, folder=tmp_path / "run")
     (row,), (solid,) = result.limits, result.solid
-    assert (row.name, row.load_case, row.unit) == ("mean displacement of tip", "down", "mm")
+    assert (row.name, row.load_case, row.unit) == ("sag of tip", "down", "mm")
     assert row.limit == pytest.approx(8 * solid.value)
     # Sizing aims at 99.8 % of a limit where no analysis follows, within 0.4 %.
     assert row.utilisation == pytest.approx(0.998, abs=0.005)
@@ -70,9 +70,9 @@ def test_a_plugins_limit_goes_from_the_case_file_to_the_sized_lattice(tmp_path, 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("at_most", "atmost", "limits.mean_displacement[0].atmost: unknown key"),
-        ('"8 x solid"', '"3 N"', "limits.mean_displacement[0].at_most"),
-        ("mean_displacement", "mean_displacemen", 'did you mean "mean_displacement"'),
+        ("at_most", "atmost", "limits.sag[0].atmost: unknown key"),
+        ('"8 x solid"', '"3 N"', "limits.sag[0].at_most"),
+        ("sag", "sagg", 'did you mean "sag"'),
         ('region = "tip", at', 'region = "tap", at', 'region "tap" is not defined'),
     ],
 )
@@ -94,7 +94,7 @@ def test_a_kind_cannot_take_a_key_of_the_core(plugin):
     taken.gradedesign_limits = gradedesign.hookimpl(
         lambda: [
             gradedesign.LimitKind(
-                name="percentile", entry=plugin.MeanEntry, make=plugin.make, stated=plugin.stated
+                name="percentile", entry=plugin.SagEntry, make=plugin.make, stated=plugin.stated
             )
         ]
     )

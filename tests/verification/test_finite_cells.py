@@ -504,6 +504,10 @@ def test_a_design_is_analysed_with_its_measures():
         moved, rel=1e-4
     )
     assert found.work["pull"] == pytest.approx(5.0 * moved, rel=1e-4)
+    mean = found.mean_displacement("x1", "pull")
+    assert 5.0 * mean[0] == pytest.approx(found.work["pull"], rel=1e-9)
+    # The middle of the face, between the planes that hold the bar at y = z = 0 and its far faces.
+    np.testing.assert_allclose(mean[1:], -0.3 * 2.5 / 200e3 * np.array([1.0, 0.5]), rtol=1e-3)
     assert found.masses_g["skin"] == pytest.approx(8.0 * 7.8e-3, rel=1e-6)
     # With the contraction across by 0.3, farthest from the three planes that hold it.
     farthest = 2.5 / 200e3 * np.linalg.norm([4.0, 0.3 * 2.0, 0.3])

@@ -14,7 +14,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import SolverError
-from gradedesign.fe.facets import facet_nodes
+from gradedesign.fe.facets import facet_areas, facet_nodes
 from gradedesign.fe.loads import (
     body_force,
     pressure_force,
@@ -228,6 +228,21 @@ def region_force(space: TetSpace, region: Region, facets: IntArray, spec: Region
 def region_nodes(space: TetSpace, facets: IntArray) -> IntArray:
     """Nodes of a region, edge middles included, ``(k,)``."""
     return np.unique(facet_nodes(space, facets))
+
+
+def region_shares(space: TetSpace, facets: IntArray) -> FloatArray:
+    """Share of a region's area that each node of `region_nodes` stands for, ``(k,)``.
+
+    They sum to 1. The integral over the facets of their shape functions, so that
+    ``u[:, nodes] @ shares`` is the mean displacement: corners of quadratic facets have none.
+    """
+    nodes = facet_nodes(space, facets)
+    areas = facet_areas(space, facets)
+    sharing = nodes[3:] if space.order == 2 else nodes
+    total = np.bincount(
+        sharing.ravel(), weights=np.tile(areas / 3.0, 3), minlength=space.nodes.shape[1]
+    )
+    return total[np.unique(nodes)] / float(areas.sum())
 
 
 def _check_resultant(

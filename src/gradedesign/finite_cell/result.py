@@ -93,6 +93,12 @@ class FiniteCellResult:
         u = solution_of(self, load_case).u
         return displacement_in(self.elements, self.space, u, at.element, at.points)
 
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
+        area = self.places[region].area
+        mean: FloatArray = self.region_displacement(region, load_case) @ area / area.sum()
+        return mean
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of the solid, mm: of the centroids of its sub-cells."""
         at = solid_points(self.elements)

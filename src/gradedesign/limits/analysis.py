@@ -38,6 +38,9 @@ class Analysis(Protocol):
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""
 
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area of a region, ``(3,)``, mm."""
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of any node, mm."""
 

@@ -173,6 +173,8 @@ class PlacedCase:
     exclusion_radius : float, mm
     nodes : mapping of region to (k,) int array
         Nodes of the regions that `LimitKind.stated` names, edge middles included.
+    shares : mapping of region to (k,) array
+        Share of the region's area that each of its nodes stands for.
     supports : mapping of load case to Supports
     """
 
@@ -183,6 +185,7 @@ class PlacedCase:
     lattice_volumes: FloatArray
     exclusion_radius: float
     nodes: Mapping[str, IntArray]
+    shares: Mapping[str, FloatArray]
     supports: Mapping[str, Supports]
 
 

@@ -9,7 +9,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.errors import ResourceError
-from gradedesign.fe.load_case import region_nodes
+from gradedesign.fe.load_case import region_nodes, region_shares
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.layout.cell_layout import layout_warnings
 from gradedesign.limits.kinds import made_limits
@@ -189,6 +189,7 @@ def placed_problem(
             lattice_volumes=signed_volumes(mesh) * (1 - shares),
             exclusion_radius=radius,
             nodes={name: region_nodes(space, on) for name, on in facets.items()},
+            shares={name: region_shares(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in loads},
         ),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
-from gradedesign.fe.load_case import mechanical_force, region_nodes, work_of
+from gradedesign.fe.load_case import mechanical_force, region_nodes, region_shares, work_of
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
@@ -47,18 +47,26 @@ class SolidAnalysis:
     ----------
     displacement : dict of load case to (3, N) array, mm
     nodes : dict of region to (k,) int array
+    shares : dict of region to (k,) array
+        Share of the region's area that each node stands for.
     measures : dict of load case to tuple of SolidStress
     work : dict of load case to float, N mm
     """
 
     displacement: dict[str, FloatArray]
     nodes: dict[str, IntArray]
+    shares: dict[str, FloatArray]
     measures: dict[str, tuple[SolidStress, ...]]
     work: dict[str, float]
 
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""
         return self.displacement[load_case][:, self.nodes[region]]
+
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area of a region, ``(3,)``, mm."""
+        mean: FloatArray = self.region_displacement(region, load_case) @ self.shares[region]
+        return mean
 
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of any node, mm."""
@@ -87,6 +95,7 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
     return SolidAnalysis(
         displacement={s.name: s.displacement for s in solutions},
         nodes={name: region_nodes(problem.space, on) for name, on in problem.facets.items()},
+        shares={name: region_shares(problem.space, on) for name, on in problem.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
     )

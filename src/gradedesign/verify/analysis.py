@@ -208,6 +208,9 @@ class SolvedSolid(Protocol):
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of a region's solid, ``(3, k)``, mm."""
 
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement anywhere, mm."""
 

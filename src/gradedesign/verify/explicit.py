@@ -68,6 +68,10 @@ class ExplicitResult:
         """Displacements of a region's solid, ``(3, k)``, mm."""
         return self.solved.region_displacement(region, load_case)
 
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
+        return self.solved.mean_displacement(region, load_case)
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement anywhere, mm."""
         return self.solved.largest_displacement(load_case)

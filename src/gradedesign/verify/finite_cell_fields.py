@@ -123,6 +123,10 @@ class FiniteCellFields:
         """Displacements where the solid reaches a region, ``(3, k)``, mm."""
         return self.result.region_displacement(region, load_case)
 
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
+        return self.result.mean_displacement(region, load_case)
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of the solid, mm: of its sample points and of the regions."""
         u = solution_of(self.result, load_case).u

@@ -10,7 +10,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.fe.element_points import element_points
 from gradedesign.fe.field_eval import interpolate
-from gradedesign.fe.load_case import region_nodes
+from gradedesign.fe.load_case import region_nodes, region_shares
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import IsotropicStiffness
@@ -125,6 +125,12 @@ class TetFields:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""
         nodes = region_nodes(self.space, self.facets[region])
         return self.displacement(load_case)[:, nodes]
+
+    def mean_displacement(self, region: str, load_case: str) -> FloatArray:
+        """Mean displacement over the area of the facets of a region, ``(3,)``, mm."""
+        shares = region_shares(self.space, self.facets[region])
+        mean: FloatArray = self.region_displacement(region, load_case) @ shares
+        return mean
 
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of any node, mm."""

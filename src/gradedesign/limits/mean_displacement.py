@@ -1,0 +1,228 @@
+"""Mean displacement: the displacement of a region, averaged over its area, must stay below a limit.
+
+The deflection of a bare lattice face: the largest nodal value there is that of a single wall end
+that dents under its share of the load, while the mean, times the force, is the work of a load that
+is spread evenly over the face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from gradedesign.arrays import FloatArray, IntArray, locked
+from gradedesign.case.limits_schema import (
+    Allowed,
+    LimitEntry,
+    SolidMultiple,
+    as_multiple,
+    in_number,
+    stated_words,
+)
+from gradedesign.case.regions_schema import AxisIndex
+from gradedesign.case.schema import Case
+from gradedesign.case.value_types import RegionName
+from gradedesign.errors import CaseError
+from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
+from gradedesign.limits.row import LimitRow
+from gradedesign.limits.state import HomogenisedState, Predicted, Response
+from gradedesign.material.material import Material
+from gradedesign.part.regions import Region
+
+#: A mean below this share of the part's largest displacement is none.
+AT_REST = 1e-6
+
+
+class MeanDisplacementEntry(LimitEntry):
+    """Mean displacement of a region over its area: its magnitude, or one component of it."""
+
+    region: RegionName = Field(examples=["tip"])
+    """Name of the region."""
+    magnitude: Annotated[float | SolidMultiple, Allowed("length")] = Field(
+        examples=["2 mm", "1.5 x solid"]
+    )
+    """Allowed absolute value: mm, or so many times that of the solid part, each load case its
+    own."""
+    component: AxisIndex | None = None
+    """The one component that is limited, instead of the magnitude; 0, 1 or 2 once read."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeanDisplacementLimit(Limit):
+    """Mean displacement of a region in one load case.
+
+    Attributes
+    ----------
+    nodes : (k,) int array
+        Nodes of the region on the tetrahedra of the part.
+    shares : (k,) array
+        Share of the region's area that each node stands for.
+    component : int or None
+        0, 1, 2 limits the absolute value of one component, None the magnitude.
+    """
+
+    nodes: IntArray
+    shares: FloatArray
+    component: int | None
+
+    unit: ClassVar[str] = "mm"
+    converges: ClassVar[bool] = True
+    by_gradient: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        nodes = locked(self.nodes, (None,), dtype=np.int64, name="nodes")
+        object.__setattr__(self, "nodes", nodes)
+        object.__setattr__(self, "shares", locked(self.shares, (len(nodes),), name="shares"))
+        if len(nodes) == 0:
+            raise CaseError(
+                f"{self.name} has no nodes: its region is not on the mesh; refine [part] mesh_size "
+                f"or choose another region"
+            )
+
+    @property
+    def measure(self) -> str:
+        """The mean over the area."""
+        return "mean over the area of the region"
+
+    def predict(self, state: HomogenisedState) -> Predicted:
+        """Mean displacement of the region, mm."""
+        mean = self._mean(state)
+        value, _ = size_and_slope(mean, self.component)
+        return Predicted(value=self.factor * value, load_case=self.key.load_case)
+
+    def responses(
+        self, state: HomogenisedState, memory: tuple[int, ...] = ()
+    ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
+        """The mean with its derivative by the nodal displacements of the region."""
+        value, slope = size_and_slope(self._mean(state), self.component)
+        by_displacement = np.zeros_like(state.displacement(self.key.load_case))
+        by_displacement[:, self.nodes] = self.factor * slope[:, None] * self.shares
+        response = Response(
+            name=self.name,
+            load_case=self.key.load_case,
+            value=self.factor * value,
+            by_displacement=by_displacement,
+        )
+        return (response,), memory
+
+    def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
+        """Mean over the area where the solid reaches the region, mm."""
+        mean = analysis.mean_displacement(self.key.region, self.key.load_case)
+        value, _ = size_and_slope(mean, self.component)
+        return (self.row(value, judged_by),)
+
+    def rest(self, analysis: Analysis) -> float:
+        """A share of the part's largest displacement."""
+        return AT_REST * analysis.largest_displacement(self.key.load_case)
+
+    def _mean(self, state: HomogenisedState) -> FloatArray:
+        mean: FloatArray = state.displacement(self.key.load_case)[:, self.nodes] @ self.shares
+        return mean
+
+
+def size_and_slope(mean: FloatArray, component: int | None) -> tuple[float, FloatArray]:
+    """Magnitude of a vector, or absolute value of a component, and its derivative, ``(3,)``."""
+    if component is None:
+        size = float(np.linalg.norm(mean))
+        return size, mean / size if size > 0 else np.zeros(3)
+    slope = np.zeros(3)
+    slope[component] = 1.0 if mean[component] >= 0 else -1.0
+    return float(abs(mean[component])), slope
+
+
+def _entries(case: Case) -> Sequence[MeanDisplacementEntry]:
+    limits: Any = case.limits
+    entries: Sequence[MeanDisplacementEntry] = limits.mean_displacement
+    return entries
+
+
+def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
+    """One limit per region, direction and load case it holds for."""
+    limits = [
+        MeanDisplacementLimit(
+            key=LimitKey(
+                kind=KIND.name,
+                region=entry.region,
+                component=_direction(entry),
+                load_case=name,
+            ),
+            name=_name(entry),
+            allowed=in_number(entry.magnitude),
+            times_solid=as_multiple(entry.magnitude),
+            case_key=f"limits.mean_displacement[{number}].magnitude",
+            nodes=placed.nodes[entry.region],
+            shares=placed.shares[entry.region],
+            component=entry.component,
+        )
+        for number, entry in enumerate(_entries(placed.case))
+        for name in placed.supports
+        if entry.load_case in (None, name)
+    ]
+    return limits, ()
+
+
+def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
+    return [
+        StatedLimit(
+            name=_name(entry),
+            load_case=load.name,
+            allowed=stated_words(entry.magnitude, MeanDisplacementLimit.unit),
+            region=entry.region,
+            by_gradient=True,
+        )
+        for entry in _entries(case)
+        for load in case.load_case
+        if entry.load_case in (None, load.name)
+    ]
+
+
+def _require(case: Case, regions: Mapping[str, Region]) -> None:
+    """Refuse a limit on a region that supports hold whole, in the limited directions."""
+    for number, entry in enumerate(_entries(case)):
+        limited = range(3) if entry.component is None else (entry.component,)
+        cases = [load for load in case.load_case if entry.load_case in (None, load.name)]
+        wanted = set(regions[entry.region].triangles.tolist())
+        for load in cases:
+            held = (
+                {
+                    triangle
+                    for fix in load.fix
+                    if fix.displacement[axis] is not None
+                    for triangle in regions[fix.region].triangles.tolist()
+                }
+                for axis in limited
+            )
+            if not all(wanted <= triangles for triangles in held):
+                break
+        else:
+            if cases:
+                raise CaseError(
+                    f"{case.where(f'limits.mean_displacement[{number}].region')}: supports hold "
+                    f"the whole region '{entry.region}', so its displacement is what they "
+                    f"prescribe, whatever the lattice; expected a region that is free to move, "
+                    f"such as the loaded one"
+                )
+
+
+def _direction(entry: MeanDisplacementEntry) -> str:
+    return "magnitude" if entry.component is None else "xyz"[entry.component]
+
+
+def _name(entry: MeanDisplacementEntry) -> str:
+    return f"mean displacement of {entry.region} {_direction(entry)}"
+
+
+#: ``mean_displacement = [{region = "tip", component = "z", magnitude = "2 mm"}]``.
+KIND = LimitKind(
+    name="mean_displacement",
+    entry=MeanDisplacementEntry,
+    make=_make,
+    stated=_stated,
+    require=_require,
+)

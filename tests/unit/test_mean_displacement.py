@@ -1,0 +1,171 @@
+"""Mean displacement of a region: against the work of an even load, by differences, from a case."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_parts import box_part, held_bar
+
+import gradedesign
+from gradedesign.fe.load_case import PartLoadCase, region_nodes, region_shares
+from gradedesign.fe.loads import traction_force
+from gradedesign.fe.space import tet_space
+from gradedesign.fe.supports import supports_on
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.mean_displacement import MeanDisplacementLimit
+from gradedesign.material.material import Material
+from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin
+from gradedesign.mesh.tet_mesh import boundary_facets
+from gradedesign.part.part_mesh import box_part_mesh
+from gradedesign.sizing.homogenised import homogenised_system
+from gradedesign.sizing.homogenised_model import homogenised_model
+from gradedesign.sizing.responses import response_gradients, solve_adjoints
+from gradedesign.sizing.state import solved_state
+
+LAW = power_law(
+    "test-law",
+    ("test",),
+    youngs=(0.6, 1.4),
+    strength=(0.4, 1.3),
+    window=(0.05, 0.9),
+    origin=LawOrigin(kind="fe", source="this test", test="none", poissons_ratio=0.3),
+)
+MATERIAL = Material(
+    name="test", youngs_modulus=1000.0, poissons_ratio=0.3, density=1e-6,
+    yield_strength=10.0, thermal_expansion=2e-5,
+)  # fmt: skip
+SIDE, TRACTION = 6.0, np.array([0.1, 0.0, -0.3])
+
+
+def sheared_bar(order=2):
+    """A held bar under an even traction on its tip; its model, space and facets of the tip."""
+    mesh = box_part_mesh((20.0, SIDE, SIDE), 3.0)
+    space = tet_space(mesh, order)
+    facets, _ = boundary_facets(mesh)
+    x = mesh.points[0][facets]
+    root, tip = facets[(x < 1e-9).all(axis=1)], facets[(x > 20.0 - 1e-9).all(axis=1)]
+    case = PartLoadCase(
+        name="pull",
+        supports=supports_on(space, [(root, (0.0, 0.0, 0.0))]),
+        force=traction_force(space, tip, TRACTION),
+        acceleration=np.zeros(3),
+        temperature_change=0.0,
+    )
+    model = homogenised_model(space, np.zeros(space.element_count), MATERIAL, LAW, [case])
+    return model, space, tip
+
+
+def limit_on(space, tip, component):
+    return MeanDisplacementLimit(
+        key=LimitKey(kind="mean_displacement", region="tip", load_case="pull"),
+        name="mean displacement of tip",
+        allowed=1.0,
+        nodes=region_nodes(space, tip),
+        shares=region_shares(space, tip),
+        component=component,
+    )
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_an_even_traction_does_its_force_times_the_mean(order):
+    model, space, tip = sheared_bar(order)
+    state = solved_state(model, np.full(model.volumes.shape, 0.3), [])
+    u = state.displacement("pull")
+    mean = u[:, region_nodes(space, tip)] @ region_shares(space, tip)
+    work = float((state.force("pull") * u).sum())
+    assert TRACTION * SIDE**2 @ mean == pytest.approx(work, rel=1e-12)
+    value = limit_on(space, tip, 2).predict(state).value
+    assert value == pytest.approx(abs(mean[2]), rel=1e-12)
+    whole = limit_on(space, tip, None)
+    assert whole.predict(state).value == pytest.approx(np.linalg.norm(mean), rel=1e-12)
+    twice = replace(whole, factor=2.0).predict(state).value
+    assert twice == pytest.approx(2 * np.linalg.norm(mean), rel=1e-12)
+
+
+@pytest.mark.parametrize("component", [0, 2, None])
+def test_the_gradient_matches_central_differences(component):
+    model, space, tip = sheared_bar()
+    limit = replace(limit_on(space, tip, component), factor=1.1)
+    rng = np.random.default_rng(80521)
+    rho = rng.uniform(0.2, 0.5, model.volumes.shape)
+    system = homogenised_system(model, rho)
+    state = solved_state(model, rho, [limit], system)
+    responses = limit.responses(state)[0]
+    adjoints = solve_adjoints(model, system, responses)
+    gradient = response_gradients(state, responses, adjoints)[0]
+    direction, step = rng.standard_normal(rho.size), 1e-4
+    ahead, back = (
+        limit.predict(solved_state(model, rho + s * step * direction, [limit])).value
+        for s in (1, -1)
+    )
+    assert gradient @ direction == pytest.approx((ahead - back) / (2 * step), rel=2e-4)
+
+
+CASE = (
+    held_bar(box_part(60, 10, 10, 5), name="bar", load_case="down")
+    + """\
+[limits]
+mean_displacement = [{region = "tip", component = "z", magnitude = "5 x solid"}]
+compliance = [{work = "9 x solid"}]
+[lattice]
+cell = "gyroid-sheet"
+size = "5 mm"
+grading = "uniform"
+density = [0.2, 0.6]
+[run]
+stop_after = "sizing"
+[output]
+formats = []
+"""
+)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    def write(*swaps):
+        text = CASE
+        for old, new in swaps:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+        return tmp_path
+
+    return write
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_case_file_limits_the_mean(folder):
+    case = gradedesign.load_case(folder())
+    result = gradedesign.run(case, folder=folder() / "run")
+    work, mean = result.solid
+    assert (mean.name, mean.unit) == ("mean displacement of tip z", "mm")
+    assert mean.measure == "mean over the area of the region"
+    force = case.load_case[0].load[0].force
+    assert work.value == pytest.approx(abs(force[2]) * mean.value, rel=1e-6)
+    row = result.limits[1]
+    assert row.limit == pytest.approx(5 * mean.value, rel=1e-9)
+    assert row.utilisation == pytest.approx(0.998, abs=0.005)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_check_lists_the_limit(cli, folder):
+    data = json.loads(cli("check", folder(), "--json").out)
+    assert {"name": "mean displacement of tip z", "load_case": "down", "allowed": "5 x solid"} in (
+        data["limits"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("swap", "words"),
+    [
+        (('region = "tip", component', 'region = "root", component'), "supports hold the whole"),
+        (('region = "tip", component', 'region = "tipp", component'), 'did you mean "tip"'),
+        (('"5 x solid"', '"2 kN"'), "limits.mean_displacement[0].magnitude: found"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(cli, folder, swap, words):
+    ended = cli("check", folder(swap))
+    assert ended.code == 2
+    assert words in ended.err
