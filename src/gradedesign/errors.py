@@ -78,7 +78,7 @@ def blaming(what: str, *, always: bool = True) -> Iterator[None]:
     Parameters
     ----------
     what : str
-        What runs and whose it is, such as ``cell 'acme-cube'``.
+        Name of the code and its owner, such as ``cell 'acme-cube'``.
     always : bool
         Whether errors that the code raised on purpose name it too, or pass as they are.
 

@@ -111,7 +111,7 @@ class Parameters(Reader):
 
 #: Keys of a lattice whose density is stated rather than found.
 STATED = ("density_map", "transition", "parameter_map")
-#: What may follow the density.
+#: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
@@ -127,9 +127,9 @@ class CellsSpec(Table):
     size: Annotated[tuple[float, ...], CellSize()] = Field(examples=["8 mm"])
     """Edge length of a cell; the smallest and the largest of graded size; or three edges, mm."""
     grading: Annotated[str, Choice(GRADINGS)] = "level"
-    """What follows the density: uniform: nothing; level: the level of the cell; thickness: the
-    same, of a cell whose walls have one thickness; size: the size of the cells, with walls of one
-    thickness; ratio: size and wall, small cells where it is dense."""
+    """Quantity that follows the density: uniform: none; level: the level of the cell; thickness:
+    the same, of a cell whose walls have one thickness; size: the size of the cells, with walls of
+    one thickness; ratio: size and wall, small cells where it is dense."""
     wall: Size | None = None
     """Thickness of the walls when the size of the cells follows the density, mm."""
     parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)

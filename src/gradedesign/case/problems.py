@@ -33,7 +33,7 @@ class Problem:
     word : str
         The wrong word to compare with ``choices``.
     choices : tuple of str
-        What could be meant.
+        Words that could be meant.
     what : str
         Heading of the list of choices.
     """

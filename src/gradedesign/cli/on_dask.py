@@ -57,7 +57,7 @@ def on_dask(
         Arguments, plain data.
     cluster : Cluster
     text : str
-        What runs, for the lines of progress.
+        Name of the computation, for the lines of progress.
 
     Yields
     ------

@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 SUBCELLS = 4
 #: Elements with a smaller share of solid are left out: their solid carries nothing.
 LEAST_SHARE = 1e-8
-#: What may miss in an element that counts as whole.
+#: Share that may miss in an element that counts as whole.
 WHOLE = 1e-9
 #: Share of the volume that disconnected components may hold.
 DISCONNECTED_SHARE = 0.01

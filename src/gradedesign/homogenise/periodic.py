@@ -45,7 +45,7 @@ class PeriodicSolution:
     displacement : (6, 3, nx, ny, nz) array
         Periodic part of the nodal displacement in each case, in voxel edges.
     fill : (nx, ny, nz) array
-        What was analysed, without the islands.
+        The analysed grid, without the islands.
     poissons_ratio : float
     iterations : (6,) array
         Zero for a case that follows from another by the symmetry of the grid.

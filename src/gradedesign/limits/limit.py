@@ -64,7 +64,7 @@ class Limit(ABC):
     unfavourable: ClassVar[str] = "high"
     #: The value converges with the order that an analysis states; percentiles and maxima do not.
     converges: ClassVar[bool] = False
-    #: What sizing may multiply the limit of a point by while the value is below its aim.
+    #: Largest factor on the limit of a point while the value is below its aim.
     most_allowance: ClassVar[float] = 1.0
     #: Utilisation up to which a miss may still vanish by what changes around it.
     scatter: ClassVar[float] = 1.0
@@ -92,7 +92,7 @@ class Limit(ABC):
         ----------
         state : HomogenisedState
         memory : tuple of int
-            What the last call of this sizing gave; empty at first.
+            Memory that the last call of this sizing returned; empty at first.
         """
         raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
 
@@ -231,7 +231,7 @@ class LimitKind:
     stated : callable
         ``stated(Case, Material) -> sequence of StatedLimit``: the same without a mesh.
     entry : type of LimitEntry or None
-        What one table of ``[limits] name = [{...}]`` holds; None: its keys are the core's.
+        Layout of one table of ``[limits] name = [{...}]``; None: its keys are the core's.
     require : callable
         ``require(Case, regions)``: raises a `CaseError` for what the part's surface shows to be
         impossible.

@@ -41,7 +41,7 @@ def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str
     iteration : DesignIteration
         The last one, with its explicit values.
     factors : mapping of LimitKey to float
-        What acceptance taught.
+        Factors of acceptance.
 
     Returns
     -------

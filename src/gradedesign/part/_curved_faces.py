@@ -119,7 +119,7 @@ def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[set[int]
     Returns
     -------
     found : set of int
-        What was gathered beyond the seed; empty if nothing was.
+        Clusters gathered beyond the seed; may be empty.
     cylinder : Cylinder or None
         None unless what was found is large enough to be sure.
     """

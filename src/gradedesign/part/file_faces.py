@@ -104,7 +104,7 @@ def carried(
     corners : (m, 3, 3) array, mm
         Triangles as they were read.
     surface : SurfaceMesh
-        What repair made of them.
+        The surface after repair.
     tolerance : float, mm
         Farther from any of them, as in a hole that was filled, a triangle has no face.
     """

@@ -57,7 +57,7 @@ class Part:
     source : str
         Name of the file, or ``box``.
     report : RepairReport
-        What was repaired, with all warnings of reading.
+        Repairs, with all warnings of reading.
     bodies : mapping of BodySpec to SurfaceMesh
         Closed surfaces of the bodies that the case names.
     """

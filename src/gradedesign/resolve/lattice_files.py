@@ -173,7 +173,7 @@ def write_lattice_files(
     Raises
     ------
     GradeDesignError
-        What an exporter raises on purpose, such as a surface that its format cannot hold.
+        Raised by an exporter on purpose, such as for a surface that its format cannot hold.
     PluginError
         If an exporter raises anything else, or leaves anything but one file.
     CaseError, ResourceError

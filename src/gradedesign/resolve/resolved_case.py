@@ -80,7 +80,7 @@ class ResolvedCase:
     analyses : tuple of ExplicitAnalysis
         That the case allows, in the order of preference.
     lattice_files : tuple of LatticeFile
-        What is written of the printed lattice.
+        Files of the printed lattice.
     limits : tuple of StatedLimit
     warnings : tuple of str
         Of reading, sizes and loads.

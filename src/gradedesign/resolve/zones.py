@@ -128,7 +128,7 @@ def resolve_zones(
     case : Case
     registry : Registry
     first : ResolvedZone
-        What lies in no zone.
+        The lattice outside every zone.
     part : Part
     layout : CellLayout
     distance : callable

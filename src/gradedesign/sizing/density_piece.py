@@ -16,7 +16,7 @@ def density_piece(density: FloatArray, rho: FloatArray, what: str) -> IntArray:
     density : (k,) array
     rho : (M,) array
     what : str
-        What is known there, in the plural, for the message.
+        Name of the quantity that is known there, in the plural, for the message.
 
     Returns
     -------

@@ -92,7 +92,7 @@ class Discretisation:
     requested : float, mm
         Spacing that led here, before it was fitted to the part.
     refused : tuple of str
-        What was wrong with the spacings that were tried first.
+        Faults of the spacings that were tried first.
     dropped_components : int
         Disconnected components that were left out.
     seconds : float

@@ -17,7 +17,7 @@ LOG_NAME, READY_NAME, PEAK_NAME = "log.txt", "ready", "peak.txt"
 _KILLED = -9
 #: A worker that held this share of its limit when it was killed had no memory left.
 _NEAR_LIMIT = 0.8
-#: What libraries say when they cannot get address space, for arrays, stacks or their own code.
+#: Messages of libraries that cannot get address space, for arrays, stacks or their own code.
 _OUT_OF_MEMORY = (
     "MemoryError",
     "bad_alloc",
