@@ -54,13 +54,13 @@ def main() -> None:
     parser.add_argument("families", nargs="*", default=HEAVIEST)
     parser.add_argument("--samples", type=int, default=512)
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
-    told = parser.parse_args()
-    if told.inside:
-        measure(told.families[0], told.samples)
+    options = parser.parse_args()
+    if options.inside:
+        measure(options.families[0], options.samples)
         return
-    for name in told.families:
+    for name in options.families:
         command = [sys.executable, str(Path(__file__)), "--inside", name]
-        subprocess.run([*command, "--samples", str(told.samples)], check=True)
+        subprocess.run([*command, "--samples", str(options.samples)], check=True)
 
 
 if __name__ == "__main__":

@@ -151,11 +151,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cells", type=int, nargs="+", default=[5, 10])
     parser.add_argument("--peer", default=".venv-microgen/bin/python")
-    told = parser.parse_args()
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         ours(3, folder)  # compiles; smaller surfaces take other ways
-        for cells in told.cells:
+        for cells in options.cells:
             print(f"{cells}^3 cells, {cells * STEPS}^3 cubes")
             numbers = [str(n) for n in (cells, STEPS, SIZE, LEVEL, folder / "peer.stl")]
             cost, found = ours(cells, folder)
@@ -168,8 +168,8 @@ def main() -> None:
                 f"file, {cost['cpu'] / flying['contour']:.1f} of its contour alone "
                 f"({flying['contour']:.2f} s), peak memory {cost['peak'] / peer['peak']:.2f}"
             )
-            if Path(told.peer).is_file():
-                text, peer = measured([told.peer, "-c", MICROGEN, *numbers])
+            if Path(options.peer).is_file():
+                text, peer = measured([options.peer, "-c", MICROGEN, *numbers])
                 show("microgen", peer, json.loads(text.splitlines()[-1]))
                 print(f"microgen / gradedesign: cpu {peer['cpu'] / cost['cpu']:.2f}")
 

@@ -28,7 +28,7 @@ import numpy as np
 
 CELLS, LOW, HIGH = 4, 0.2, 0.7
 
-#: Told to the peer's interpreter: field, clipped grid, surface, as its documentation makes a part.
+#: Code for the peer's interpreter: field, clipped grid, surface, as its documentation makes a part.
 PEER = """
 import json, resource, sys, time
 import numpy as np
@@ -71,12 +71,12 @@ def measure(per_cell: int) -> None:
     wall, cpu = time.perf_counter(), time.process_time()
     found = surface(CELLS * per_cell)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    told = {
+    figures = {
         "wall": wall, "cpu": cpu, "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
         "imports": before, "triangles": len(found.faces), "open": 0,
         "share": require_closed(found) / CELLS**3,
     }  # fmt: skip
-    print(json.dumps(told))
+    print(json.dumps(figures))
 
 
 def exact_share() -> float:
@@ -114,23 +114,23 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--peer", default=".venv-microgen/bin/python")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
-    told = parser.parse_args()
-    per_cell = told.samples // CELLS
-    if told.inside:
+    options = parser.parse_args()
+    per_cell = options.samples // CELLS
+    if options.inside:
         measure(per_cell)
         return
-    own = [sys.executable, str(Path(__file__)), "--inside", "--samples", str(told.samples)]
-    peer = [told.peer, "-c", PEER, *map(str, (CELLS, per_cell, LOW, HIGH))]
-    there = Path(told.peer).is_file()
+    own = [sys.executable, str(Path(__file__)), "--inside", "--samples", str(options.samples)]
+    peer = [options.peer, "-c", PEER, *map(str, (CELLS, per_cell, LOW, HIGH))]
+    there = Path(options.peer).is_file()
     ours, theirs = [], []
-    for _ in range(told.rounds):
+    for _ in range(options.rounds):
         ours.append(ask(own))
         if there:
             theirs.append(ask(peer))
-    print(f"{CELLS * per_cell}^3 samples, {told.rounds} rounds, medians")
+    print(f"{CELLS * per_cell}^3 samples, {options.rounds} rounds, medians")
     a = show("gradedesign", ours)
     if not there:
-        print(f"microgen is not compared: no interpreter at {told.peer}, see --help")
+        print(f"microgen is not compared: no interpreter at {options.peer}, see --help")
         return
     b = show("microgen", theirs)
     print(

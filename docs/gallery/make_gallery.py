@@ -239,7 +239,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--again", action="store_true", help="draw pictures that exist, too")
     parser.add_argument("-k", default="", help="only names that hold this")
-    told = parser.parse_args()
+    options = parser.parse_args()
     families = dict(build_registry().cell_families)
     wanted = [
         *gradings(families),
@@ -247,7 +247,7 @@ def main() -> None:
     ]
     for name, make in wanted:
         path = HERE / f"{name}.png"
-        if told.k not in name or (path.exists() and not told.again):
+        if options.k not in name or (path.exists() and not options.again):
             continue
         try:
             draw(path, *make())

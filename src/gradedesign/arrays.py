@@ -36,7 +36,7 @@ def locked(
     Parameters
     ----------
     value : array_like
-        What to store.
+        Values to store.
     shape : tuple of int or None
         Expected shape; ``None`` accepts any length on that axis.
     dtype : dtype

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Interrupted(BaseException):
-    """Somebody asked the command to end; `KeyboardInterrupt` would be answered by typer."""
+    """The user or the system asked the command to end; typer would answer a `KeyboardInterrupt`."""
 
 
 class GradeDesignError(Exception):
@@ -78,7 +78,7 @@ def blaming(what: str, *, always: bool = True) -> Iterator[None]:
     Parameters
     ----------
     what : str
-        What runs and whose it is, such as ``cell 'acme-cube'``.
+        Name of the code and its owner, such as ``cell 'acme-cube'``.
     always : bool
         Whether errors that the code raised on purpose name it too, or pass as they are.
 

@@ -118,7 +118,7 @@ def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | No
 
 
 def _expected(family: CellFamily) -> str:
-    """How long the rest of the check will take, from the time that some thousand points take."""
+    """Seconds that the rest of the check will take, from the time for some thousand points."""
     points = family.period * spread_points(4000)
     began = time.perf_counter()
     evaluate_shape(family, family.parameters, points)

@@ -190,7 +190,7 @@ def test_a_transition_is_generated_and_its_neck_told(tmp_path):
     )
     # Unmoved, the struts run through the holes of the sheet.
     assert any(built.transition["shift_cells"])
-    assert built.transition["neck_over_two_cells"]["pieces"] == 1
+    assert built.transition["neck_over_two_cells"]["components"] == 1
     points = np.array([[1.0, 5.0, 9.0], [1.3, 1.3, 1.3], [2.1, 2.1, 2.1]])
     np.testing.assert_allclose(built.cell_map(points)[3], [0, 0.5, 1], atol=0.01)
 

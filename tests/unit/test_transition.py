@@ -112,7 +112,7 @@ def test_the_neck_of_struts_is_their_diameter():
     mixed = cell_transition(struts(), struts())
     neck = measure_neck(mixed, 0.2, resolution=40)
     diameter = 2 * float(struts().level_of(0.2))
-    assert neck.pieces == 1
+    assert neck.components == 1
     assert neck.width == pytest.approx(diameter, abs=1 / 40)
     assert neck.first_width == neck.width
     assert density_error(mixed, 0.2) < 0.002
@@ -122,13 +122,13 @@ def test_the_neck_of_struts_is_their_diameter():
 
 def test_struts_that_pass_each_other_are_moved_to_join():
     plain = measure_neck(cell_transition(struts(), middle()), 0.12, length=1.0, resolution=16)
-    assert plain.pieces > 1
+    assert plain.components > 1
     assert plain.width == 0
     shift = joining_shift(struts(), middle(), 0.12, length=1.0, resolution=16)
     assert any(shift)
     joined = cell_transition(struts(), middle(), shift=shift)
     neck = measure_neck(joined, 0.12, length=1.0, resolution=16)
-    assert neck.pieces == 1
+    assert neck.components == 1
     assert neck.width > 0
     assert joining_shift(struts(), struts(), 0.12, resolution=16) == (0.0, 0.0, 0.0)
 

@@ -34,7 +34,7 @@ def require_transition(families, first, second):
     shift = joining_shift(one, two, RHO)
     mixed = cell_transition(one, two, shift=shift)
     neck = measure_neck(mixed, RHO, resolution=24)
-    assert neck.pieces == 1
+    assert neck.components == 1
     assert neck.floating < 0.005
     assert neck.width > 0
     assert neck.area > 0.1

@@ -30,7 +30,7 @@ _ALL = tuple(dict.fromkeys(key for keys in _KEYS.values() for part in keys for k
 
 
 class CellMapSpec(Table):
-    """How cells lie in the part."""
+    """Arrangement of the cells in the part."""
 
     kind: Annotated[str, Choice(tuple(_KEYS))] = Field(examples=["cylindrical"])
     """cylindrical: about an axis; spherical: about a centre; conformal: in layers from the

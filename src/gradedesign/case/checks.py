@@ -202,7 +202,7 @@ def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
 
 
 def case_warnings(file: CaseFile) -> Iterator[str]:
-    """Tell what is allowed but deserves a look."""
+    """Warnings about values that are allowed but unusual."""
     material, limits = file.material, file.limits
     nu, modulus = material.poissons_ratio, material.youngs_modulus
     if nu is not None and nu > 0.49:

@@ -134,5 +134,5 @@ class DensityMapSpec(Table):
 
     @property
     def source(self) -> str:
-        """Which of the sources is given."""
+        """Name of the source that is given."""
         return next(name for name in _SOURCES if getattr(self, name) is not None)

@@ -15,4 +15,4 @@ class DrainSpec(Table):
     """Of every hole, mm."""
     at: tuple[Point, ...] = ()
     """Places on the part's surface, mm; without them every closed void gets one hole where it is
-    widest below the surface, away from regions that are held, loaded or kept."""
+    widest below the surface, away from regions that are held, loaded or passive."""

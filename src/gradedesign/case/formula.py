@@ -28,7 +28,7 @@ from gradedesign.errors import CaseError
 LONGEST = 1000
 DEEPEST = 40
 
-#: What a formula of the part may speak of, in mm.
+#: Variables of a formula of the part, mm.
 VARIABLES = ("x", "y", "z", "d")
 CONSTANTS = {"pi": math.pi}
 
@@ -104,7 +104,7 @@ def parse_formula(text: str, *, variables: tuple[str, ...] = VARIABLES) -> Formu
         Numbers, ``+ - * / ^``, parentheses, ``pi``, and the functions min, max, abs, sqrt, exp,
         log, sin, cos, clamp(value, low, high) and smoothstep(low, high, value).
     variables : tuple of str
-        What it may speak of.
+        Names of its variables.
 
     Returns
     -------

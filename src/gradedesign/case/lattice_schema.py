@@ -111,7 +111,7 @@ class Parameters(Reader):
 
 #: Keys of a lattice whose density is stated rather than found.
 STATED = ("density_map", "transition", "parameter_map")
-#: What may follow the density.
+#: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
 _Density: TypeAlias = Annotated[tuple[float, float], DensityRange()]
@@ -123,13 +123,13 @@ class CellsSpec(Table):
     cell: Name = Field(examples=["gyroid-sheet"])
     """Name of a cell family."""
     own_cell: OwnCellSpec | None = None
-    """What the cell is made of, where it is none of the installed ones."""
+    """Definition of a cell that is not among the installed ones."""
     size: Annotated[tuple[float, ...], CellSize()] = Field(examples=["8 mm"])
     """Edge length of a cell; the smallest and the largest of graded size; or three edges, mm."""
     grading: Annotated[str, Choice(GRADINGS)] = "level"
-    """What follows the density: uniform: nothing; level: the level of the cell; thickness: the
-    same, of a cell whose walls have one thickness; size: the size of the cells, with walls of one
-    thickness; ratio: size and wall, small cells where it is dense."""
+    """Quantity that follows the density: uniform: none; level: the level of the cell; thickness:
+    the same, of a cell whose walls have one thickness; size: the size of the cells, with walls of
+    one thickness; ratio: size and wall, small cells where it is dense."""
     wall: Size | None = None
     """Thickness of the walls when the size of the cells follows the density, mm."""
     parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
@@ -139,15 +139,14 @@ class CellsSpec(Table):
     skin: SkinSpecs = ()
     """Solid layers below the part's surface: one thickness such as "2 mm", a table, or several."""
     bevel: Distance = 0.0
-    """Radius of the inner edges and corners below skins and passive regions, mm: what no ball of
-    it reaches there is solid."""
+    """Radius of the fillets at inner edges and corners below skins and passive regions, mm."""
     least_cavity: Distance = 0.0
-    """Diameter of a ball, mm: cavities below a skin all round that it does not fit into are
+    """Diameter of a ball, mm: cavities below a closed skin into which it does not fit are made
     solid."""
     drain: DrainSpec | None = None
     """Holes by which powder leaves voids that skins close."""
     joint_radius: Distance = 0.0
-    """Of the fillets where lattice, skins and passive regions meet, mm."""
+    """Radius of the fillets where lattice, skins and passive regions meet, mm."""
     filter_radius: Annotated[float, Number(at_least=0.0, at_most=100.0)] = 1.0
     """Radius of the density filter, in cells."""
     origin: Point = (0.0, 0.0, 0.0)
@@ -254,8 +253,8 @@ class LatticeSpec(CellsSpec):
     law narrow it further."""
 
     size_effects: Annotated[bool, Flag()] = True
-    """Size walls of few cells for what they are between the part's free faces, where that can be
-    computed; off only to compare with the periodic lattice."""
+    """Size effect: the stiffness of walls with few cells between the part's free faces, where it
+    can be computed; ``false`` only to compare with the periodic lattice."""
 
     @model_validator(mode="before")
     @classmethod

@@ -240,7 +240,7 @@ def with_limit_entries(
     layout : type of Table
         With a field ``limits``.
     entries : mapping of key to type of LimitEntry
-        What one table of the list under that key holds.
+        Layout of one table of the list under that key.
     """
     if not entries:
         return layout

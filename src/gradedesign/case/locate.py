@@ -1,4 +1,4 @@
-"""Where in the case file an error that was found later has its cause."""
+"""Place in the case file that caused an error detected later."""
 
 from __future__ import annotations
 

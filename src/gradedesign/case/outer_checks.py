@@ -1,4 +1,4 @@
-"""Whether a case leaves the outer triangles of its part alone, where it wants to keep them."""
+"""Checks that nothing in a case opens the outer triangles of a part that it wants unchanged."""
 
 from __future__ import annotations
 

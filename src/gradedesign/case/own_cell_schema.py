@@ -30,7 +30,7 @@ class OwnCellSpec(Table):
     model_config = ConfigDict(**{**Table.model_config, "extra": "allow"})
 
     maker: Name = Field(examples=["strut-graph"])
-    """Name of what makes the cell; `gradedesign cells --makers` lists them."""
+    """Name of the maker of the cell; ``gradedesign cells --makers`` lists them."""
     file: Annotated[Path, WithJsonSchema({"type": "string"})] | None = None
     """The file that it reads, below the folder of the case."""
 
@@ -66,7 +66,7 @@ class OwnCellSpec(Table):
 
 
 def own_cell_file(lattice: Any) -> Path | None:
-    """File of the case's own cell, whose bytes belong to what is asked."""
+    """File of the case's own cell, whose bytes belong to the content of the case."""
     own_cell: OwnCellSpec | None = lattice.own_cell
     return None if own_cell is None else own_cell.file
 

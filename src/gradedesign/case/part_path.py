@@ -1,4 +1,4 @@
-"""Which files a case may name: those below its own folder, unless the user allows others."""
+"""Files that a case may name: those below its own folder, unless the user allows others."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ def slices_with(file: Path) -> list[Path]:
     if file.suffix.lower() not in IMAGES:
         return [file]
     form = _without_numbers(file.name)
-    found = [p for p in file.parent.iterdir() if _without_numbers(p.name) == form and p.is_file()]
-    return sorted(found, key=lambda p: natural(p.name))
+    slices = [p for p in file.parent.iterdir() if _without_numbers(p.name) == form and p.is_file()]
+    return sorted(slices, key=lambda p: natural(p.name))
 
 
 def _without_numbers(name: str) -> str:

@@ -98,7 +98,7 @@ class ShapeSpec(Table):
     repair_options: Annotated[dict[str, Any], _RepairOptions()] = Field(default_factory=dict)
     """Options of ``rebuild`` or the plugin's repairer by name; lengths with their unit."""
     bodies: Annotated[str, Choice(("one", "all"))] = "one"
-    """Whether several disjoint bodies are accepted."""
+    """Disjoint bodies that are accepted: ``one`` or ``all``."""
     voxels: VoxelsSpec | None = None
     """Which voxels of a file are solid, and their size."""
 
@@ -141,10 +141,11 @@ class PartSpec(ShapeSpec):
     """The solid part, with what its analysis needs."""
 
     mesh_size: Size | None = Field(default=None, examples=["12 mm"])
-    """Edge length of the tetrahedra of the solid, mm; by default as the part's thickness, its cells
-    and the number of unknowns want it."""
+    """Edge length of the tetrahedra of the solid, mm; by default it follows from the part's
+    thickness, its cells and the number of unknowns."""
     mesher: Annotated[str, Text("the name of a mesher", 80)] | None = None
-    """What meshes the solid; by default bricks cut in six for a box, pytetwild for a file."""
+    """Mesher of the solid: by default tetrahedra cut from bricks for a box, ``pytetwild`` for a
+    file."""
 
     @property
     def element_size(self) -> float:

@@ -57,18 +57,18 @@ class CylinderVolume(Table):
     diameter: Size = Field(examples=["20 mm"])
     """Diameter, mm."""
     ends: Annotated[tuple[Triple, Triple] | None, _Ends()] = None
-    """Middles of both ends, mm; endless without them."""
+    """Middles of both ends, mm; infinite without them."""
     point: Point | None = None
-    """A point of the axis of an endless one, mm."""
+    """A point of the axis of an infinite one, mm."""
     axis: Direction | None = None
-    """Direction of the axis of an endless one; +z without it."""
+    """Direction of the axis of an infinite one; +z without it."""
 
     @model_validator(mode="after")
     def _one_axis(self) -> CylinderVolume:
         if (self.ends is None) == (self.point is None):
-            found = "neither" if self.ends is None else "both"
+            stated = "neither" if self.ends is None else "both"
             raise Refused(
-                f"found {found} of ends and point; expected ends = [[...], [...]], or, without "
+                f"found {stated} of ends and point; expected ends = [[...], [...]], or, without "
                 f"ends, a point of the axis"
             )
         if self.ends is not None and self.axis is not None:
@@ -94,10 +94,10 @@ class BodySpec(Table):
     @model_validator(mode="after")
     def _one_source(self) -> BodySpec:
         if (self.region is None) == (self.file is None):
-            found = "neither" if self.file is None else "both"
+            stated = "neither" if self.file is None else "both"
             raise Refused(
-                f'found {found} of region and file; expected region = "insert", a region on a body '
-                f'of the part, or file = "insert.stl"'
+                f'found {stated} of region and file; expected region = "insert", a region on a '
+                f'body of the part, or file = "insert.stl"'
             )
         if self.file is None and self.units is not None:
             raise key_error("units", "goes with file")
@@ -118,7 +118,7 @@ class PlaceSpec(Table):
 
     @property
     def volume_key(self) -> str | None:
-        """Which of `VOLUMES` states the place, if one does."""
+        """Name of the key of `VOLUMES` that states the place; None without one."""
         return next((key for key in VOLUMES if getattr(self, key) is not None), None)
 
 

@@ -89,7 +89,7 @@ class PrintSpec(Table):
     """Capabilities of the printer, and limits on the printed solid."""
 
     min_wall: Size | None = Field(default=None, examples=["0.8 mm"])
-    """Thinnest wall or strut, mm; the density stays where every cell has it."""
+    """Thinnest wall or strut that can be printed, mm; it bounds the density from below."""
     min_throat: Size | None = None
     """Narrowest throat through which powder leaves a void, mm; without it, only closed voids
     count as trapped."""
@@ -99,7 +99,8 @@ class PrintSpec(Table):
     """Resolution of the machine within a layer, mm. Not stated, it is the layer height, or half or
     a quarter of it where the layers hold the printed volume only then."""
     chord_tolerance: Size | None = Field(default=None, examples=["0.01 mm"])
-    """Fewer triangles of the printed surface, none of it moved by more than this, mm."""
+    """Largest distance by which the printed surface may move where its triangles are merged to
+    fewer, mm; without it none are merged."""
     outer: Annotated[str, Choice(("cut", "cad"))] = "cut"
     """Outer faces of the printed surface. cut: the part's, divided where the lattice meets them;
     cad: the triangles of the part as they are, with the internal surface behind a skin all

@@ -1,4 +1,4 @@
-"""Problems of a case file, each at its key, told together with file and line."""
+"""Problems of a case file, each at its key, reported together with file and line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gradedesign.case.suggest import instead, shown
 from gradedesign.case.toml_lines import Key, line_of
 from gradedesign.errors import CaseError
 
-_MOST_TOLD = 40
+_MOST_LISTED = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,11 +29,11 @@ class Problem:
         Path of the key in the file.
     message : str
         What was found and what would be right. Nearest spellings are looked up in ``choices``
-        only when the problem is told, since a hostile file can have thousands.
+        only when the problem is reported, since a hostile file can have thousands.
     word : str
         The wrong word to compare with ``choices``.
     choices : tuple of str
-        What could be meant.
+        Words that could be meant.
     what : str
         Heading of the list of choices.
     """
@@ -64,7 +64,7 @@ def dotted(key: Key) -> str:
 
 
 def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]) -> CaseError:
-    """Tell every problem of a case file, in the order of the file.
+    """Error that lists every problem of a case file, in the order of the file.
 
     Returns
     -------
@@ -75,10 +75,10 @@ def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]
     ordered = sorted(problems, key=lambda p: line_of(known, p.key))
     listed = [
         f"{path.name}:{line_of(known, p.key)}: {dotted(p.key)}: {p.text()}"
-        for p in ordered[:_MOST_TOLD]
+        for p in ordered[:_MOST_LISTED]
     ]
-    if len(ordered) > _MOST_TOLD:
-        listed.append(f"{path.name}: and {len(ordered) - _MOST_TOLD} more problems")
+    if len(ordered) > _MOST_LISTED:
+        listed.append(f"{path.name}: and {len(ordered) - _MOST_LISTED} more problems")
     count = "1 problem" if len(ordered) == 1 else f"{len(ordered)} problems"
     return CaseError("\n".join([f"{path}: {count} in the case file", *listed]))
 

@@ -38,7 +38,7 @@ def parse_quantity(text: object, dimension: str) -> float:
     Parameters
     ----------
     text : object
-        What the case file holds; only a string such as ``"5 kN"`` is accepted.
+        Value in the case file; only a string such as ``"5 kN"`` is accepted.
     dimension : str
         A key of :data:`gradedesign.case.units.DIMENSIONS`: length (mm), area (mm^2), volume (mm^3),
         force (N), pressure or stress (MPa), density (t/mm^3), acceleration (mm/s^2),

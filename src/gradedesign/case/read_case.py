@@ -69,7 +69,7 @@ def load_case(
     allow_outside : bool
         Whether the part file may lie outside the folder of the case.
     entries : callable
-        What registered kinds of limits add to ``[limits]``, see `LimitEntries`.
+        Lists that registered kinds of limits add to ``[limits]``, see `LimitEntries`.
     values : mapping of dotted key to value
         As TOML gives them, such as ``{"lattice.size": "10 mm"}``; they replace those of the file.
 
@@ -137,7 +137,7 @@ def read_layout(
     across : callable
         Finds values of different tables that contradict each other.
     entries : callable
-        What registered kinds of limits add to ``[limits]``.
+        Lists that registered kinds of limits add to ``[limits]``.
     values : mapping of dotted key to value
         They replace those of the file.
 
@@ -316,7 +316,7 @@ def body_files(*places: PlaceSpec) -> list[Path]:
 
 
 def case_hash(content: Table, file: Path, *read: Path | None) -> str:
-    """Hash what is asked and the files it is read from, not where it lies or how it is spelled.
+    """Hash of a case's content and of the files it is read from, whatever its place and spelling.
 
     Budgets of time, memory and iterations do not count, nor do the formats that are written: with
     more of them, or without one that cannot be written, a run that ended early resumes from the

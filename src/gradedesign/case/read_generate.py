@@ -33,7 +33,7 @@ def load_generate_case(
     allow_outside : bool
         Whether files may lie outside the folder of the case.
     entries : callable
-        What registered kinds of limits add to ``[limits]``.
+        Lists that registered kinds of limits add to ``[limits]``.
 
     Returns
     -------

@@ -260,11 +260,11 @@ class RegionSpec(Table):
     inside: BoxSpec | None = None
     """Faces whose centroid lies in this box."""
     face: Annotated[tuple[int, ...], _FaceNumbers()] = ()
-    """What belongs to these faces of the part's file, by their numbers there."""
+    """Triangles of these faces of the part's file, by their numbers there."""
     name: Annotated[str, Text("the name of a face or body", 120)] | None = None
-    """What has this name in the part's file."""
+    """Triangles of the faces with this name in the part's file."""
     color: Annotated[str, _Color()] | None = None
-    """What has this colour in the part's file."""
+    """Triangles of the faces with this colour in the part's file."""
     any: RegionNames = ()
     """Faces of at least one of these regions."""
     all: RegionNames = ()

@@ -80,11 +80,12 @@ class RunSpec(Table):
 
     memory: Annotated[int, _Memory()] = 8_000_000_000
     """Bytes that the mesher's process, a predicted mesh, and a density map with its grid may take;
-    linear solvers ask what the machine has left."""
+    linear solvers are limited by what the machine has left."""
     time: Annotated[float, Quantity("time", at_least=1.0)] = 3600.0
     """Budget in seconds."""
     acceptance: Annotated[str, Choice(("auto", "whole", "submodels"))] = "auto"
-    """Whether the whole lattice or its most stressed submodels are meshed again for the verdict."""
+    """Part of the printed surface that is meshed again for the verdict: ``whole``, the most
+    stressed cells (``submodels``), or whichever the time allows (``auto``)."""
     max_iterations: Annotated[int, Whole(1, 100)] = 6
     """Iterations of the loop, each a sizing and an explicit analysis, at most."""
     stop_after: Annotated[str, Choice(("verdict", "solid", "sizing", "lattice"))] = "verdict"
@@ -95,8 +96,7 @@ class RunSpec(Table):
     ``auto``: tetrahedra, or finite cells where the memory holds no tetrahedra at any density, or
     where a lattice of sheets may be less dense with them."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
-    """What meshes the printed surface again for the verdict: ``pytetwild``, or the mesher of a
-    plugin."""
+    """Mesher of the printed surface for the verdict: ``pytetwild``, or that of a plugin."""
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER
     """Linear solver of every analysis: ``multigrid``, ``direct``, ``scikit-fem`` as a reference for
     small parts, or one that a plugin supplies."""

@@ -1,4 +1,4 @@
-"""The case: everything the user asks, checked and in mm, N, MPa, t/mm^3, K, s, bytes, degrees.
+"""The case: everything the user states, checked and in mm, N, MPa, t/mm^3, K, s, bytes, degrees.
 
 :class:`CaseFile` is the layout of the file; :class:`Case` is what the program works with. The
 tables they are made of are re-exported here.
@@ -104,7 +104,7 @@ class CaseIdentity(Table):
     case_hash: str
     """SHA-256 of the content in internal units and of the bytes of the part file, hex."""
     warnings: tuple[str, ...] = ()
-    """What is allowed but deserves a look."""
+    """Warnings about values that are allowed but unusual."""
     lines: dict[str, int] = Field(default_factory=dict, repr=False)
     """Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``."""
 

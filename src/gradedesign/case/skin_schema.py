@@ -21,7 +21,7 @@ from gradedesign.case.value_types import (
 )
 from gradedesign.errors import CaseError
 
-#: What a formula of a skin's thickness may speak of, in mm.
+#: Variables of a formula of a skin's thickness, mm.
 PLACE = ("x", "y", "z")
 
 

@@ -27,7 +27,7 @@ def key_error(key: str, message: str) -> PydanticCustomError:
     key : str
         Key of the table the message belongs to; its line is shown.
     message : str
-        What was found and what would be right.
+        The value and the expected one.
 
     Returns
     -------

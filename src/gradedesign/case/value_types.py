@@ -21,7 +21,7 @@ Triple: TypeAlias = tuple[float, float, float]
 JsonSchema: TypeAlias = dict[str, Any]
 
 
-class Refused(ValueError):  # noqa: N818  told to the user as a problem, never seen as an error
+class Refused(ValueError):  # noqa: N818  reported as a problem, never raised to the user
     """A value that is not what a key accepts; the message says what was found and expected."""
 
 

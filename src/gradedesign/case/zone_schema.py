@@ -29,7 +29,8 @@ class ZoneSpec(PlaceSpec):
     parameters: Annotated[dict[str, float] | None, Parameters()] = None
     """Parameters of the cell family; those of ``[lattice]`` where the cell is the same."""
     law: Name | None = None
-    """Name of a scaling law, or auto, which is also meant without it where the cell is another."""
+    """Name of a scaling law, or ``auto``; without it that of ``[lattice]``, or ``auto`` where the
+    cell differs."""
     density: Annotated[tuple[float, float] | None, DensityRange()] = None
     """Lowest and highest relative density; those of ``[lattice]`` without it."""
     transition: Size | None = None

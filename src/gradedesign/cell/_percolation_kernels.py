@@ -1,4 +1,4 @@
-"""Union of periodic grid nodes in the order of their values, with the windings of every piece."""
+"""Union of periodic grid nodes in the order of their values, with every component's windings."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ LARGEST, SPANNING_TOTAL, LARGEST_INDEX = 0, 1, 2
 
 @njit(cache=True, nogil=True)
 def flood(order: IntArray, n: int, history: IntArray) -> None:
-    """Add nodes one by one and follow the pieces they form.
+    """Add nodes one by one and follow the connected components that they form.
 
-    Nodes are joined along the 14 edges of the Freudenthal triangulation, so that the pieces are
+    Nodes are joined along the 14 edges of the Freudenthal triangulation, so that components are
     those of the piecewise linear function, for the sublevel and for the superlevel set alike.
     A piece spans when its closed paths wind around the cell in three independent directions. The
     windings form a lattice of integer vectors; its index is 1 when the piece is connected to its
@@ -29,7 +29,7 @@ def flood(order: IntArray, n: int, history: IntArray) -> None:
     n : int
         Nodes along each axis.
     history : (n^3, 3) int64 array, overwritten
-        After each node: size of the largest spanning piece, total size of the spanning pieces,
+        After each node: size of the largest spanning component, total size of all spanning ones,
         index of the lattice of windings of the largest one (0 while there is none).
     """
     count = n * n * n

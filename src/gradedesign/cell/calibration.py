@@ -119,7 +119,7 @@ def _percolation(family: CellFamily, parameters: Mapping[str, float]) -> tuple[P
     if fine is None or fine.floor >= fine.ceiling:
         void = " with an open void" if family.open_void else ""
         raise DensityError(
-            f"cell '{family.name}' with {dict(parameters)} is at no density one solid piece that "
+            f"cell '{family.name}' with {dict(parameters)} has no density at which one solid "
             f"connects to its neighbours in three directions{void}; it cannot be used"
         )
     if coarse is None or not (family.sides == 2 or family.distance):

@@ -34,7 +34,7 @@ class CellMap:
         Points ``(3, ...)`` mm to booleans ``(...)``: where the map must not be used, because its
         cells shrink to nothing. ``coordinates`` stay finite there.
     singular_name : str
-        What lies there, such as ``"the axis"``.
+        Name of the place, such as ``"the axis"``.
     inverse : callable, optional
         Cell coordinates u ``(3, ...)`` to points ``(3, ...)`` mm, of straight cells.
     """

@@ -110,9 +110,9 @@ def largest_two(weights: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
     """
     order = np.argsort(-weights, axis=0, kind="stable")
     every = np.arange(weights.shape[1])
-    one, two = order[0], order[min(1, len(weights) - 1)]
-    two = np.where(weights[two, every] > 0, two, one)
-    first, second = np.minimum(one, two), np.maximum(one, two)
+    heaviest, next_heaviest = order[0], order[min(1, len(weights) - 1)]
+    next_heaviest = np.where(weights[next_heaviest, every] > 0, next_heaviest, heaviest)
+    first, second = np.minimum(heaviest, next_heaviest), np.maximum(heaviest, next_heaviest)
     low, high = weights[first, every], weights[second, every]
     share = np.where(first == second, 0.0, high / (low + high))
     return first, second, share

@@ -29,7 +29,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SizeError:
-    """How far local sizes are from those wanted.
+    """Deviation of local cell sizes from those wanted.
 
     Attributes
     ----------

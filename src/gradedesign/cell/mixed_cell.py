@@ -1,4 +1,4 @@
-"""Mix of two cells in one proportion, as a cell of its own: what a transition is made of."""
+"""Mix of two cells in one proportion, as a cell of its own, of which a transition consists."""
 
 from __future__ import annotations
 

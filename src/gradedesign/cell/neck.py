@@ -1,4 +1,4 @@
-"""Where a transition between two families holds together, and by how much."""
+"""Connected components and narrowest neck of a transition between two cell families."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class Neck:
 
     Attributes
     ----------
-    pieces : int
-        Connected pieces of the solid, without fragments and without what only the ends cut off.
+    components : int
+        Connected components of the solid, without fragments and without what only the ends cut off.
     floating : float
-        Share of the solid in pieces that touch no end.
+        Share of the solid in components that touch no end.
     width : float, cells
         Diameter of the largest ball that passes from one pure end to the other inside the solid;
         0 where the ends are not joined.
@@ -46,7 +46,7 @@ class Neck:
         Where that plane lies, from the begin of the transition.
     """
 
-    pieces: int
+    components: int
     floating: float
     width: float
     first_width: float
@@ -107,7 +107,7 @@ def measure_neck(
         for weight in (0.0, 1.0)
     ]
     return Neck(
-        pieces=1 + len(disconnected) + len(cut_off),
+        components=1 + len(disconnected) + len(cut_off),
         floating=float(sizes[inner - 1].sum() / total) if inner.size else 0.0,
         width=_width(solid, resolution),
         first_width=widths[0],
@@ -126,7 +126,7 @@ def joining_shift(
     length: float = 2.0,
     resolution: int = 24,
 ) -> tuple[float, float, float]:
-    """Shift of the second family, in cells, with which the transition is one piece.
+    """Shift of the second family, in cells, with which the transition is one connected component.
 
     None where that joins them well: a neck of at least half the thinner family's, through planes
     with at least `LEAST_AREA` of the solid asked for. Else the one of half or quarter cells with
@@ -142,7 +142,7 @@ def joining_shift(
     for shift in _SHIFTS:
         transition = cell_transition(first, second, scale=scale, shift=shift)
         neck = measure_neck(transition, density, length=length, resolution=resolution)
-        if neck.pieces == 1 and neck.width > 0:
+        if neck.components == 1 and neck.width > 0:
             thinner = min(neck.first_width, neck.second_width)
             if not any(shift) and neck.width >= 0.5 * thinner and neck.area >= LEAST_AREA:
                 return shift
@@ -176,14 +176,14 @@ def _pure(transition: CellTransition, weight: float, resolution: int, cells: int
 
 
 def _labels(solid: BoolArray) -> tuple[IntArray, int]:
-    """Connected pieces of a bar that is periodic across."""
+    """Number of the connected component of every voxel of a bar that is periodic across."""
     labels, count = label(solid)
     sides = ((labels[:, 0], labels[:, -1]), (labels[:, :, 0], labels[:, :, -1]))
     low, high = (np.concatenate([pair[k].ravel() for pair in sides]) for k in (0, 1))
     both = (low > 0) & (high > 0)
     joined = csr_array((both[both], (low[both], high[both])), shape=(count + 1, count + 1))
-    pieces, piece = connected_components(joined, directed=False)
-    return piece[labels].astype(np.int64), int(pieces) - 1  # 0, the void, is joined to nothing
+    count, component = connected_components(joined, directed=False)
+    return component[labels].astype(np.int64), int(count) - 1  # 0, the void, is joined to nothing
 
 
 def _through(labels: IntArray, piece: int) -> bool:

@@ -1,4 +1,4 @@
-"""Between which levels a cell is one connected solid with an open void."""
+"""Range of levels in which the solid of a cell is one connected component and its void is open."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cell._percolation_kernels import LARGEST, LARGEST_INDEX, SPANNING_TOTAL, flood
 
-#: Share of the solid, or of the void, that may lie in pieces of its own: grid noise.
+#: Share of the solid, or of the void, that may lie in components of its own: grid noise.
 FLOATING_SHARE = 1e-3
 
 
@@ -42,7 +42,7 @@ def percolation(values: FloatArray, *, open_void: bool = True) -> Percolation | 
     - the solid ``g <= t`` is one piece that connects the cell to its copies in all three
       directions, apart from a share of `FLOATING_SHARE`: nothing floats, and no second lattice
       stands unconnected inside the first;
-    - the void ``g > t`` consists of pieces that each lead through the cell in three directions
+    - the void ``g > t`` consists of components that each lead through the cell in three directions
       (one for a network, two for a sheet), apart from the same share: no powder is locked in.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Whether a shape function repeats after its declared period."""
+"""Check that a shape function repeats after its declared period."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def evaluate_shape(
     Raises
     ------
     GradeDesignError
-        What the function raises on purpose, such as a `CaseError` for a parameter out of range.
+        Raised by the function on purpose, such as a `CaseError` for a parameter out of range.
     PluginError
         If the function raises anything else, returns another shape, or values that are not finite.
     """

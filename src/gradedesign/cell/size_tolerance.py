@@ -9,8 +9,9 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.cell._phase_kernels import centre_gradients, divergence, nearest_rotations
 
-#: What a cell may be off its size, relative, and each of its axes off the nearest right-angled
-#: frame, rad. Met as far as least squares go, 95 % of volume then lie within 5 % and 3 degrees.
+#: Allowed deviations of a cell: of its size, relative, and of its axes from the nearest
+#: right-angled frame, rad. Met as far as least squares go, 95 % of volume then lie within 5 % and
+#: 3 degrees.
 SIZE_TOLERANCE, ANGLE_TOLERANCE = 0.02, np.radians(0.9)
 #: Passes, and by how much each oversteps the way to the tolerances.
 PASSES, OVERSTEP = 60, 1.8

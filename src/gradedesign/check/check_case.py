@@ -23,13 +23,13 @@ from gradedesign.verify.phases import evaluated_at
 
 #: Points at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
-#: Shares of the part's volume at which its thickness is told.
+#: Shares of the part's volume at which its thickness is reported.
 THICKNESS_SHARES = (5, 25, 50, 75, 95)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Thickness:
-    """How thick the part is, beside its cells.
+    """Thickness of the part in cells.
 
     Attributes
     ----------

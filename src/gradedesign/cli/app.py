@@ -129,7 +129,7 @@ def check(
     estimate: Annotated[
         bool,
         typer.Option(
-            "--estimate", help="A first answer too: constant densities and one sizing; it meshes."
+            "--estimate", help="Also a first estimate of density and mass; it meshes the part."
         ),
     ] = False,
     picture: Annotated[
@@ -310,7 +310,7 @@ def tabulate(
     ] = False,
     strict_plugins: Strict = False,
 ) -> None:
-    """Compute property tables of cells over their densities: what laws are made from."""
+    """Compute property tables of cells over their densities, from which laws are made."""
     from gradedesign.cli.tabulate import tabulate as command
 
     raise typer.Exit(
@@ -331,7 +331,7 @@ def tabulate(
 def cells(
     name: Annotated[str | None, typer.Argument(help="One family in full.")] = None,
     makers: Annotated[
-        bool, typer.Option("--makers", help="What makes the cells that a case describes.")
+        bool, typer.Option("--makers", help="List the makers of cells that a case describes.")
     ] = False,
     strict_plugins: Strict = False,
     as_json: Json = False,

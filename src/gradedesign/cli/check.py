@@ -93,7 +93,7 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
 
 def picture_path(checked: CaseCheck) -> Path:
-    """Where the picture goes: beside the run folder, which it must not disturb."""
+    """Path of the picture, beside the run folder, which stays as it is."""
     folder = default_folder(checked.known.case)
     return folder.with_name(f"{folder.name}-check") / PICTURE
 
@@ -125,7 +125,7 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
 
 
 def print_check(checked: CaseCheck) -> None:
-    """Print what was found, for a person."""
+    """Print a checked case for a person."""
     known = checked.known
     for line in _part_lines(checked):
         print_text(line, hang=2)

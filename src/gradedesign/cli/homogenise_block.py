@@ -1,4 +1,4 @@
-"""``gradedesign homogenise --boundary``: what it takes and gives for a finite block of cells."""
+"""``gradedesign homogenise --boundary``: options and results of a finite block of cells."""
 
 from __future__ import annotations
 

@@ -13,13 +13,13 @@ from gradedesign.errors import Interrupted
 #: Seconds after which a request to end that was swallowed is made again.
 AGAIN_S = 0.3
 
-_ASKED = (signal.SIGINT, signal.SIGTERM)
+_END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: Windows has no such timer: there a swallowed request has to be made again by hand.
 _HAS_TIMER = hasattr(signal, "setitimer")
 
 
 class Interruption:
-    """Whether somebody asked the command to end.
+    """Record of a request to end the command.
 
     What a signal handler raises is lost where a callback of C code or a finaliser happens to run,
     as while kernels compile, or comes out as another exception. So it is raised again until it
@@ -66,7 +66,7 @@ def interruptible() -> Iterator[Interruption]:
             report_lost(lost)
 
     alarm = signal.getitimer(signal.ITIMER_REAL) if _HAS_TIMER else (0.0, 0.0)
-    numbers = (*_ASKED, signal.SIGALRM) if _HAS_TIMER else _ASKED
+    numbers = (*_END_SIGNALS, signal.SIGALRM) if _HAS_TIMER else _END_SIGNALS
     before = {n: signal.signal(n, interruption.ask) for n in numbers}
     sys.unraisablehook = report
     try:

@@ -23,7 +23,7 @@ from gradedesign.plugin.choose_law import AUTO_KINDS
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
-#: What is fitted by power laws, in words.
+#: Quantities that power laws are fitted to, in words.
 _FITTED = {"E": "E along the softest axis", "strength": "strength"}
 _WINDOW_KIND = "cell-window"
 #: Raised when what is stored of a window changes.
@@ -167,7 +167,7 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
 
 
 def cell_makers(*, strict_plugins: bool, as_json: bool) -> None:
-    """Print what makes a cell of ``[lattice.own_cell]``, with its options."""
+    """Print the makers that ``[lattice.own_cell]`` can name, with their options."""
     registry = registry_for(strict_plugins=strict_plugins)
     data = [
         {

@@ -1,4 +1,4 @@
-"""A sign of life while Python loads the program, its libraries and plugins."""
+"""Lines printed while Python loads the program, its libraries and plugins."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from gradedesign.workspace.progress import counted
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cluster:
-    """Where computations go.
+    """Workers that independent computations are sent to.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ def on_dask(
         Arguments, plain data.
     cluster : Cluster
     text : str
-        What runs, for the lines of progress.
+        Name of the computation, for the lines of progress.
 
     Yields
     ------

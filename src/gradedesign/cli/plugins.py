@@ -1,4 +1,4 @@
-"""The registry as the commands build it: what is wrong with a plugin is told."""
+"""The registry as the commands build it; faults of plugins are printed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from gradedesign.plugin.registry import Registry, build_registry
 
 
 def registry_for(*, strict_plugins: bool) -> Registry:
-    """Build the registry of the installed plugins and tell what is wrong with them.
+    """Build the registry of the installed plugins and print what is wrong with them.
 
     Raises
     ------

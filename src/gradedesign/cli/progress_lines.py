@@ -1,4 +1,4 @@
-"""Progress on the terminal: lines for what happened, and a sign of life where nothing does.
+"""Progress on the terminal: a line for each event, and regular lines during long steps.
 
 A thread of its own looks at the steps that the computation reports. Without a terminal it prints
 a line after `SILENCE` seconds without one; with a terminal it keeps one live line up to date. It
@@ -33,7 +33,7 @@ BLOCKED = 2.0
 POLL, LIVE_POLL = 0.5, 0.5
 #: Sizing reports every iteration; only each n-th is worth a line.
 SIZING_EVERY = 10
-#: Share and seconds of a step from which on the time left is told.
+#: Share and seconds of a step from which on the time left is shown.
 LEAST_SHARE, LEAST_SECONDS = 0.05, 2.0
 #: Columns of the stage's name.
 STAGE = 12
@@ -124,7 +124,7 @@ class ProgressLines:
             self._print(event.stage, f"{event.message}{took}")
 
     def status(self) -> Event:
-        """Where the computation stands, as an event of the current stage."""
+        """Present step of the computation, as an event of the current stage."""
         now = time.monotonic()
         steps = self._watch.steps()
         with self._lock:
@@ -189,7 +189,7 @@ class ProgressLines:
 def status_text(steps: Sequence[Step], values: dict[str, float]) -> str:
     """One line: the steps, the share and seconds of the innermost, time of the budget, memory.
 
-    What is left of the innermost step is told where enough is done to say.
+    What is left of the innermost step is shown where enough is done to say.
 
     Examples
     --------

@@ -172,7 +172,7 @@ def run_design(place: str) -> Outcome:
 def _outcomes(
     waiting: Mapping[str, Design], request: SweepRequest
 ) -> Iterator[tuple[str, Outcome]]:
-    """How each design ended, as they end."""
+    """Outcome of each design, in the order in which they end."""
     if not waiting:
         return
     count = min(request.workers or default_workers(list(waiting.values())), len(waiting))

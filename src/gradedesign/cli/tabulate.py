@@ -24,7 +24,7 @@ from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.workspace.atomic import write_text
 from gradedesign.workspace.progress import counted
 
-#: What a worker returns: a table's text, or the message and exit code of an error.
+#: Answer of a worker: a table's text, or the message and exit code of an error.
 _Outcome = tuple[str | None, str, int]
 
 

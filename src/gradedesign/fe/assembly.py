@@ -39,7 +39,7 @@ from gradedesign.fe.stiffness import (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AssemblyPattern:
-    """Where the blocks of a space's stiffness are.
+    """Sparsity pattern of the blocks of a space's stiffness.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Block-sparse matrices in single precision, and what smoothing needs to know of them."""
+"""Block-sparse matrices in single precision, their inverted diagonals and eigenvalue bounds."""
 
 from __future__ import annotations
 

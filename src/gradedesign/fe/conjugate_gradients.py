@@ -18,7 +18,7 @@ RESTARTS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Iterate:
-    """Where an iteration ended, for k right-hand sides.
+    """Last state of an iteration for k right-hand sides.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where elements are evaluated, and their shape functions there.
+"""Evaluation points of the elements, and their shape functions there.
 
 Each tetrahedron has two sets of four points: the Gauss points of the rule of degree 2, which stand
 for a quarter of the volume each (Zienkiewicz and Taylor, The Finite Element Method, 5th ed.,

@@ -57,7 +57,7 @@ class LinearSystem:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearAnswer:
-    """Displacements for k right-hand sides; residual and balance are checked by who asked.
+    """Displacements for k right-hand sides; residual and balance are checked by the caller.
 
     Attributes
     ----------

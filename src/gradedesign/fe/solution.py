@@ -31,7 +31,7 @@ class LoadVector:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Balance:
-    """How far a solution is from equilibrium; all are shares, at most 1e-6.
+    """Residuals of a solution from equilibrium; all are shares, at most 1e-6.
 
     Attributes
     ----------

@@ -144,13 +144,13 @@ def filleted_distance(points, bins, first, member, start, axis, length, fillet, 
             b = min(int(y * bins), bins - 1)
             c = min(int(z * bins), bins - 1)
             place = (a * bins + b) * bins + c
-            found = first[place + 1] - first[place]
+            near_count = first[place + 1] - first[place]
             least = np.inf
-            for entry in range(found):
+            for entry in range(near_count):
                 k = member[first[place] + entry]
                 near[entry] = gauge(x, y, z, k, start, axis, length, round_struts)
                 least = min(least, near[entry])
-            value[i] = filleted(near[:found], least, fillet)
+            value[i] = filleted(near[:near_count], least, fillet)
 
 
 @njit(cache=True)

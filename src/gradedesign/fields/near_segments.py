@@ -1,4 +1,4 @@
-"""Which copies of the segments of a periodic cell matter at each place of it."""
+"""Lists of the copies of a periodic cell's segments that matter at each place of the cell."""
 
 from __future__ import annotations
 

@@ -63,8 +63,8 @@ def periodic_spline(
         )
     if cubic:
         nodes = spline_filter(nodes, order=3, mode="grid-wrap")
-    kept = np.float32 if single else np.float64
-    table = np.ascontiguousarray(np.pad(nodes, ((2, 3),) * 3, mode="wrap"), dtype=kept)
+    precision = np.float32 if single else np.float64
+    table = np.ascontiguousarray(np.pad(nodes, ((2, 3),) * 3, mode="wrap"), dtype=precision)
     table.flags.writeable = False
     kernel = spline_values if cubic else linear_values
 

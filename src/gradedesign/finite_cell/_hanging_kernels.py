@@ -30,7 +30,9 @@ def _meet(large: int, small: int, first: int, second: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _join_masters(sets: Any, position: Any, one: int, other: int, x: int, y: int, z: int) -> None:
+def _join_masters(
+    sets: Any, position: Any, first: int, second: int, x: int, y: int, z: int
+) -> None:
     """Unite the nodes of two large elements that hold one node, at x, y and z in half edges."""
     for k in range(3):
         for j in range(3):
@@ -41,17 +43,17 @@ def _join_masters(sets: Any, position: Any, one: int, other: int, x: int, y: int
                 factor = 1
                 for axis in range(3):
                     p = x if axis == 0 else (y if axis == 1 else z)
-                    place = 2 * position[one, axis] + 2 * at[axis]
+                    place = 2 * position[first, axis] + 2 * at[axis]
                     if p % 2 == 0 and place != p:
                         inside = False
-                    back = place - 2 * position[other, axis]
+                    back = place - 2 * position[second, axis]
                     if back < 0 or back > 4:
                         inside = False
                     slots[0] += factor * at[axis]
                     slots[1] += factor * (back // 2)
                     factor *= 3
                 if inside:
-                    join(sets, 27 * one + slots[0], 27 * other + slots[1])
+                    join(sets, 27 * first + slots[0], 27 * second + slots[1])
 
 
 @njit(cache=True, nogil=True)
@@ -101,7 +103,7 @@ def _join_ends(position: Any, size: Any, sets: Any) -> bool:
 
 @njit(cache=True, nogil=True)
 def _join_span(
-    position: Any, size: Any, sets: Any, one: int, large: int, x: int, y: int, z: int
+    position: Any, size: Any, sets: Any, element: int, large: int, x: int, y: int, z: int
 ) -> bool:
     """Unite nodes of an element with those of a large one at the same places.
 
@@ -117,15 +119,15 @@ def _join_span(
         factor = 1
         for axis in range(3):
             p = x if axis == 0 else (y if axis == 1 else z)
-            place = 2 * position[one, axis] + size[one] * local[axis]
+            place = 2 * position[element, axis] + size[element] * local[axis]
             back = place - 2 * position[large, axis]
             if back < 0 or back > 4 or back & 1 or (place != p and not spanned[axis]):
                 slot = -1
                 break
             slot += factor * (back // 2)
             factor *= 3
-        if slot >= 0 and root_of(sets, 27 * one + k) != root_of(sets, 27 * large + slot):
-            join(sets, 27 * one + k, 27 * large + slot)
+        if slot >= 0 and root_of(sets, 27 * element + k) != root_of(sets, 27 * large + slot):
+            join(sets, 27 * element + k, 27 * large + slot)
             changed = True
     return changed
 

@@ -70,13 +70,13 @@ def label_components(samples: Any, edges: Any, labels: Any, count: Any) -> None:
     for e in prange(samples.shape[0]):
         labels[e] = -1
         stack = np.zeros((side * side * side, 3), np.int8)
-        found = 0
+        components = 0
         for k in range(side):
             for j in range(side):
                 for i in range(side):
                     if samples[e, k, j, i] >= 0.0 or labels[e, k, j, i] >= 0:
                         continue
-                    labels[e, k, j, i] = found
+                    labels[e, k, j, i] = components
                     stack[0, 0], stack[0, 1], stack[0, 2] = i, j, k
                     top = 1
                     while top > 0:
@@ -90,11 +90,11 @@ def label_components(samples: Any, edges: Any, labels: Any, count: Any) -> None:
                             if min(a, b, c) < 0 or max(a, b, c) >= side:
                                 continue
                             if samples[e, c, b, a] < 0.0 and labels[e, c, b, a] < 0:
-                                labels[e, c, b, a] = found
+                                labels[e, c, b, a] = components
                                 stack[top, 0], stack[top, 1], stack[top, 2] = a, b, c
                                 top += 1
-                    found += 1
-        count[e] = found
+                    components += 1
+        count[e] = components
 
 
 @njit(parallel=True, cache=True, nogil=True)

@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 SUBCELLS = 4
 #: Elements with a smaller share of solid are left out: their solid carries nothing.
 LEAST_SHARE = 1e-8
-#: What may miss in an element that counts as whole.
+#: Share that may miss in an element that counts as whole.
 WHOLE = 1e-9
 #: Share of the volume that disconnected components may hold.
 DISCONNECTED_SHARE = 0.01
@@ -238,7 +238,7 @@ def _collect(
     samples, weights = samples[cut_order], weights[cut_order]
     share = np.zeros((len(cut_order), BLOCKS**3), np.float32)
     centre = np.zeros((len(cut_order), BLOCKS**3, 3), np.float32)
-    report_step("solid shares of cut elements")
+    report_step("solid volume of cut elements")
     solid_fractions(samples, BLOCKS, share, centre)
     whole = len(whole_order)
     faces = np.full((whole + len(cut_order), 6), (1 << samples.shape[1] ** 2) - 1)
@@ -279,8 +279,8 @@ def _integrated(
     fill = weights.sum(axis=1)
     full = fill >= 1.0 - WHOLE
     whole = np.concatenate([whole, cut[full]])
-    kept = np.flatnonzero((fill > LEAST_SHARE) & ~full)
-    return whole, cut[kept], copy[kept], samples[kept], weights[kept]
+    solid = np.flatnonzero((fill > LEAST_SHARE) & ~full)
+    return whole, cut[solid], copy[solid], samples[solid], weights[solid]
 
 
 def selected(elements: Elements, keep: BoolArray) -> Elements:
@@ -342,13 +342,13 @@ def _neighbours() -> BoolArray:
 def _disconnected(labels: NDArray[np.int32], bodies: int) -> tuple[BoolArray, int, float]:
     """Corners of all but the largest components, their number and share."""
     size = np.bincount(labels.ravel())[1:]
-    kept = 1 + np.argsort(-size, kind="stable")[:bodies]
-    share = 1.0 - float(size[kept - 1].sum() / size.sum())
+    largest = 1 + np.argsort(-size, kind="stable")[:bodies]
+    share = 1.0 - float(size[largest - 1].sum() / size.sum())
     if share > DISCONNECTED_SHARE:
         refuse_disconnected(len(size) - bodies, share)
     disconnected = np.ones(len(size) + 1, dtype=bool)
     disconnected[0] = False
-    disconnected[kept] = False
+    disconnected[largest] = False
     return disconnected[labels], len(size) - bodies, share
 
 

@@ -1,4 +1,4 @@
-"""Where the iteration starts: the displacements of a similar solid."""
+"""First guess of the iteration: the displacements of a similar solid."""
 
 from __future__ import annotations
 

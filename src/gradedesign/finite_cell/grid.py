@@ -26,7 +26,7 @@ class Plane:
     axis : int
     place : float, mm
     area : float, mm^2
-        What it matters: the largest area of faces is met first.
+        Its weight: the largest area of faces is met first.
     """
 
     axis: int

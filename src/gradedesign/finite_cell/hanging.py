@@ -198,13 +198,13 @@ def _free(
         table, at = _kind(key[:count].astype(bool), key[count:], slots, weights)
         tables.append(table)
         far.append(at)
-    found = FreeNodes(nodes=own.copy(), kind=kind, tables=np.stack(tables), far=np.stack(far))
+    free = FreeNodes(nodes=own.copy(), kind=kind, tables=np.stack(tables), far=np.stack(far))
     e, a = np.nonzero(hangs)
     large = owner[own[e, a]]
-    place = 2 * elements.position[e] + found.far[kind[e], a]
+    place = 2 * elements.position[e] + free.far[kind[e], a]
     local = (place - 2 * elements.position[large]) // 2
-    found.nodes[e, a] = nodes[large, local @ [1, 3, 9]]
-    return found
+    free.nodes[e, a] = nodes[large, local @ [1, 3, 9]]
+    return free
 
 
 def _kind(

@@ -18,7 +18,7 @@ LEAST_DELAY = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Iterate:
-    """Where an iteration ended.
+    """Last state of an iteration.
 
     Attributes
     ----------

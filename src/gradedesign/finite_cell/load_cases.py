@@ -44,7 +44,7 @@ MAX_ITERATIONS = 400
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Accuracy:
-    """How closely the equations are solved.
+    """Tolerance to which the equations are solved.
 
     Attributes
     ----------

@@ -113,7 +113,7 @@ def operator(
 
 
 def single(operator: Operator) -> Operator:
-    """The same in single precision, but for the weights, which it shares."""
+    """A copy in single precision that shares the weights."""
     springs = operator.springs
     if springs is not None:
         springs = Springs(

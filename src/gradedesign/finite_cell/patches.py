@@ -126,9 +126,9 @@ def build_patches(
                 chosen[own], row_of, start, near, matrices, packed,
             )  # fmt: skip
             nodes = free.nodes[chosen[own]]
-            kept = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
+            unknowns = keep[nodes[weak[nodes]]].reshape(len(own), 3 * size)
             kernels.invert_factors(
-                packed, kept, SHIFT, begin[own], first[own], scale, height, entries
+                packed, unknowns, SHIFT, begin[own], first[own], scale, height, entries
             )
     return Patches(
         nodes=free.nodes, weak=weak, chosen=chosen, colours=colours, begin=begin, first=first,

@@ -68,13 +68,13 @@ def _coarse_blocks(grading: Field, grid: Grid, planes: Sequence[Plane]) -> BoolA
         flat = points.reshape(3, -1)
         allowed = grading(flat).reshape(points.shape[1:])
         coarse[k : k + CHUNK] = (allowed >= 2.0 * (1.0 - ROUNDING)).all(axis=1)
-    kept = coarse.reshape(shape)
+    is_coarse = coarse.reshape(shape)
     for plane in planes:
         place = (plane.place - grid.lower[plane.axis]) / grid.edges[plane.axis]
         # A face that goes through the middle of large elements would cut them.
         if plane not in grid.missed and round(place) % 2:
-            np.moveaxis(kept, plane.axis, 0)[round(place) // 2] = False
-    return kept
+            np.moveaxis(is_coarse, plane.axis, 0)[round(place) // 2] = False
+    return is_coarse
 
 
 def _largest_bodies(elements: Elements, space: BrickSpace, bodies: int) -> Elements:
@@ -103,5 +103,5 @@ def _largest_bodies(elements: Elements, space: BrickSpace, bodies: int) -> Eleme
     share = float(volume[lost].sum() / volume.sum())
     if share > DISCONNECTED_SHARE:
         refuse_disconnected(len(lost), share)
-    kept = selected(elements, ~np.isin(label, lost))
-    return replace(kept, dropped=len(lost), dropped_share=share)
+    connected = selected(elements, ~np.isin(label, lost))
+    return replace(connected, dropped=len(lost), dropped_share=share)

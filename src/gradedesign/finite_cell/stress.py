@@ -32,7 +32,7 @@ class SolidPoints:
 
 
 def solid_points(elements: Elements, most: int | None = None) -> SolidPoints:
-    """Where stress is reported, with the volume that each point stands for.
+    """Sample points of stress, with the volume that each point stands for.
 
     Parameters
     ----------

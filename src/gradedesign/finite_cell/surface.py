@@ -154,17 +154,17 @@ def region_points(elements: Elements, field: Field, region: Region) -> SurfacePo
     element = locate(elements, table, points - tiny * normals)
     lost = element < 0
     element[lost] = locate(elements, table, points[:, lost] - depth * normals[:, lost])
-    kept = element >= 0
-    if not kept.any():
+    on_solid = element >= 0
+    if not on_solid.any():
         raise LatticeError(
             f"region '{region.name}' carries no solid in the lattice, so nothing can be held or "
             f"loaded there; keep it solid with a [[keep]] table, or raise the density"
         )
-    element, points = element[kept], points[:, kept]
+    element, points = element[on_solid], points[:, on_solid]
     return SurfacePoints(
         points=points,
-        normal=normals[:, kept],
-        area=areas[kept],
+        normal=normals[:, on_solid],
+        area=areas[on_solid],
         element=element,
         reference=reference_of(elements, element, points),
     )

@@ -56,7 +56,7 @@ class _Places:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResidualPlaces:
-    """Where tractions of a divided solid should vanish or balance.
+    """Sample points at which tractions of a divided solid should vanish or balance.
 
     Attributes
     ----------
@@ -188,15 +188,15 @@ def _faces(elements: Elements, loaded: BoolArray) -> tuple[_Places, tuple[_Place
     for axis in range(3):
         solid = [_solid_beside(elements, axis, side) for side in range(2)]
         covered = [np.zeros(solid[0].shape), np.zeros(solid[0].shape)]
-        for one, other in _neighbours(elements, axis):
-            for side, a, b in ((1, one, other), (0, other, one)):
+        for lower, upper in _neighbours(elements, axis):
+            for side, a, b in ((1, lower, upper), (0, upper, lower)):
                 np.maximum.at(covered[side], a, solid[1 - side][b])
-            some = _some(one.size)
-            stands_for = one.size / max(some.size, 1)
-            one, other = one[some], other[some]
-            both: FloatArray = np.minimum(solid[1][one], solid[0][other]) * stands_for
-            here.append(_on_face(elements, axis, 1, one, both))
-            there.append(_on_face(elements, axis, 0, other, both))
+            some = _some(lower.size)
+            stands_for = lower.size / max(some.size, 1)
+            lower, upper = lower[some], upper[some]
+            both: FloatArray = np.minimum(solid[1][lower], solid[0][upper]) * stands_for
+            here.append(_on_face(elements, axis, 1, lower, both))
+            there.append(_on_face(elements, axis, 0, upper, both))
         for side in range(2):
             bare = (solid[side] > 1.0 - 1e-3) & (covered[side] < 1e-3) & ~loaded[:, None]
             own = np.flatnonzero(bare.any(axis=1))
@@ -218,11 +218,11 @@ def _neighbours(elements: Elements, axis: int) -> list[tuple[IntArray, IntArray]
         of = np.flatnonzero(elements.copy == copy)
         table = np.full(shape, -1, dtype=np.int32)
         table[tuple(position[of].T)] = of
-        other = table[tuple(beyond.T)].astype(np.int64)
-        met = other >= 0
-        one, other = inside[met], other[met]
-        joined = (elements.faces[one, 2 * axis + 1] & elements.faces[other, 2 * axis]) != 0
-        pairs.append((one[joined], other[joined]))
+        upper = table[tuple(beyond.T)].astype(np.int64)
+        met = upper >= 0
+        lower, upper = inside[met], upper[met]
+        joined = (elements.faces[lower, 2 * axis + 1] & elements.faces[upper, 2 * axis]) != 0
+        pairs.append((lower[joined], upper[joined]))
     return pairs
 
 

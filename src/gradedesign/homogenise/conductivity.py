@@ -43,15 +43,15 @@ def cell_conductivity(fill: FloatArray, *, rtol: float = 1e-6) -> FloatArray:
     SolverError
         If the iteration does not converge.
     """
-    kept, _ = connected_fill(fill)
-    inverse = _homogeneous_inverse(kept.shape)
-    loads = [_unit_load(kept, axis) for axis in range(3)]
-    states = [_solve(kept, inverse, load, rtol) for load in loads]
-    conductivity = kept.mean() * np.eye(3)
+    connected, _ = connected_fill(fill)
+    inverse = _homogeneous_inverse(connected.shape)
+    loads = [_unit_load(connected, axis) for axis in range(3)]
+    states = [_solve(connected, inverse, load, rtol) for load in loads]
+    conductivity = connected.mean() * np.eye(3)
     for a, b in product(range(3), repeat=2):
-        energy = np.vdot(states[a], _product(kept, states[b]))
+        energy = np.vdot(states[a], _product(connected, states[b]))
         mixed = np.vdot(states[a], loads[b]) + np.vdot(states[b], loads[a])
-        conductivity[a, b] += (energy + mixed) / kept.size
+        conductivity[a, b] += (energy + mixed) / connected.size
     return np.asarray(0.5 * (conductivity + conductivity.T))
 
 

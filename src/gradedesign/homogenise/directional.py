@@ -1,4 +1,4 @@
-"""How a stiffness looks from every direction: E, G and Poisson's ratio, and their extremes."""
+"""Young's modulus, shear modulus and Poisson's ratio in every direction, and their extremes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which solid voxels of a periodic grid hang together, and whether they carry load."""
+"""Connected components of the solid voxels of a periodic grid, and those that carry load."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
     Returns
     -------
     fill : (nx, ny, nz) array
-        With void in place of the pieces that do not connect the cell to its neighbours.
+        With void in place of the components that do not connect the cell to its neighbours.
     share : float
         Of the solid voxels removed.
 
     Raises
     ------
     LatticeError
-        If no piece connects the cell to its neighbours in three directions, two unconnected ones
-        do, or more than `DISCONNECTED_SHARE` is disconnected.
+        If no component connects the cell to its neighbours in three directions, two unconnected
+        ones do, or more than `DISCONNECTED_SHARE` is disconnected.
     """
     values = np.asarray(fill, dtype=np.float64)
     solid = values > 0
     total = int(np.count_nonzero(solid))
     if total == 0:
         raise LatticeError("the cell is empty: no voxel is solid; raise the density")
-    pieces, count = label(solid)
-    group, directions = _merge(pieces, count)
-    volume = np.bincount(group[pieces[solid]], minlength=count + 1)
+    components, count = label(solid)
+    group, directions = _merge(components, count)
+    volume = np.bincount(group[components[solid]], minlength=count + 1)
     spanning = [g for g in range(1, count + 1) if volume[g] and directions[g] == 3]
     if not spanning:
         raise LatticeError(
@@ -62,14 +62,14 @@ def connected_fill(fill: FloatArray) -> tuple[FloatArray, float]:
     if share > DISCONNECTED_SHARE:
         raise LatticeError(
             f"{100 * share:.2f} % of the solid is not connected to the rest "
-            f"({count} pieces on {solid.shape} voxels), at most "
+            f"({count} components on {solid.shape} voxels), at most "
             f"{100 * DISCONNECTED_SHARE:g} % is taken for noise of the "
             f"grid; raise the density or take more voxels"
         )
     if share == 0:
         return values, 0.0
     log.warning("removed disconnected voxels: %.2g of the solid", share)
-    return np.where(group[pieces] == largest, values, 0.0), share
+    return np.where(group[components] == largest, values, 0.0), share
 
 
 def connected_wall(fill: FloatArray) -> FloatArray:
@@ -96,8 +96,8 @@ def connected_wall(fill: FloatArray) -> FloatArray:
     """
     values = np.asarray(fill, dtype=np.float64)
     # A layer of void keeps the faces from meeting.
-    pieces, count = label(np.pad(values > 0, ((0, 0), (0, 0), (0, 1))))
-    group, directions = _merge(pieces, count)
+    components, count = label(np.pad(values > 0, ((0, 0), (0, 0), (0, 1))))
+    group, directions = _merge(components, count)
     spanning = directions[group] == 2
     spanning[0] = False
     if not spanning.any():
@@ -106,19 +106,19 @@ def connected_wall(fill: FloatArray) -> FloatArray:
             f"of them connects it to its neighbours along both directions of its plane; take a "
             f"higher density or whole cells across it"
         )
-    return np.where(spanning[pieces[:, :, :-1]], values, 0.0)
+    return np.where(spanning[components[:, :, :-1]], values, 0.0)
 
 
-def _merge(pieces: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Join the pieces of one cell with those of its copies.
+def _merge(components: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Join the components of one cell with those of its copies.
 
     Returns the group ``(count + 1,)`` of each piece, and for each group in how many independent
     directions its closed paths wind around the cell.
     """
     neighbours: dict[int, list[tuple[int, _Offset]]] = defaultdict(list)
     for axis in range(3):
-        last = np.take(pieces, -1, axis).ravel()
-        start = np.take(pieces, 0, axis).ravel()
+        last = np.take(components, -1, axis).ravel()
+        start = np.take(components, 0, axis).ravel()
         touching = (last > 0) & (start > 0)
         step: _Offset = (int(axis == 0), int(axis == 1), int(axis == 2))
         back: _Offset = (-step[0], -step[1], -step[2])

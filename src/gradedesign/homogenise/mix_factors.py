@@ -74,7 +74,7 @@ def mix_windows(
     DensityError
         If a mix exists at no density.
     """
-    found = []
+    mixes = []
     for share in SHARES:
         cell = mixed_cell(transition, share)
         voxel = cell.family.period * max(edges) / min(edges) / MOST_RESOLUTION
@@ -86,8 +86,8 @@ def mix_windows(
                 f"{low:.3g} to {high:.3g}, with walls thick enough to compute it from "
                 f"{floor:.3g} on only; take other cells, or let their zones not touch"
             )
-        found.append((cell, (floor, high)))
-    return found
+        mixes.append((cell, (floor, high)))
+    return mixes
 
 
 def mix_factors(
@@ -172,7 +172,7 @@ def _mix(
             on_mix(cell, rho)
         voxels = LEAST_VOXELS * cell.family.period / float(wall_mm(cell, rho, 1.0))
         even = 2 * int(np.ceil(0.5 * voxels * max(edges) / min(edges) + 1e-6))
-        found = cell_properties(
+        properties = cell_properties(
             cell,
             rho,
             poissons_ratio=poissons_ratio,
@@ -181,8 +181,8 @@ def _mix(
             edges=edges,
         )
         stored = {
-            "stiffness": found.stiffness,
-            "strength": np.array(found.strength.strength),
+            "stiffness": properties.stiffness,
+            "strength": np.array(properties.strength.strength),
         }
         store_arrays(KIND, key, **stored)
     return np.asarray(stored["stiffness"]), float(stored["strength"])

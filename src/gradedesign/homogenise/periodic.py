@@ -45,7 +45,7 @@ class PeriodicSolution:
     displacement : (6, 3, nx, ny, nz) array
         Periodic part of the nodal displacement in each case, in voxel edges.
     fill : (nx, ny, nz) array
-        What was analysed, without the islands.
+        The analysed grid, without the islands.
     poissons_ratio : float
     iterations : (6,) array
         Zero for a case that follows from another by the symmetry of the grid.
@@ -105,23 +105,23 @@ def solve_periodic(
     Merkert, Kabel, Int. J. Numer. Meth. Engng 109 (2017) 1461; Leuschner, Fritzen, Comput. Mech.
     62 (2018) 359.
     """
-    kept, islands = connected_fill(fill)
-    with threads_for(kept.size):
-        return _solve(kept, islands, poissons_ratio, rtol, use_symmetry)
+    connected, islands = connected_fill(fill)
+    with threads_for(connected.size):
+        return _solve(connected, islands, poissons_ratio, rtol, use_symmetry)
 
 
 def _solve(
-    kept: FloatArray,
+    connected: FloatArray,
     islands: float,
     poissons_ratio: float,
     rtol: float,
     use_symmetry: bool,
 ) -> PeriodicSolution:
     """Solve for a grid that hangs together."""
-    operator = voxel_operator(kept, poissons_ratio)
-    inverse = homogeneous_inverse(kept.shape, poissons_ratio)
-    cyclic = use_symmetry and _is_cyclic(kept)
-    displacement = np.zeros((6, 3, *kept.shape))
+    operator = voxel_operator(connected, poissons_ratio)
+    inverse = homogeneous_inverse(connected.shape, poissons_ratio)
+    cyclic = use_symmetry and _is_cyclic(connected)
+    displacement = np.zeros((6, 3, *connected.shape))
     iterations, residual = np.zeros(6, dtype=np.int64), np.zeros(6)
     for case in (0, 3) if cyclic else range(6):
         load = unit_load(operator, case)
@@ -134,7 +134,10 @@ def _solve(
             residual[case] = residual[case - 1]
     stiffness = _energies(operator, displacement, 3 if cyclic else 6)
     log.info(
-        "homogenised %s voxels, %.4f solid: %s iterations", kept.shape, kept.mean(), iterations
+        "homogenised %s voxels, %.4f solid: %s iterations",
+        connected.shape,
+        connected.mean(),
+        iterations,
     )
     return PeriodicSolution(
         stiffness=stiffness,

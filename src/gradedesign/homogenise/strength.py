@@ -40,7 +40,7 @@ class LocalStress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Strength:
-    """How far a cell multiplies the macroscopic stress.
+    """Stress concentration of a cell: local over macroscopic stress.
 
     Attributes
     ----------

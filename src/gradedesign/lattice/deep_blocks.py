@@ -1,4 +1,4 @@
-"""Which blocks of a grid lie wholly inside a part, away from its surface."""
+"""Blocks of a grid that lie wholly inside a part, away from its surface."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numba import njit
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.lattice.sample import BATCH, Shape, checked_values
 
-#: Cubes along the edge of the blocks that are told apart, and of the first, coarse ones.
+#: Cubes along the edge of the blocks that are distinguished, and of the first, coarse ones.
 BLOCK, COARSEST = 2, 16
 #: Marked blocks keep this distance from the surface, in grid spacings.
 CLEARANCE = 0.25

@@ -1,4 +1,4 @@
-"""Inner edges of skins: a contour cuts their corners off, here they get them back."""
+"""Inner edges of skins, made sharp again where a contour cuts their corners off."""
 
 from __future__ import annotations
 

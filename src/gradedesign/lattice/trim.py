@@ -144,7 +144,7 @@ def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -
 
 
 def _inside_any(vertices: FloatArray, corners: FloatArray, margin: float) -> BoolArray:
-    """Which vertices lie in the box of one of some triangles (k, 3, 3), or close by."""
+    """Mask of the vertices in or close to the box of one of some triangles (k, 3, 3)."""
     inside = np.zeros(len(vertices), dtype=bool)
     for some in corners:
         lower, upper = some.min(axis=0) - margin, some.max(axis=0) + margin

@@ -122,7 +122,7 @@ def place_voxels(
     voxel_size: float | None = None,
     origin: ArrayLike | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Where voxels lie: lower corner and edges ``(3,)``, mm.
+    """Placement of the voxels: lower corner and edges ``(3,)``, mm.
 
     Without ``voxel_size`` they are stretched from the origin to the upper end of the part's box.
 

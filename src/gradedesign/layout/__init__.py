@@ -1,1 +1,1 @@
-"""Where cells lie in a part: the design domain, the cell map, sizes and rotations."""
+"""Placement of cells in a part: the design domain, the cell map, sizes and rotations."""

@@ -1,4 +1,4 @@
-"""Where the cells of a run lie, and what they are like in its part."""
+"""Placement of the cells of a run in its part, with their sizes and stretches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.local_cells import local_cells
 from gradedesign.cell.map_report import map_report, require_unfolded, spread
 
-#: A law describes cells whose extents are as stated; from here on their stretch is told.
+#: A law describes cells whose extents are as stated; from here on a warning states their stretch.
 TOLD_STRETCH = 1.1
 
 

@@ -49,7 +49,7 @@ class DrainReport:
 def drained(
     case: Case | GenerateCase, part: Part, design: LatticeDesign, cell: float
 ) -> DrainReport:
-    """Place the drain holes that a case asks for.
+    """Place the drain holes of a case.
 
     Parameters
     ----------
@@ -181,8 +181,9 @@ def _placed(
             )
     raise CaseError(
         f"{case.where('lattice.drain')}: no even place of {spec.diameter:g} mm away from held, "
-        f"loaded and kept regions leads to the closed void of {voids.volumes[number - 1]:.4g} mm^3 "
-        f"within {depths[-1]:.3g} mm; expected a smaller diameter, or places in at"
+        f"loaded and passive regions leads to the closed void of "
+        f"{voids.volumes[number - 1]:.4g} mm^3 within {depths[-1]:.3g} mm; expected a smaller "
+        f"diameter, or places in at"
     )
 
 

@@ -1,4 +1,4 @@
-"""The map whose cells have the size that the density asks for."""
+"""Cell map of graded size: the size follows the density."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def wanted_size(
     density: DensityGrid,
     ends: tuple[float, float],
 ) -> Field:
-    """Size that the density asks for, points ``(3, ...)`` mm to ``(...)`` mm.
+    """Cell size that follows from the density, points ``(3, ...)`` mm to ``(...)`` mm.
 
     Parameters
     ----------

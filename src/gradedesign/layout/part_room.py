@@ -1,4 +1,4 @@
-"""Whether a part has room for what its case puts into it: cells, skin, solid regions, grids."""
+"""Checks that a part has room for the cells, skins, solid regions and grids of its case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the cells of a case lie: straight, about an axis or centre, in layers, warped."""
+"""The cell map of a case: straight, about an axis or centre, in layers, warped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether skins have the thickness that a case states, and the part room for them."""
+"""Checks that skins have the thickness that a case states, and the part room for them."""
 
 from __future__ import annotations
 

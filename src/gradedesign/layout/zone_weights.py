@@ -1,4 +1,4 @@
-"""How much each zone of a case counts at a point, from the places that the case states."""
+"""Weights of the zones of a case at a point, from the places that the case states."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _STEP = 1e-3
 
 
 def zone_names(case: Case) -> tuple[str, ...]:
-    """Names of what lies in no zone and of every zone, ``(Z,)``."""
+    """Names of the zones, ``(Z,)``; the first stands for the lattice outside every zone."""
     numbers = range(1, len(case.zone) + 1)
     return (
         "lattice",
@@ -54,7 +54,7 @@ def zone_widths(case: Case) -> tuple[float, ...]:
 
 
 def zone_weights(case: Case, part: Part, distance: Field) -> Field:
-    """Weights of what lies in no zone and of every zone.
+    """Weights of the zones, the first of them the lattice outside every zone.
 
     Over a transition, which lies to equal parts on both sides of a zone's border, its weight rises
     by ``3 s^2 - 2 s^3``. A zone takes its weight from those before it.

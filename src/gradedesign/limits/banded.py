@@ -1,4 +1,4 @@
-"""A value with its band: what analyses at two resolutions say of the limit of small elements."""
+"""A value with its band: the range expected for ever smaller elements, from two resolutions."""
 
 from __future__ import annotations
 

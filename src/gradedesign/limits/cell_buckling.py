@@ -95,7 +95,7 @@ class BucklingLimit(Limit):
 
 
 def required_factor(case: Case) -> float | None:
-    """Factor to keep from buckling: beside a stress limit, or where it is asked for."""
+    """Required critical over acting stress: beside a stress limit, or where the case states it."""
     limits = case.limits
     if limits.buckling == "off":
         return None

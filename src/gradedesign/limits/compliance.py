@@ -60,7 +60,7 @@ class ComplianceLimit(Limit):
     def responses(
         self, state: HomogenisedState, memory: tuple[int, ...] = ()
     ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """Derivatives of ``f . u``: f by the displacements, and what f changes with the density."""
+        """Derivatives of ``f . u`` by the displacements and, through f, by the densities."""
         name = self.key.load_case
         force, u = state.force(name), state.displacement(name)
         response = Response(

@@ -1,4 +1,4 @@
-"""The key of a limit: what it is called in factors, discrepancies and stored iterations."""
+"""The key of a limit, its name in factors, discrepancies and stored iterations."""
 
 from __future__ import annotations
 

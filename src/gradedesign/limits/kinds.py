@@ -15,7 +15,7 @@ from gradedesign.part.regions import Region
 
 
 def builtin_kinds() -> Iterator[LimitKind]:
-    """The kind of every file of this room that defines a ``KIND``."""
+    """The kind of every file of this package that defines a ``KIND``."""
     for module in sorted(pkgutil.iter_modules(gradedesign.limits.__path__), key=lambda m: m.name):
         kind = getattr(importlib.import_module(f"gradedesign.limits.{module.name}"), "KIND", None)
         if kind is not None:

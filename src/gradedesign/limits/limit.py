@@ -1,4 +1,4 @@
-"""The protocol of limits: what sizing, the loop, acceptance, report and check know of them.
+"""The protocol of limits, used by sizing, the loop, acceptance, report and check.
 
 A limit enters sizing on one of two roads. By gradient: it gives its value with the derivative by
 the displacements, and sizing solves the adjoint problem. Or as a lower bound: it gives the density
@@ -64,7 +64,7 @@ class Limit(ABC):
     unfavourable: ClassVar[str] = "high"
     #: The value converges with the order that an analysis states; percentiles and maxima do not.
     converges: ClassVar[bool] = False
-    #: What sizing may multiply the limit of a point by while the value is below its aim.
+    #: Largest factor on the limit of a point while the value is below its aim.
     most_allowance: ClassVar[float] = 1.0
     #: Utilisation up to which a miss may still vanish by what changes around it.
     scatter: ClassVar[float] = 1.0
@@ -72,11 +72,11 @@ class Limit(ABC):
     @property
     @abstractmethod
     def measure(self) -> str:
-        """How the value is taken from an analysis, in words."""
+        """Way in which the value is taken from an analysis, in words."""
 
     @property
     def stated(self) -> str:
-        """How the case states the limit where that is no number, such as ``2 x solid``."""
+        """The limit as the case states it where that is no number, such as ``2 x solid``."""
         return "" if self.times_solid is None else f"{self.times_solid:g} x solid"
 
     @abstractmethod
@@ -92,7 +92,7 @@ class Limit(ABC):
         ----------
         state : HomogenisedState
         memory : tuple of int
-            What the last call of this sizing gave; empty at first.
+            Memory that the last call of this sizing returned; empty at first.
         """
         raise NotImplementedError(f"{type(self).__name__} enters sizing by least_density")
 
@@ -231,7 +231,7 @@ class LimitKind:
     stated : callable
         ``stated(Case, Material) -> sequence of StatedLimit``: the same without a mesh.
     entry : type of LimitEntry or None
-        What one table of ``[limits] name = [{...}]`` holds; None: its keys are the core's.
+        Layout of one table of ``[limits] name = [{...}]``; None: its keys are the core's.
     require : callable
         ``require(Case, regions)``: raises a `CaseError` for what the part's surface shows to be
         impossible.

@@ -1,4 +1,4 @@
-"""A limit beside the value that judged it: one line of the verdict."""
+"""A limit with the value that is compared with it: one line of the verdict."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gradedesign.limits.key import LimitKey
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitRow:
-    """One limit beside the value that judged it.
+    """A limit with the value that is compared with it.
 
     Attributes
     ----------

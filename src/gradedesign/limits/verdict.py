@@ -25,7 +25,7 @@ def limit_rows(limits: Sequence[Limit], analysis: Analysis, judged_by: str) -> t
 
 
 def with_factors(rows: Sequence[LimitRow], factors: Factors) -> tuple[LimitRow, ...]:
-    """Rows whose values carry what acceptance found over the explicit analysis."""
+    """Rows times the factors of acceptance over the explicit analysis."""
     return tuple(replace(r, value=r.value * factors.get(r.key, 1.0)) for r in rows)
 
 

@@ -49,7 +49,7 @@ class Announcer:
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
 
     def cost(self, cost: CostPrediction, budget: RunSpec) -> None:
-        """Say what a run is predicted to take, beside what it is allowed."""
+        """Report the predicted cost of a run beside its budgets."""
         basis = "by its first iteration" if cost.learned else "within a factor of two"
         iterations = f"{cost.iterations} iteration{'' if cost.iterations == 1 else 's'}"
         self.say(

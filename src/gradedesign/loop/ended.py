@@ -63,7 +63,7 @@ def why_ended(
     iterations : sequence of DesignIteration
         Finished so far.
     factors : mapping of (name, load case) to float
-        What acceptance taught.
+        Factors of acceptance.
     deadline : Deadline
     """
     if not iterations:

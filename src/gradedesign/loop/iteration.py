@@ -1,4 +1,4 @@
-"""Iteration of the design loop: size with what earlier ones taught, analyse explicitly, learn."""
+"""Iteration of the design loop: sizing, explicit analysis, and update of the corrections."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ AT_BOUND = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DesignIteration:
-    """Finished iteration of the design loop: its design, what it taught and its discrepancies.
+    """Finished iteration of the design loop: its design, its corrections and its discrepancies.
 
     Attributes
     ----------
@@ -208,7 +208,7 @@ def run_iteration(
 
 
 def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:
-    """How the next sizing is run, from the iterations before it."""
+    """Settings of the next sizing, from the iterations before it."""
     number = len(previous)
     return SizingPlan(
         start=previous[-1].variables if previous else None,
@@ -230,7 +230,7 @@ def compared(
     analysed: Analysed,
     lesson: Lesson,
 ) -> Iteration:
-    """Predicted beside explicit values of a design; its number and seconds are not known here."""
+    """Predicted beside explicit values of a design, without number and seconds of its iteration."""
     result, rows = analysed.result, lesson.rows
     explicit, discrepancies = lesson.explicit, dict(lesson.discrepancy.values)
     masses, division = result.masses_g, result.solved.division

@@ -34,7 +34,7 @@ class Prior:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lesson:
-    """An explicit analysis beside its prediction.
+    """Result of comparing an explicit analysis with its prediction.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ from gradedesign.loop.iteration import Analysed, DesignIteration
 
 #: A limit of a design from which the next one learns is used to this share.
 NEAR = 0.88
-#: A design of which this use is expected may hold: factors of two acceptances differ by 1 to 3 %.
+#: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 MAY_HOLD = 1.02
 
 
@@ -85,7 +85,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """Where the loop ended.
+    """Last state of the loop.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
 
 
 def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:
-    """Factors of which the next design learns: where two designs enclose it, the means of both.
+    """Factors for the next design: where two designs enclose it, the means of both.
 
     A first refused design is believed alone, since those before it were far from their limits.
 
@@ -248,7 +248,7 @@ def _lighter_left(
     ended: Ended,
     tried: set[int],
 ) -> tuple[Accepted, Ended]:
-    """Judge the lightest earlier design that uses a limit by what was learned last, if any.
+    """Judge the lightest earlier design that uses a limit by the latest factors, if any.
 
     The factors of two acceptances differ by some per cent where walls meet faces: a design that the
     first ones broke may hold. Either it is accepted, or it shows that the accepted one is the

@@ -23,7 +23,7 @@ from gradedesign.workspace.limits import Deadline
 
 @dataclass(slots=True, kw_only=True)
 class RunCost:
-    """Budget of a run and what it is predicted to take; the clock starts with the record.
+    """Budget of a run and its predicted cost; the clock starts with the record.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class RunCost:
         return replace(self.clock, start=self.clock.start - spent)
 
     def predict(self, setup: Setup, solid: Sequence[LimitRow], announce: Announcer) -> None:
-        """Predict from the prepared case and tell it."""
+        """Predict from the prepared case and report it."""
         self.work = run_work(setup, solid)
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)

@@ -1,4 +1,4 @@
-"""Whether a design that breaks a limit could still be made to hold it by higher densities."""
+"""Estimate of whether higher densities could make a design hold the limit that it breaks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from gradedesign.sizing.state import SolvedState, solved_state
 
 #: A limit is out of reach if this many times what the model says could be gained is not enough.
 SAFETY = 2.0
-#: Below this gain, the densities that matter for a value are told to stand at their bound.
+#: Below this gain, the densities that matter for a value are reported to stand at their bound.
 NO_GAIN = 0.02
 #: A density counts as at its upper bound within this relative distance.
 AT_BOUND = 1e-2
@@ -41,7 +41,7 @@ def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str
     iteration : DesignIteration
         The last one, with its explicit values.
     factors : mapping of LimitKey to float
-        What acceptance taught.
+        Factors of acceptance.
 
     Returns
     -------

@@ -34,7 +34,7 @@ def stored_sizing(
     keep: float,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Size, or find the answer to the same question in the user's cache.
+    """Size, or take the result for the same input from the user's cache.
 
     A run that ended in its explicit analysis, or whose grid alone is changed, does not size again.
     Steps that are found again are reported as those that are made.
@@ -75,9 +75,9 @@ def sizing_key(
         (limit.key, limit.allowed, limit.factor, source_of(limit)) for limit in problem.limits
     ]
     curves = []
-    for one in law.laws:
-        densities = np.linspace(*one.window, 33)
-        curves += [one.stiffness(densities), one.strength(densities)]
+    for scaling_law in law.laws:
+        densities = np.linspace(*scaling_law.window, 33)
+        curves += [scaling_law.stiffness(densities), scaling_law.strength(densities)]
     words = case.model_dump_json(
         include={"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
     )
@@ -89,7 +89,12 @@ def sizing_key(
         case.part.element_size,
         cell.name,
         repr(sorted(cell.parameters.items())),
-        repr([(one.name, one.source, one.coefficients) for one in law.laws]),
+        repr(
+            [
+                (scaling_law.name, scaling_law.source, scaling_law.coefficients)
+                for scaling_law in law.laws
+            ]
+        ),
         *curves,
         *(
             np.zeros(0) if values is None else values

@@ -10,15 +10,15 @@ from gradedesign.arrays import FloatArray
 from gradedesign.material.buckling_table import BucklingTable
 
 _BISECTIONS = 50
-#: Uses below this are none.
-_NO_USE = 1e-30
+#: Utilisations below this count as none.
+_NO_UTILISATION = 1e-30
 #: Exponent of density with which critical stresses grow beyond the densest computed cell.
 GROWTH_BEYOND = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BucklingLaw:
-    """How much of its resistance against buckling a cell uses under any macroscopic stress.
+    """Share of its resistance against buckling that a cell uses under any macroscopic stress.
 
     The stresses under which a linear elastic body does not buckle form a convex set: those for
     which the stiffness plus a geometric stiffness linear in the stress stays positive (Papkovich
@@ -33,7 +33,7 @@ class BucklingLaw:
 
     Notes
     -----
-    Between the densities the logarithm of the use is linear in that of density. The use is a sum
+    Between the densities the logarithm of the utilisation is linear in that of density. It is a sum
     of terms that fall with density, so that this is above what power laws through the table would
     give. Above the window the critical stresses grow with the density, as if the cell buckled at
     one mean stress of its material: all that were computed grow faster (exponents 1.2 to 7), as
@@ -78,7 +78,7 @@ class BucklingLaw:
         x = np.minimum(x, knots[-1])
         piece = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
         place = (x - knots[piece]) / np.diff(knots)[piece]
-        y = np.log(np.maximum(profile, _NO_USE))
+        y = np.log(np.maximum(profile, _NO_UTILISATION))
         column = np.arange(x.size)
         low, high = y[piece, column], y[piece + 1, column]
         return np.asarray(np.exp(low + place * (high - low) - GROWTH_BEYOND * beyond))
@@ -86,7 +86,7 @@ class BucklingLaw:
     def least_density(
         self, profile: FloatArray, permitted: float, bounds: tuple[float, float]
     ) -> FloatArray:
-        """Least density at which the use is permitted, ``(n,)``; the upper bound if none is."""
+        """Least density at which the limit holds, ``(n,)``; the upper bound if it holds at none."""
         count = profile.shape[1]
         low, high = np.full(count, bounds[0]), np.full(count, bounds[1])
         enough_at_once = self.at(profile, low) <= permitted

@@ -209,7 +209,7 @@ class LawField:
         return use if self.stiffness_factor is None else np.asarray(use / self.stiffness_factor)
 
     def density_for_buckling(self, profile: FloatArray, permitted: float) -> FloatArray:
-        """Least density at which the use is permitted, ``(M,)``; the top of the window if none."""
+        """Least density at which the limit holds, ``(M,)``; the top of the window if at none."""
         least = np.zeros(profile.shape[1])
         factor = self.stiffness_factor
         for (law, at, _), rows in zip(

@@ -69,7 +69,7 @@ class ScalingLaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawOrigin:
-    """Where the numbers of a law come from.
+    """Source of the numbers of a law.
 
     Attributes
     ----------

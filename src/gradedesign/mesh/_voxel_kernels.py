@@ -33,7 +33,7 @@ def add_triangles(corners, steps):
 
 @njit(cache=True, parallel=True, nogil=True)
 def fill_solid(steps, solid):
-    """Where the winding number, the sum of all steps from above, is at least 1."""
+    """Mask of the voxels whose winding number, the sum of all steps from above, is at least 1."""
     nx, ny, nz = steps.shape
     for i in prange(nx):
         for j in range(ny):

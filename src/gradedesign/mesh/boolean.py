@@ -121,7 +121,7 @@ def cut_capped(
 
 
 def _manifold(surface: SurfaceMesh, what: str, mark: int | None = None) -> Any:
-    """The kernel's solid; with a mark, its triangles are told in a result by mark and number."""
+    """The kernel's solid; with a mark, a result names its triangles by mark and number."""
     from manifold3d import Manifold, Mesh64
 
     count = len(surface.faces)

@@ -1,4 +1,4 @@
-"""How often triangles wind around points, closed or not, in logarithmic time."""
+"""Winding numbers of triangles, closed or not, about points, in logarithmic time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bisect the tetrahedra whose edges are longer than asked."""
+"""Bisection of the tetrahedra whose edges are longer than a stated length."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def longest_edges(mesh: TetMesh) -> FloatArray:
 
 
 def bisect_long_edges(mesh: TetMesh, longest: float) -> TetMesh:
-    """Bisect tetrahedra at their longest edge until no edge is longer than asked.
+    """Bisect tetrahedra at their longest edge until no edge is longer than a stated length.
 
     The mesh stays conforming and fills exactly what it filled (scikit-fem's longest-edge
     bisection). Rivara's closure also bisects neighbours of the tetrahedra that are too long.

@@ -1,4 +1,4 @@
-"""A closed surface and what is asked of the mesh of its inside."""
+"""A closed surface with the specification of the mesh of its inside."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STOP_ENERGY = 10.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshQuestion:
-    """A surface, moved to the origin, and what is asked of its mesh."""
+    """A surface, moved to the origin, with the specification of its mesh."""
 
     vertices: FloatArray
     faces: NDArray[np.int32]

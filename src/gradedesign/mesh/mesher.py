@@ -1,4 +1,4 @@
-"""The record of a mesher: what fills a closed surface with tetrahedra."""
+"""The record of a mesher, which fills a closed surface with tetrahedra."""
 
 from __future__ import annotations
 

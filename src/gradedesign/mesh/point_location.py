@@ -1,4 +1,4 @@
-"""Which tetrahedron holds a point, and where in it."""
+"""Search for the tetrahedron that holds a point, with the point's coordinates in it."""
 
 from __future__ import annotations
 

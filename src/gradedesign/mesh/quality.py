@@ -1,4 +1,4 @@
-"""Whether a tet mesh may be analysed: its volume, angles, orientation and pieces."""
+"""Checks of a tetrahedral mesh before it is analysed: volume, angles, orientation, components."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a surface encloses a volume."""
+"""Edges at which a surface does not close."""
 
 from __future__ import annotations
 

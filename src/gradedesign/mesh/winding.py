@@ -1,4 +1,4 @@
-"""How often a closed surface winds around the points of space."""
+"""Winding numbers of a closed surface about points of space."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether this machine can draw with OpenGL, found out where a crash does no harm."""
+"""Test of drawing with OpenGL on this machine, in a process where a crash does no harm."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def _edge(side: int, i: IntArray, j: IntArray, nx: int, ny: int) -> IntArray:
 
 
 def _crossings(values: FloatArray, edge: IntArray) -> FloatArray:
-    """Where the linear value on each edge is zero, ``(n, 2)``."""
+    """Zeros of the linear value on each edge, ``(n, 2)``."""
     nx, ny = values.shape
     along_y, at = np.divmod(edge, nx * ny)
     i, j = np.divmod(at, ny)

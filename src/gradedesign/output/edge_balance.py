@@ -1,4 +1,4 @@
-"""Whether triangles of a file close, piece by piece: no corner has to be kept or sorted."""
+"""Check that triangles of a file close, piece by piece: no corner has to be stored or sorted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where labels stand in a picture: none covers another, none leaves it."""
+"""Places of labels in a picture: none covers another, none leaves it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pictures of a run: what is asked, the density, the lattice, its stress and shape.
+"""The pictures of a run: loads, density, lattice, stress and deformed shape.
 
 Above 300 lines: the pictures share one scene, one scale and one way to fail.
 """
@@ -121,7 +121,7 @@ def _region_layer(mark: RegionMark, diagonal: float) -> Layer:
 
 
 def _about_arrows(drawn: Sequence[DrawnAction], actions: Sequence[ActionMark]) -> str:
-    """How long arrows are, where there are several to compare."""
+    """Note on the length of arrows, where there are several to compare."""
     if len(drawn) < 2:
         return ""
     floor = f", {SHORTEST:.0%} of the longest at least" if uses_floor(actions) else ""
@@ -298,7 +298,7 @@ def _draw(path: Path, scene: Scene) -> tuple[str, ...]:
 
 
 def _fault(scene: Scene) -> str:
-    """Why a scene cannot be drawn; VTK would show an empty picture without a word."""
+    """Reason why a scene cannot be drawn; VTK would show an empty picture without a word."""
     if not any(len(layer.faces) for layer in scene.layers):
         return "there are no triangles"
     for layer in scene.layers:

@@ -160,7 +160,7 @@ def _plain(value: Any) -> str:
 
 
 def _run_words(result: RunResult) -> str:
-    """How long the run took, what it was allowed, and what ended it."""
+    """Duration of the run, its budgets, and what ended it."""
     budget, timing = result.budget, result.timing_s
     words = []
     if count := len(result.iterations):

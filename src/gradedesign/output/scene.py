@@ -84,7 +84,7 @@ class LegendEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColourBar:
-    """How values become colours; values above ``high`` are drawn in ``above`` if given."""
+    """Scale from values to colours; values above ``high`` are drawn in ``above`` if given."""
 
     title: str
     low: float
@@ -120,7 +120,7 @@ def scene_box(scene: Scene) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
-    """How a scene lies in its picture.
+    """View of a scene: its place in the picture.
 
     Attributes
     ----------

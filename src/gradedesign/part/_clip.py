@@ -51,12 +51,12 @@ def _cut(polygon: FloatArray, height: FloatArray) -> FloatArray:
     """Keep the part of a convex polygon ``(n, 3)`` where a linear function is not negative."""
     if len(polygon) == 0 or (height >= 0.0).all():
         return polygon
-    kept = []
+    corners = []
     for k in range(len(polygon)):
         j = (k + 1) % len(polygon)
         if height[k] >= 0.0:
-            kept.append(polygon[k])
+            corners.append(polygon[k])
         if (height[k] >= 0.0) != (height[j] >= 0.0):
             share = height[k] / (height[k] - height[j])
-            kept.append(polygon[k] + share * (polygon[j] - polygon[k]))
-    return np.array(kept).reshape(-1, 3)
+            corners.append(polygon[k] + share * (polygon[j] - polygon[k]))
+    return np.array(corners).reshape(-1, 3)

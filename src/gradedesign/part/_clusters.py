@@ -214,7 +214,7 @@ def _mean_normals(label: IntArray, normals: FloatArray, areas: FloatArray) -> Fl
 def _flat(
     surface: SurfaceMesh, label: IntArray, normal: FloatArray, areas: FloatArray, noise: float
 ) -> BoolArray:
-    """Which clusters lie in a plane: to rounding, or to a thousandth of their size."""
+    """Clusters that lie in a plane: to rounding, or to a thousandth of their size."""
     order = np.argsort(label, kind="stable")
     start = np.searchsorted(label[order], np.arange(len(normal)))
     origin = surface.vertices[surface.faces[order[start], 0]]

@@ -119,7 +119,7 @@ def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[set[int]
     Returns
     -------
     found : set of int
-        What was gathered beyond the seed; empty if nothing was.
+        Clusters gathered beyond the seed; may be empty.
     cylinder : Cylinder or None
         None unless what was found is large enough to be sure.
     """
@@ -181,7 +181,7 @@ def _belongs(clusters: Clusters, k: int, cylinder: Cylinder, width: float) -> bo
 
 
 def _tolerance(clusters: Clusters, cylinder: Cylinder, width: float) -> float:
-    """How far a vertex may be off, mm, for strips of that width."""
+    """Allowed distance of a vertex, mm, for strips of that width."""
     sagitta = width**2 / (8.0 * cylinder.radius)
     return max(clusters.noise, min(_GROW_SAGITTA * sagitta, FIT_SHARE * cylinder.radius))
 

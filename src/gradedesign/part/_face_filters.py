@@ -1,4 +1,4 @@
-"""Which smooth faces one key of a region fits, and how far the others are from fitting."""
+"""Smooth faces that one key of a region fits, and the deviations of the others."""
 
 from __future__ import annotations
 

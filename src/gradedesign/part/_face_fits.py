@@ -12,7 +12,7 @@ from gradedesign.arrays import FloatArray
 _SQUARE = np.sin(np.radians(2.0))
 #: Facets of a cylinder face its axis within this angle, cosine; 30-degree facets do.
 _RADIAL = np.cos(np.radians(16.0))
-#: Facet normals must spread at least this far for an axis to be told, sine of an angle.
+#: Facet normals must spread at least this far for an axis to be determined, sine of an angle.
 _SPREAD = np.sin(np.radians(0.2))
 #: Facets whose normals spread less than this are flat, as far as a cylinder goes.
 _CURVED = np.sin(np.radians(3.0))
@@ -139,17 +139,17 @@ def cylinder_through(
         weight = areas / (1.0 + tilt / _SQUARE**2)
         weight /= weight.sum()
     centre, radius = _circle(points, axis)
-    kept = points
+    near_points = points
     for step in range(12):
         across, up = _square_directions(axis)
-        offset = kept - centre
+        offset = near_points - centre
         x, y, along = offset @ across, offset @ up, offset @ axis
         distance = np.maximum(np.hypot(x, y), 1e-300)
         off = distance - radius
         if step % 4 == 3:
             near = np.abs(off) <= 4.0 * np.median(np.abs(off))
             if np.count_nonzero(near) >= max(6, len(points) // 2):
-                kept = kept[near]
+                near_points = near_points[near]
                 continue
         u, w = x / distance, y / distance
         system = np.stack([-u, -w, -along * u, -along * w, -np.ones_like(u)], axis=1)

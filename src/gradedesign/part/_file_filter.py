@@ -1,4 +1,4 @@
-"""Which triangles of a part belong to the faces, names and colours of its file."""
+"""Triangles of a part that belong to the faces, names and colours of its file."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def _keep_triangles(plain: dict[str, Any], source: str) -> int:
     ]
     dropped = 0
     for mesh in plain.get("meshes", []):
-        kept = []
+        primitives = []
         for triangles in mesh["primitives"]:
             mode = triangles.get("mode", _TRIANGLES)
             if mode == _FAN or triangles.get("extensions"):
@@ -137,8 +137,8 @@ def _keep_triangles(plain: dict[str, Any], source: str) -> int:
             if material is not None and plain["materials"][material]:
                 lean["material"] = material
                 lean["attributes"].pop("COLOR_0", None)
-            kept.append(lean)
-        mesh["primitives"] = kept
+            primitives.append(lean)
+        mesh["primitives"] = primitives
         mesh.pop("extras", None)
         mesh.pop("extensions", None)
     return dropped
@@ -164,8 +164,8 @@ def _number_nodes(plain: dict[str, Any], source: str) -> dict[str, str]:
         for triangles in mesh["primitives"]:
             at = triangles.get("indices", triangles["attributes"]["POSITION"])
             total += plain["accessors"][at]["count"] // 3
-        kept = ("children", "matrix", "translation", "rotation", "scale", "mesh")
-        nodes[number] = {key: node[key] for key in kept if key in node} | {"name": str(number)}
+        node_keys = ("children", "matrix", "translation", "rotation", "scale", "mesh")
+        nodes[number] = {key: node[key] for key in node_keys if key in node} | {"name": str(number)}
     if total > _MOST_TRIANGLES:
         _refuse(
             source,

@@ -1,4 +1,4 @@
-"""How closed shells lie to each other: apart, one inside another, or overlapping."""
+"""Relations of closed shells: apart, one inside another, or overlapping."""
 
 from __future__ import annotations
 

@@ -44,13 +44,13 @@ def join_seams(vertices: FloatArray, faces: IntArray, tolerance: float) -> tuple
     on_side = _corners_on(vertices, ends, tolerance)
     if not on_side:
         return faces, 0
-    between = {tuple(sorted(ends[k].tolist())): found for k, found in on_side.items()}
+    between = {tuple(sorted(ends[k].tolist())): corners for k, corners in on_side.items()}
     touched = np.unique([open_side[k] % m for k in on_side])
     made = [part for a, b, c in faces[touched].tolist() for part in _split((a, b, c), between)]
-    kept = np.concatenate([np.delete(faces, touched, axis=0), np.array(made, dtype=np.int64)])
-    if odd_edge_count(kept) >= odd_edge_count(faces):
+    joined = np.concatenate([np.delete(faces, touched, axis=0), np.array(made, dtype=np.int64)])
+    if odd_edge_count(joined) >= odd_edge_count(faces):
         return faces, 0
-    return kept, len(touched)
+    return joined, len(touched)
 
 
 def _corners_on(vertices: FloatArray, ends: IntArray, tolerance: float) -> dict[int, list[int]]:
@@ -59,7 +59,7 @@ def _corners_on(vertices: FloatArray, ends: IntArray, tolerance: float) -> dict[
     tree = cKDTree(vertices[corners])
     start, along = vertices[ends[:, 0]], vertices[ends[:, 1]] - vertices[ends[:, 0]]
     length = np.linalg.norm(along, axis=1)
-    found: dict[int, list[int]] = {}
+    on_edge: dict[int, list[int]] = {}
     looked_at = 0
     for first in range(0, len(ends), _BATCH):
         some = slice(first, first + _BATCH)
@@ -76,8 +76,8 @@ def _corners_on(vertices: FloatArray, ends: IntArray, tolerance: float) -> dict[
             inner &= (off <= tolerance) & (candidates != ends[k, 0]) & (candidates != ends[k, 1])
             if inner.any():
                 order = np.argsort(share[inner])
-                found[k] = candidates[inner][order].tolist()
-    return found
+                on_edge[k] = candidates[inner][order].tolist()
+    return on_edge
 
 
 def _split(

@@ -20,7 +20,7 @@ from gradedesign.part._edges import face_edges
 from gradedesign.part._nesting import manifold_of, mesh_of, shell_volume
 from gradedesign.part._orient import shell_labels, split_shells
 
-#: Volume counted too often or too little, as a share of the part's, that is told, not mended.
+#: Volume counted too often or too little, as a share of the part's, that is reported, not mended.
 NEGLIGIBLE = 1e-3
 #: Farthest that the volume of the union may be from the one found along rays, as a share.
 _AGREEMENT = 2e-3
@@ -121,7 +121,7 @@ def require_simple(vertices: FloatArray, faces: IntArray, source: str) -> None:
 
 
 def _place(vertices: FloatArray, part: IntArray, pairs: IntArray) -> str:
-    """Where a shell passes through itself, in words."""
+    """Place where a shell passes through itself, in words."""
     if len(pairs) == 0:
         return "along whole facets"
     middle = vertices[part[pairs.ravel()]].mean(axis=1)

@@ -1,4 +1,4 @@
-"""Which closed shells bound material: solids, voids, overlaps, fragments.
+"""Closed shells sorted by what they bound: solids, voids, overlaps, fragments.
 
 A reversed shell inside a solid is a void, one that reaches out of it a hole; a shell inside a
 solid that runs the same way round bounds nothing and is dropped.
@@ -76,22 +76,22 @@ def settle_shells(
     warnings = [*free.notes, *flat, *_notes(volumes, roles, source)]
     parts = [p[:, ::-1] if flip else p for p, flip in zip(parts, sign * volumes < 0, strict=True)]
     crossing = keep & nesting.overlap[:, keep].any(axis=1)
-    kept = [parts[k] for k in np.flatnonzero(keep)]
+    shells = [parts[k] for k in np.flatnonzero(keep)]
     if crossing.any():
-        vertices, kept, note = _united(vertices, parts, keep, sign, nesting, source)
+        vertices, shells, note = _united(vertices, parts, keep, sign, nesting, source)
         warnings.append(note)
-    kept_volumes = np.array([shell_volume(vertices, part) for part in kept])
-    _require_bodies(vertices, kept, kept_volumes, bodies, source)
-    vertices, faces = _separate(vertices, kept)
-    if len(kept) > 1 or crossing.any():  # a single shell was measured when it was uncrossed
+    shell_volumes = np.array([shell_volume(vertices, part) for part in shells])
+    _require_bodies(vertices, shells, shell_volumes, bodies, source)
+    vertices, faces = _separate(vertices, shells)
+    if len(shells) > 1 or crossing.any():  # a single shell was measured when it was uncrossed
         require_simple(vertices, faces, source)
     counts = {
         "shells_inverted": int(roles.inverted.sum()),
         "shells_ignored": int(roles.ignored.sum()),
         "shells_united": int(crossing.sum()) + free.united,
         "fragments_dropped": int(roles.fragment.sum()),
-        "bodies": int((kept_volumes > 0).sum()),
-        "voids": int((kept_volumes < 0).sum()),
+        "bodies": int((shell_volumes > 0).sum()),
+        "voids": int((shell_volumes < 0).sum()),
     }
     return SolidShells(vertices=vertices, faces=faces, counts=counts, warnings=tuple(warnings))
 
@@ -121,10 +121,10 @@ def _without_flat(
     """Drop closed shells that enclose nothing, such as pockets flattened by single precision."""
     volumes = np.array([shell_volume(vertices, part) for part in parts])
     solid = np.abs(volumes) > FLAT_SHARE * np.abs(volumes).max()
-    kept = [p for p, keep in zip(parts, solid, strict=True) if keep]
-    gone = len(parts) - len(kept)
+    shells = [p for p, keep in zip(parts, solid, strict=True) if keep]
+    gone = len(parts) - len(shells)
     notes = [f"{source}: {gone} closed shells without volume were dropped"] if gone else []
-    return kept, volumes[solid], notes
+    return shells, volumes[solid], notes
 
 
 def _closed_shells(vertices: FloatArray, faces: IntArray, source: str) -> IntArray:

@@ -147,10 +147,12 @@ def _grown(sheet: _Sheet, facets: IntArray, share: float) -> tuple[IntArray, Cyl
     """Facets connected with some of these that lie on the cylinder through most of them."""
     clusters = sheet.clusters
     points = clusters.surface.vertices[np.unique(clusters.surface.faces[facets])]
-    found = cylinder_through(points, clusters.facet_normals[facets], clusters.facet_areas[facets])
-    if len(points) < 6 or found is None:
+    cylinder = cylinder_through(
+        points, clusters.facet_normals[facets], clusters.facet_areas[facets]
+    )
+    if len(points) < 6 or cylinder is None:
         return None
-    axis, centre, radius = found
+    axis, centre, radius = cylinder
     tolerance = max(clusters.noise, _ON_WALL * radius)
     own = np.abs(_radial(sheet.corners[facets], axis, centre)[1] - radius).max(axis=1)
     if np.count_nonzero(own <= tolerance) < share * len(facets):

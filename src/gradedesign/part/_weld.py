@@ -1,4 +1,4 @@
-"""From loose corners to shared vertices, without facets that carry no area or no news."""
+"""Welding of loose corners to shared vertices, without degenerate and duplicate facets."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def core_points(points: FloatArray) -> FloatArray:
     so that one damaged facet far away does not weld the part into a lump.
     """
     while True:
-        kept = points[_near(points)]
-        if len(kept) == len(points):
+        core = points[_near(points)]
+        if len(core) == len(points):
             return points
-        points = kept
+        points = core
 
 
 def _near(points: FloatArray) -> BoolArray:
@@ -123,17 +123,18 @@ def drop_degenerate(vertices: FloatArray, faces: IntArray, diagonal: float) -> t
     removed : int
     """
     a, b, c = faces.T
-    kept = faces[(a != b) & (b != c) & (c != a)]
-    flat = _areas(vertices, kept) <= (1e-9 * diagonal) ** 2
+    distinct = faces[(a != b) & (b != c) & (c != a)]
+    flat = _areas(vertices, distinct) <= (1e-9 * diagonal) ** 2
     if flat.any():
-        plain = kept[~flat]
-        edges = face_edges(kept)
+        plain = distinct[~flat]
+        edges = face_edges(distinct)
         stray = flat & (edges.count % 2 == 1)[edges.edge_of].reshape(3, -1).any(axis=0)
-        flipped = _flip_flat(vertices, kept[~stray], flat[~stray])
-        ways = (plain, flipped, kept[~stray])  # what closes best, and of that the fewest flat ones
+        flipped = _flip_flat(vertices, distinct[~stray], flat[~stray])
+        # The set with the fewest open edges, and of these the one with the fewest flat facets.
+        ways = (plain, flipped, distinct[~stray])
         best = min(ways, key=odd_edge_count)
         return best, len(faces) - len(plain)
-    return kept, len(faces) - len(kept)
+    return distinct, len(faces) - len(distinct)
 
 
 def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How far a closed surface is from points inside it, along three directions."""
+"""Distances from points inside a closed surface to that surface along three directions."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def chords(
 
 
 def _covering(triangles: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
-    """Which triangles ``(m, 3, 2)`` may cover a place; those whose bounds hold none do not."""
+    """Mask of the triangles ``(m, 3, 2)`` whose bounds hold a place."""
     lower = np.array([a.min(), b.min()])
     step = np.maximum(np.array([a.max(), b.max()]) - lower, 1e-300) / _BOXES
     place = np.clip(((np.stack([a, b], axis=1) - lower) / step).astype(int), 0, _BOXES - 1)

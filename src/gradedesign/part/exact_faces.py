@@ -70,11 +70,11 @@ def _groups(
         return number
 
     for a, b in meeting[meeting[:, 0] != meeting[:, 1]].tolist():
-        one, two = (file_faces.surfaces.get(n, _OTHER) for n in (a, b))
-        if NO_FACE in (a, b) or one.kind != two.kind or one.kind == "other":
+        surface_a, surface_b = (file_faces.surfaces.get(n, _OTHER) for n in (a, b))
+        if NO_FACE in (a, b) or surface_a.kind != surface_b.kind or surface_a.kind == "other":
             continue
-        if one.kind == "cylinder":
-            same = _one_cylinder(one, two, tolerance)
+        if surface_a.kind == "cylinder":
+            same = _one_cylinder(surface_a, surface_b, tolerance)
         else:
             (na, da), (nb, db) = planes[a], planes[b]
             same = bool(na @ nb > 0.0 and np.linalg.norm(np.cross(na, nb)) < _SAME_ANGLE)
@@ -100,11 +100,11 @@ def _planes(
     return result
 
 
-def _one_cylinder(one: ExactSurface, two: ExactSurface, tolerance: float) -> bool:
+def _one_cylinder(first: ExactSurface, second: ExactSurface, tolerance: float) -> bool:
     """Whether two cylinders are the same, either way along their axis."""
-    if one.placed is None or two.placed is None:
+    if first.placed is None or second.placed is None:
         return False
-    (axis, point, diameter), (other, elsewhere, width) = one.placed, two.placed
+    (axis, point, diameter), (other, elsewhere, width) = first.placed, second.placed
     return bool(
         np.linalg.norm(np.cross(axis, other)) < _SAME_ANGLE
         and np.linalg.norm(np.cross(elsewhere - point, axis)) < tolerance

@@ -104,7 +104,7 @@ def carried(
     corners : (m, 3, 3) array, mm
         Triangles as they were read.
     surface : SurfaceMesh
-        What repair made of them.
+        The surface after repair.
     tolerance : float, mm
         Farther from any of them, as in a hole that was filled, a triangle has no face.
     """
@@ -115,10 +115,10 @@ def carried(
     )
     label = faces.label[solid][nearest.triangle]
     label = np.where(nearest.distance <= tolerance, label, NO_FACE)
-    kept = set(np.unique(label).tolist())
+    face_numbers = set(np.unique(label).tolist())
     return FileFaces(
         label=label,
-        names={n: name for n, name in faces.names.items() if n in kept},
-        colors={n: color for n, color in faces.colors.items() if n in kept},
-        surfaces={n: surface for n, surface in faces.surfaces.items() if n in kept},
+        names={n: name for n, name in faces.names.items() if n in face_numbers},
+        colors={n: color for n, color in faces.colors.items() if n in face_numbers},
+        surfaces={n: surface for n, surface in faces.surfaces.items() if n in face_numbers},
     )

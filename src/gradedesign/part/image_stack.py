@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".png", ".tif", ".tiff")
 _FORMATS = ("PNG", "TIFF")
-#: What Pillow raises for damaged PNG and TIFF files, found by altering whole ones.
+#: Exceptions of Pillow for damaged PNG and TIFF files, found by altering whole ones.
 _DAMAGED = (
     OSError,
     SyntaxError,
@@ -66,9 +66,9 @@ def read_image_stack(
     folder : Path
         Of PNG or TIFF images with one frame each; other files are not looked at.
     memory_limit_bytes : int
-        What reading and using the stack may take.
+        Bytes that reading and using the stack may take.
     bytes_per_value : int
-        What using it takes, beside the array itself.
+        Bytes that using it takes, beside the array itself.
 
     Returns
     -------

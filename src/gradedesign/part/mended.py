@@ -72,8 +72,8 @@ def mended(corners: FloatArray, mend: Mend, *, name: str, source: str) -> Mended
     vertices, faces = compact(vertices, faces)
     rims = find_rims(vertices, faces)
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    found, sides, changes = mend(vertices - middle, faces)
-    points, facets = _surface(found, sides, name)
+    mended_vertices, sides, changes = mend(vertices - middle, faces)
+    points, facets = _surface(mended_vertices, sides, name)
     left = find_rims(points, facets)
     if left:
         raise PartError(

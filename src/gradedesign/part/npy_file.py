@@ -41,9 +41,9 @@ def read_npy(path: Path, *, memory_limit_bytes: int, bytes_per_value: int) -> ND
     ----------
     path : Path
     memory_limit_bytes : int
-        What reading and using the array may take.
+        Bytes that reading and using the array may take.
     bytes_per_value : int
-        What using it takes, beside the array itself.
+        Bytes that using it takes, beside the array itself.
 
     Returns
     -------

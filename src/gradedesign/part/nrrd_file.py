@@ -52,9 +52,9 @@ def read_nrrd_file(path: Path, *, memory_limit_bytes: int, bytes_per_value: int)
     ----------
     path : Path
     memory_limit_bytes : int
-        What reading and using the volume may take.
+        Bytes that reading and using the volume may take.
     bytes_per_value : int
-        What using it takes, beside the array itself.
+        Bytes that using it takes, beside the array itself.
 
     Raises
     ------

@@ -57,7 +57,7 @@ class Part:
     source : str
         Name of the file, or ``box``.
     report : RepairReport
-        What was repaired, with all warnings of reading.
+        Repairs, with all warnings of reading.
     bodies : mapping of BodySpec to SurfaceMesh
         Closed surfaces of the bodies that the case names.
     """
@@ -173,20 +173,20 @@ def _bodies(
     readers: Mapping[str, Reader],
 ) -> tuple[dict[BodySpec, SurfaceMesh], list[str]]:
     """Bodies that the case names, and remarks on reading them."""
-    found: dict[BodySpec, SurfaceMesh] = {}
+    bodies: dict[BodySpec, SurfaceMesh] = {}
     notes: list[str] = []
     for key, body in stated_bodies(case).items():
         if body.region is not None:
             with locating(case, f"{key}.region"):
-                found[body] = bodies_with(surface, regions[body.region].triangles)
+                bodies[body] = bodies_with(surface, regions[body.region].triangles)
         elif body.file is not None:
             with locating(case, f"{key}.file"):
                 raw, _ = _read_file(key, body.units, body.file, readers)
-                found[body], report = build_surface(
+                bodies[body], report = build_surface(
                     raw.corners, bodies="all", source=body.file.name
                 )
             notes += [*raw.warnings, *report.warnings]
-    return found, notes
+    return bodies, notes
 
 
 def _read_file(

@@ -197,7 +197,7 @@ def _border(corners: FloatArray) -> tuple[BoolArray, BoolArray]:
 def _beyond_border(
     corners: FloatArray, normals: FloatArray, centres: FloatArray, nearest: ClosestPoints
 ) -> FloatArray:
-    """How far centres ``(3, n)`` lie beyond the border of the patch, along it, mm; 0 within."""
+    """Distance of centres ``(3, n)`` beyond the border of the patch, along it, mm; 0 within."""
     edges, rims = _border(corners)
     on_border = np.concatenate([np.zeros((len(corners), 1), dtype=bool), edges, rims], axis=1)
     gap = centres - nearest.point

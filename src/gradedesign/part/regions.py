@@ -222,8 +222,8 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
         # Planes that pass through the surface: those beyond it or flush with its end cut nothing.
         cuts += [(axis, at) for axis, at in enumerate(lower) if at > whole[:, axis].min()]
         cuts += [(axis, at) for axis, at in enumerate(upper) if at < whole[:, axis].max()]
-        corners, kept = clip_to_box(corners, lower, upper)
-        triangles = triangles[kept]
+        corners, source_triangle = clip_to_box(corners, lower, upper)
+        triangles = triangles[source_triangle]
     corners, triangles = _without_edges(part, corners, triangles)
     used = np.unique(part.faces.label[triangles]).tolist()
     if not used:

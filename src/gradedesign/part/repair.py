@@ -1,4 +1,4 @@
-"""From loose triangles to one closed, outward surface; every change is counted and told."""
+"""Repair of loose triangles to a closed, outward surface; every change is counted and reported."""
 
 from __future__ import annotations
 
@@ -92,13 +92,13 @@ class RepairReport:
 
     @property
     def changes(self) -> dict[str, int]:
-        """How much of what was changed in the file's surface; what was not is left out."""
+        """Number of changes by kind to the file's surface; kinds without one are left out."""
         counts = asdict(self)
-        kept = ("facets_read", "facets_kept", "bodies", "voids")
+        unchanged = ("facets_read", "facets_kept", "bodies", "voids")
         return {
             key: value
             for key, value in counts.items()
-            if isinstance(value, int) and value and key not in kept
+            if isinstance(value, int) and value and key not in unchanged
         } | {key: count for key, count in self.repairer.items() if count}
 
 

@@ -1,4 +1,4 @@
-"""The record of a repairer: what mends a damaged surface in a process of its own."""
+"""The record of a repairer, which mends a damaged surface in a process of its own."""
 
 from __future__ import annotations
 

@@ -112,10 +112,10 @@ def surface_fields(surface: SurfaceMesh) -> tuple[Field, Field]:
     def nearest(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Signed distances, vectors from the closest points, and normals there."""
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
-        found = closest_features(tree, flat)
-        normal, away = normals[found.triangle, found.feature].T, flat - found.point
+        closest = closest_features(tree, flat)
+        normal, away = normals[closest.triangle, closest.feature].T, flat - closest.point
         inside = np.einsum("in,in->n", away, normal) < 0.0
-        return np.where(inside, -found.distance, found.distance), away, normal
+        return np.where(inside, -closest.distance, closest.distance), away, normal
 
     def distance(points: FloatArray) -> FloatArray:
         return nearest(points)[0].reshape(np.shape(points)[1:])

@@ -158,7 +158,7 @@ def _is_ascii_stl(data: bytes) -> bool:
 
 
 def _looks_like(data: bytes) -> str | None:
-    """Name the kind of a file that is not STL, if it can be told."""
+    """Name the kind of a file that is not STL, if it is known."""
     start = data[:1024].lstrip(b"\xef\xbb\xbf \t\r\n").lower().replace(b"\r\n", b"\n")
     if start.startswith(b"pk\x03\x04"):
         return "a 3MF package (zip)" if b"3dmodel.model" in data[-65536:] else "a zip archive"

@@ -1,4 +1,4 @@
-"""How thick a part is about points inside it."""
+"""Thickness of a part about points inside it."""
 
 from __future__ import annotations
 

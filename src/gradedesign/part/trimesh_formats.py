@@ -26,7 +26,7 @@ from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
 
 #: glTF 2.0, 3.4: all linear distances are in metres.
 _GLB_UNIT = "m"
-#: What decoding a damaged file may raise. Lack of memory is left to whoever watches it.
+#: Exceptions of decoding a damaged file. Lack of memory is left to whoever watches it.
 _DAMAGE = (
     ArithmeticError,
     AssertionError,

@@ -1,4 +1,4 @@
-"""Which scaling law describes a cell over the densities a case asks for."""
+"""Choice of the scaling law of a cell over the densities of a case."""
 
 from __future__ import annotations
 

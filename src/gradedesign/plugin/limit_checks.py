@@ -1,4 +1,4 @@
-"""Whether kinds of limits add keys to a case file that are free."""
+"""Checks that the keys which kinds of limits add to a case file are free."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class Registry:
     failures : tuple of PluginFailure
         Every plugin that was not.
     warnings : tuple of str
-        What loaded plugins do that cannot be meant.
+        Warnings about mistakes of loaded plugins.
     """
 
     cell_families: Mapping[str, CellFamily]

@@ -144,12 +144,12 @@ def analysable_bounds(
     needed = seen.needs[0]
     unbound = stated or run.explicit_mesh_size or run.stop_after != "verdict"
     if not (unbound or seen.fits[0]):
-        found = least_fitting(look, wanted)
-        if found is None:
+        fitting = least_fitting(look, wanted)
+        if fitting is None:
             layer = min(domain.layers, default=np.inf)
             refusal = _refusal(case, walls, seen.spacings, seen.bytes, layer, analysis)
         else:
-            least, per_wall, seen = found
+            least, per_wall, seen = fitting
     warnings = _raised(case, (low, rho[least]), walls[least], needed) if least else ()
     return Analysable(
         analysis=analysis,

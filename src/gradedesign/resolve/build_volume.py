@@ -1,4 +1,4 @@
-"""Whether a part fits into its printer."""
+"""Check that a part fits into its printer."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def require_fits(case: CaseIdentity, surface: SurfaceMesh) -> None:
     if (size <= room).all():
         return
     fitting = [name for name, extent in extents.items() if (extent <= room).all()]
-    asked = f"take build_direction {', '.join(fitting)}" if fitting else "no direction fits"
+    advice = f"take build_direction {', '.join(fitting)}" if fitting else "no direction fits"
     with locating(case, "print.build_volume"):
         raise CaseError(
             f"found a part of {' x '.join(f'{s:g}' for s in size)} mm, built towards "
             f"{case.print.build_direction}, in {' x '.join(f'{s:g}' for s in room)} mm; expected "
-            f"one that fits: {asked}"
+            f"one that fits: {advice}"
         )

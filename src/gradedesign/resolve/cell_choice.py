@@ -1,4 +1,4 @@
-"""The cells that fill a part: their law, their densities, and where they lie."""
+"""The cells that fill a part: their law, their densities, and their places."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The lattice that sizing is expected to choose, before it has chosen."""
+"""The lattice that sizing is expected to choose, estimated beforehand."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from gradedesign.verify.finite_cells import FINITE_CELLS
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.tets import STUFFED_TETS
 
-#: What ``[run] analysis = "auto"`` chooses from, in the order of preference.
+#: Analyses from which ``[run] analysis = "auto"`` chooses, in the order of preference.
 AUTOMATIC = (STUFFED_TETS.name, FINITE_CELLS.name)
 
 

@@ -1,4 +1,4 @@
-"""The files of the printed lattice: which formats a case asks for, and writing them."""
+"""The files of the printed lattice: the formats that a case states, and writing them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _TAKEN = ("lattice.png", "lattice.vtu")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LatticeFile:
-    """A file of the printed lattice that a case asks for.
+    """A file of the printed lattice in one of the case's formats.
 
     Attributes
     ----------
@@ -173,7 +173,7 @@ def write_lattice_files(
     Raises
     ------
     GradeDesignError
-        What an exporter raises on purpose, such as a surface that its format cannot hold.
+        Raised by an exporter on purpose, such as for a surface that its format cannot hold.
     PluginError
         If an exporter raises anything else, or leaves anything but one file.
     CaseError, ResourceError

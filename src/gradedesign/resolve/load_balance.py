@@ -30,7 +30,7 @@ class LoadRow:
     moment : (3,) array, N mm
         About the point of the balance.
     gross : float, N
-        What acts locally: of a pressure, also where its resultant is zero.
+        Local forces: of a pressure, also where its resultant is zero.
     """
 
     source: str

@@ -126,7 +126,7 @@ def alignment(
 
 
 def oriented(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """The setup with cells along the directions that its case asks for; as it is without.
+    """The setup with cells along the directions that its case states; unchanged without any.
 
     Parameters
     ----------

@@ -31,5 +31,5 @@ def outer_data(case: CaseIdentity, part: SurfaceMesh) -> dict[str, Any]:
     """Plain data on the triangles that are kept; empty where none are."""
     if not keeps_outer(case):
         return {}
-    kept = "bytes" if outer_records(case, part) else "values"
-    return {"outer": {"triangles": len(part.faces), "kept": kept}}
+    exactness = "bytes" if outer_records(case, part) else "values"
+    return {"outer": {"triangles": len(part.faces), "kept": exactness}}

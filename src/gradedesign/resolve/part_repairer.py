@@ -51,7 +51,7 @@ def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
             raise CaseError(
                 f"{case.where(f'part.repair_options.{key}')}: '{name}' has no such option; {near}"
             )
-    return _asked(repairer, case)
+    return _process_repair(repairer, case)
 
 
 def _rebuild(case: CaseIdentity) -> Mend:
@@ -78,7 +78,7 @@ def _rebuild(case: CaseIdentity) -> Mend:
     return mend
 
 
-def _asked(repairer: Repairer, case: CaseIdentity) -> Mend:
+def _process_repair(repairer: Repairer, case: CaseIdentity) -> Mend:
     """Ask the repairer in a process of its own, within the budgets of the case."""
 
     def mend(

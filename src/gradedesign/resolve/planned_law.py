@@ -1,4 +1,4 @@
-"""Which law a case will use, found without computing any."""
+"""The law that a case will use, found without computing any."""
 
 from __future__ import annotations
 

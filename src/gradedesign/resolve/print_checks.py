@@ -64,11 +64,11 @@ def check_printed(
     return measure_printability(surface, part, case.print, thickness)
 
 
-def print_rows(case: CaseIdentity, found: Printability | None) -> tuple[LimitRow, ...]:
+def print_rows(case: CaseIdentity, printability: Printability | None) -> tuple[LimitRow, ...]:
     """Every limit of ``[print.limits]`` beside its value; of throats where there are voids."""
-    if found is None or case.print is None:
+    if printability is None or case.print is None:
         return ()
-    voids, hanging, limits = found.voids, found.overhang, case.print.limits
+    voids, hanging, limits = printability.voids, printability.overhang, case.print.limits
     angle = f"surface inclined to the plate by less than {hanging.angle:g} deg, but on it"
     grid = f"the printed solid in voxels of {voids.step_mm:.3g} mm"
     rays = "rays through the printed solid"
@@ -76,11 +76,23 @@ def print_rows(case: CaseIdentity, found: Printability | None) -> tuple[LimitRow
     throat = voids.pore_throat_percentiles_mm.get(_NARROW, float("inf"))
     way = "no way out" if voids.min_throat_mm is None else f"{voids.min_throat_mm:g} mm throats"
     stated = (
-        ("thickness", found.thickness.percentiles_mm[_THIN], "mm", rays, f"{_THIN} % are thinner"),
+        (
+            "thickness",
+            printability.thickness.percentiles_mm[_THIN],
+            "mm",
+            rays,
+            f"{_THIN} % are thinner",
+        ),
         ("pore_throat", throat, "mm", grid, "ball that reaches 95 % of the voids from outside"),
         ("overhang", hanging.supported_share, "", facets, f"share of {angle}"),
         ("support_volume", hanging.support_volume, "mm^3", facets, f"below {angle}"),
-        ("islands", float(found.islands.count), "", grid, "layers with nothing within a pixel"),
+        (
+            "islands",
+            float(printability.islands.count),
+            "",
+            grid,
+            "layers with nothing within a pixel",
+        ),
         ("trapped_powder", voids.trapped_volume_mm3, "mm^3", grid, f"voids with {way}"),
     )
     return tuple(
@@ -112,27 +124,27 @@ def broken_words(rows: Sequence[LimitRow]) -> str:
 
 
 def print_warnings(
-    case: CaseIdentity, found: Printability | None, material: Material | None
+    case: CaseIdentity, printability: Printability | None, material: Material | None
 ) -> tuple[str, ...]:
-    """Warnings on the printed solid that no limit of the case speaks of, and how it grows."""
-    if found is None or case.print is None:
+    """Warnings on the printed solid that no limit of the case covers, and its growth as built."""
+    if printability is None or case.print is None:
         return ()
     spec = case.print
     return tuple(
         words
         for words in (
-            _thin(spec, found),
-            _powder(spec, found),
-            _islands(spec, found),
-            _support(spec, found),
-            _growth(found, material),
+            _thin(spec, printability),
+            _powder(spec, printability),
+            _islands(spec, printability),
+            _support(spec, printability),
+            _growth(printability, material),
         )
         if words
     )
 
 
-def _thin(spec: PrintSpec, found: Printability) -> str:
-    thin = found.thickness.percentiles_mm[_THIN]
+def _thin(spec: PrintSpec, printability: Printability) -> str:
+    thin = printability.thickness.percentiles_mm[_THIN]
     if spec.min_wall is None or spec.limits.thickness is not None or thin >= spec.min_wall:
         return ""
     return (
@@ -141,8 +153,8 @@ def _thin(spec: PrintSpec, found: Printability) -> str:
     )
 
 
-def _powder(spec: PrintSpec, found: Printability) -> str:
-    voids = found.voids
+def _powder(spec: PrintSpec, printability: Printability) -> str:
+    voids = printability.voids
     if spec.limits.trapped_powder is not None or not voids.trapped_volume_mm3:
         return ""
     where = ""
@@ -163,8 +175,8 @@ def _powder(spec: PrintSpec, found: Printability) -> str:
     )
 
 
-def _islands(spec: PrintSpec, found: Printability) -> str:
-    islands = found.islands
+def _islands(spec: PrintSpec, printability: Printability) -> str:
+    islands = printability.islands
     if spec.limits.islands is not None or islands.worst is None:
         return ""
     worst = islands.worst
@@ -175,8 +187,8 @@ def _islands(spec: PrintSpec, found: Printability) -> str:
     )
 
 
-def _support(spec: PrintSpec, found: Printability) -> str:
-    hanging = found.overhang
+def _support(spec: PrintSpec, printability: Printability) -> str:
+    hanging = printability.overhang
     if spec.limits.overhang is not None or spec.limits.support_volume is not None:
         return ""
     if not hanging.supported_area:
@@ -189,8 +201,8 @@ def _support(spec: PrintSpec, found: Printability) -> str:
     )
 
 
-def _growth(found: Printability, material: Material | None) -> str:
-    grown = found.as_built
+def _growth(printability: Printability, material: Material | None) -> str:
+    grown = printability.as_built
     if grown is None:
         return ""
     mass = (
@@ -207,15 +219,15 @@ def _point(place: tuple[float, float, float] | None, unit: str = " mm") -> str:
     return f"({', '.join(f'{c:.4g}' for c in place or ())}){unit}"
 
 
-def print_data(found: Printability | None) -> dict[str, Any]:
+def print_data(printability: Printability | None) -> dict[str, Any]:
     """Plain data for ``measures`` of result.json; empty where nothing was measured."""
-    if found is None:
+    if printability is None:
         return {}
-    hanging = found.overhang
+    hanging = printability.overhang
     return {
         "printability": {
-            "build_direction": found.build_direction,
-            "thickness_percentiles_mm": dict(found.thickness.percentiles_mm),
+            "build_direction": printability.build_direction,
+            "thickness_percentiles_mm": dict(printability.thickness.percentiles_mm),
             "overhang": {
                 "angle_deg": hanging.angle,
                 "share_by_angle_deg": dict(hanging.share_by_angle),
@@ -228,8 +240,8 @@ def print_data(found: Printability | None) -> dict[str, Any]:
                 "supported_area_mm2": hanging.supported_area,
                 "support_volume_mm3": hanging.support_volume,
             },
-            "islands": asdict(found.islands),
-            "voids": asdict(found.voids),
-            "as_built": None if found.as_built is None else asdict(found.as_built),
+            "islands": asdict(printability.islands),
+            "voids": asdict(printability.voids),
+            "as_built": None if printability.as_built is None else asdict(printability.as_built),
         }
     }

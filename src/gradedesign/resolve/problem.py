@@ -47,7 +47,7 @@ class Problem:
     mesher : Mesher
         Of the acceptance.
     lattice_files : tuple of LatticeFile
-        What is written of the printed lattice.
+        Files of the printed lattice.
     """
 
     case: Case

@@ -68,8 +68,8 @@ def rebuilt(
 
     def field(points: FloatArray) -> FloatArray:
         index = (np.asarray(points).reshape(3, -1) - origin[:, None]) / spacing
-        found = map_coordinates(values, index, order=1, mode="nearest", output=np.float64)
-        return np.asarray(found).reshape(points.shape[1:])
+        distances = map_coordinates(values, index, order=1, mode="nearest", output=np.float64)
+        return np.asarray(distances).reshape(points.shape[1:])
 
     # The surface's nodes lie half a spacing below the box that it is cut at.
     return extract_surface(field, origin + 1.5 * spacing, origin + (steps - 2.0) * spacing, spacing)

@@ -1,4 +1,4 @@
-"""The law of a case's cell: registered for it, or computed for its very parameters."""
+"""The law of a case's cell: a registered one, or one computed for its parameters."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _ratio_warnings(law: ScalingLaw, poissons_ratio: float) -> tuple[str, ...]:
 
 
 def stress_basis(law: ScalingLaw) -> str:
-    """How local stress is predicted with a law, for the report."""
+    """Basis of the prediction of local stress with a law, for the report."""
     if law.local_stress is None:
         return "macroscopic von Mises stress over the strength at the density"
     surfaces = law.local_stress.surfaces
@@ -117,7 +117,7 @@ def stress_basis(law: ScalingLaw) -> str:
 
 
 def buckling_basis(law: ScalingLaw) -> str:
-    """How buckling of the cells is predicted with a law, for the report."""
+    """Basis of the prediction of cell buckling with a law, for the report."""
     known = law.buckling
     if known is None:
         return "unknown"

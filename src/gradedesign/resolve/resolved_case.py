@@ -80,7 +80,7 @@ class ResolvedCase:
     analyses : tuple of ExplicitAnalysis
         That the case allows, in the order of preference.
     lattice_files : tuple of LatticeFile
-        What is written of the printed lattice.
+        Files of the printed lattice.
     limits : tuple of StatedLimit
     warnings : tuple of str
         Of reading, sizes and loads.
@@ -123,7 +123,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
     known = _without_zones(case, registry)
-    report_step("zones")
+    report_step("cells and their zones")
     zones = resolve_zones(
         known.case,
         registry,
@@ -218,7 +218,7 @@ def _fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
 
 
 def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:
-    """Every zone, the first what lies in no other; that one alone without zones."""
+    """Every zone, the first the lattice outside all others; only that one without zones."""
     if known.zones is not None:
         return known.zones.zones
     return (

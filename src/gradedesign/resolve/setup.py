@@ -1,4 +1,4 @@
-"""From a case to what its iterations start from."""
+"""Preparation of a case for its iterations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Size effects in sizing: where walls of few cells count as what they are, where not and why."""
+"""Size effects in sizing: the walls of few cells that are computed, and why others are not."""
 
 from __future__ import annotations
 

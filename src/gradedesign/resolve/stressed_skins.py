@@ -35,7 +35,7 @@ NO_STRAIN = 1e-10
 def with_stressed_skins(
     known: ResolvedCase, space: TetSpace, on_event: Listener = ignore
 ) -> ResolvedCase:
-    """The case with skins as thick as the stress of the solid part asks; as it is without such.
+    """The case with skins whose thickness follows the stress of the solid part.
 
     Parameters
     ----------

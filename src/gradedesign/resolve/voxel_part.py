@@ -189,7 +189,7 @@ def _interpolated(values: FloatArray, spacing: FloatArray) -> Field:
     def field(points: FloatArray) -> FloatArray:
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
         index = flat / spacing[:, None] + (_MARGIN - 0.5)
-        found = map_coordinates(values, index, order=1, mode="nearest", output=np.float64)
-        return np.asarray(found).reshape(points.shape[1:])
+        interpolated = map_coordinates(values, index, order=1, mode="nearest", output=np.float64)
+        return np.asarray(interpolated).reshape(points.shape[1:])
 
     return field

@@ -1,4 +1,4 @@
-"""How much thicker than the thinnest the walls and layers of a design are, from place to place."""
+"""Thickness of a design's walls and layers from place to place, over that of the thinnest."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LEAST_SHARE = 0.38
 def wall_grading(
     problem: Problem, cells: CellChoice, grid: DensityGrid, spacing: float
 ) -> Field | None:
-    """How much larger than at the thinnest wall the elements of an explicit analysis may be.
+    """Allowed element size of an explicit analysis at a place, over that at the thinnest wall.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class ZoneLaws:
 def zone_laws(
     known: ResolvedCase, registry: Registry, first: ScalingLaw, on_event: Listener
 ) -> ZoneLaws | None:
-    """Laws of the zones; None for a case without.
+    """Laws of the zones; None for a case without zones.
 
     ``first`` is the law of what lies in no zone.
 
@@ -73,8 +73,8 @@ def zone_laws(
                     poissons_ratio=known.material.poissons_ratio,
                 )
                 warnings += [f"zone '{zone.name}': {remark}" for remark in remarks]
-            found, _ = density_bounds(zone.case, zone.cell, laws[number], known.layout.least)
-        bounds.append(found)
+            zone_bounds, _ = density_bounds(zone.case, zone.cell, laws[number], known.layout.least)
+        bounds.append(zone_bounds)
     return ZoneLaws(
         laws=tuple(laws[n] for n in range(len(zones.cells))),
         bounds=tuple(bounds),
@@ -115,10 +115,10 @@ def zoning(
         Zone(
             name=zone.name,
             cell=zones.number_of(zone),
-            bounds=one.bounds,
-            elements_per_wall=one.elements_per_wall,
+            bounds=analysable.bounds,
+            elements_per_wall=analysable.elements_per_wall,
         )
-        for zone, one in zip(zones.zones, able.zones, strict=True)
+        for zone, analysable in zip(zones.zones, able.zones, strict=True)
     )
     factors = _factors(known, zones, made, laws.laws, on_event)
     plain = Zoning(
@@ -164,7 +164,7 @@ def _factors(
         meeting = [zone.bounds for zone in made if zone.cell in (i, j)]
         bounds = min(b[0] for b in meeting), max(b[1] for b in meeting)
         with locating(known.case, "zone"):
-            found = mix_factors(
+            mix = mix_factors(
                 transition,
                 (laws[i], laws[j]),
                 bounds,
@@ -173,8 +173,8 @@ def _factors(
                 on_mix=tell,
             )
             if printer is not None and printer.min_wall is not None:
-                found = _printable(found, printer.min_wall, known.layout.least)
-        factors[i, j] = found
+                mix = _printable(mix, printer.min_wall, known.layout.least)
+        factors[i, j] = mix
     return factors
 
 
@@ -191,13 +191,13 @@ def _mix_warnings(
 ) -> tuple[str, ...]:
     """Say where a mix is much softer or weaker than its cells."""
     warnings = []
-    for (i, j), found in factors.items():
-        for name, values in (("stiffness", found.stiffness), ("strength", found.strength)):
+    for (i, j), mix in factors.items():
+        for name, values in (("stiffness", mix.stiffness), ("strength", mix.strength)):
             n = int(np.argmin(values))
             if values[n] < POOR_MIX:
                 warnings.append(
                     f"the transition from '{cells[i].name}' to '{cells[j].name}' is a weak spot: "
-                    f"with {found.share[n]:.0%} of the second its {name} is down to "
+                    f"with {mix.share[n]:.0%} of the second its {name} is down to "
                     f"{values[n]:.0%} of the mean of both; sizing knows it, but other cells or "
                     f"zones that do not touch may be lighter"
                 )

@@ -33,7 +33,7 @@ from gradedesign.resolve.resolve import cell_parameters, density_bounds
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedZone:
-    """Statements of a case for one zone.
+    """One zone of a case: its cell, law and densities.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class ResolvedZones:
 
 
 def zone_case(case: Case, number: int) -> Case:
-    """The case with what its zone of a number states in place of what ``[lattice]`` does."""
+    """The case with the keys of one zone in place of those of ``[lattice]``."""
     zone, lattice = case.zone[number], case.lattice
     same = zone.cell in (None, lattice.cell)
     parameters = zone.parameters
@@ -128,7 +128,7 @@ def resolve_zones(
     case : Case
     registry : Registry
     first : ResolvedZone
-        What lies in no zone.
+        The lattice outside every zone.
     part : Part
     layout : CellLayout
     distance : callable
@@ -186,11 +186,12 @@ def _resolved_zone(
 
 def _require_one_law(case: Case, zones: Sequence[ResolvedZone]) -> None:
     """Refuse two laws of one cell."""
-    for one, two in pairwise(sorted(zones, key=lambda zone: id(zone.cell))):
-        if one.cell is two.cell and one.law.name != two.law.name:
+    for first, second in pairwise(sorted(zones, key=lambda zone: id(zone.cell))):
+        if first.cell is second.cell and first.law.name != second.law.name:
             raise CaseError(
-                f"{case.where('zone')}: zones {one.name!r} and {two.name!r} have the same cell, "
-                f"but the laws '{one.law.name}' and '{two.law.name}'; name one law for both"
+                f"{case.where('zone')}: zones {first.name!r} and {second.name!r} have the same "
+                f"cell, but the laws '{first.law.name}' and '{second.law.name}'; name one law for "
+                f"both"
             )
 
 
@@ -222,23 +223,23 @@ def _joined(
     shifts: dict[int, tuple[float, float, float]] = {0: (0.0, 0.0, 0.0)}
     transitions: dict[tuple[int, int], CellTransition] = {}
     for i, j in meeting_cells(by_cell):
-        one, two = cells[i], cells[j]
-        low = max(one.window[0], two.window[0])
+        first, second = cells[i], cells[j]
+        low = max(first.window[0], second.window[0])
         least = max(
             low, min(z.bounds[0] for z, n in zip(zones, number, strict=True) if n in (i, j))
         )
         start = shifts.setdefault(i, (0.0, 0.0, 0.0))
         if j not in shifts:
-            moved = joining_shift(one, two, least, length=length)
+            moved = joining_shift(first, second, least, length=length)
             shifts[j] = _plus(start, moved, 1.0)
         apart = _plus(shifts[j], start, -1.0)
-        transitions[i, j] = cell_transition(one, two, shift=apart)
+        transitions[i, j] = cell_transition(first, second, shift=apart)
         neck = measure_neck(transitions[i, j], least, length=length, resolution=24)
-        if neck.pieces > 1 or neck.width == 0:
+        if neck.components > 1 or neck.width == 0:
             raise LatticeError(
-                f"a transition of {length:.3g} cells from '{one.name}' to '{two.name}' at density "
-                f"{least:.3g} falls apart; use a higher density, a longer transition, other cells, "
-                f"or zones that do not touch"
+                f"a transition of {length:.3g} cells from '{first.name}' to '{second.name}' at "
+                f"density {least:.3g} falls apart; use a higher density, a longer transition, "
+                f"other cells, or zones that do not touch"
             )
     return CellMix(
         cells=cells,

@@ -1,4 +1,4 @@
-"""Zones of a part: which cell, law and densities hold where, and what lies between them."""
+"""Zones of a part: cell, law and densities of each, and the transitions between them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Zone:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Zoning:
-    """Zones with their weights, the first of them what lies in no other.
+    """Zones with their weights; the first is the lattice outside every zone.
 
     Attributes
     ----------
@@ -190,11 +190,11 @@ def thinnest_feature(
     ]
     first, second, share = largest_two(cell_weights(zoning, points))
     alone = np.where(share > 0.5, second, first)
-    found = []
+    walls = []
     for n, cell in enumerate(zoning.cells):
         pure = ((share <= 0) | (share >= 1)) & (alone == n)
         if pure.any():
-            found.append((_wall(cell, float(density[pure].min()), size), per_wall[n]))
+            walls.append((_wall(cell, float(density[pure].min()), size), per_wall[n]))
     for (i, j), factors in zoning.factors.items():
         at = (first == i) & (second == j) & (share > 0) & (share < 1)
         below = _interval(factors, share)
@@ -202,8 +202,8 @@ def thinnest_feature(
         for n in np.unique(below[at]):
             least = float(density[at & (below == n)].min())
             thin = min(_wall(cell, least, size) for cell in line[n : n + 2])
-            found.append((thin, max(per_wall[i], per_wall[j])))
-    return min(wall for wall, _ in found), min(wall / count for wall, count in found)
+            walls.append((thin, max(per_wall[i], per_wall[j])))
+    return min(wall for wall, _ in walls), min(wall / count for wall, count in walls)
 
 
 def _wall(cell: Cell, rho: float, size: float) -> float:
@@ -213,5 +213,5 @@ def _wall(cell: Cell, rho: float, size: float) -> float:
 
 def _interval(factors: MixFactors, share: FloatArray) -> np.ndarray:
     """Interval between shares that were computed."""
-    found = np.searchsorted(factors.share, share, side="right") - 1
-    return np.clip(found, 0, factors.share.size - 2)
+    interval = np.searchsorted(factors.share, share, side="right") - 1
+    return np.clip(interval, 0, factors.share.size - 2)

@@ -68,7 +68,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
 
 
 def size_effects_data(setup: Setup) -> dict[str, Any]:
-    """Whether sizing knows walls of few cells, how much of the lattice lies in them, or why not."""
+    """Plain data on size effects: the share of the lattice that has them, or why none has."""
     walls = setup.model.walls
     if walls is None:
         problem, cells = setup.problem, setup.cells

@@ -36,7 +36,7 @@ from gradedesign.verify.tet_fields import solid_stiffness as printed_stiffness
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Beyond this share of the run's displacement the deck's own is another model, which is told.
+#: A deck whose displacement differs by more than this share of the run's gets a warning.
 SAME_MODEL = 1e-3
 
 
@@ -119,7 +119,7 @@ def _homogenised(
     solved = solve_elastic(model.space, stiffness, vectors, solver=model.solver)
     warnings: tuple[str, ...] = ()
     if effective_stiffness(model, rho).ndim > 3:
-        warnings = _told_difference(solved, solve_homogenised(model, rho))
+        warnings = _difference_warning(solved, solve_homogenised(model, rho))
     deck = _deck(
         ["gradedesign: the part as homogenised solid, a material for each density",
          setup.problem.case.name, *warnings],
@@ -173,11 +173,13 @@ def element_means(model: HomogenisedModel, rho: FloatArray) -> AnisotropicStiffn
     return AnisotropicStiffness(C=np.einsum("q,ijqm->ijm", weights, whole))
 
 
-def _told_difference(carried: Sequence[Solution], modelled: Sequence[Solution]) -> tuple[str, ...]:
+def _difference_warning(
+    carried: Sequence[Solution], modelled: Sequence[Solution]
+) -> tuple[str, ...]:
     worst = 0.0
-    for one, other in zip(carried, modelled, strict=True):
-        size = float(np.linalg.norm(other.displacement, axis=0).max())
-        off = float(np.linalg.norm(one.displacement - other.displacement, axis=0).max())
+    for in_deck, in_model in zip(carried, modelled, strict=True):
+        size = float(np.linalg.norm(in_model.displacement, axis=0).max())
+        off = float(np.linalg.norm(in_deck.displacement - in_model.displacement, axis=0).max())
         worst = max(worst, off / size if size > 0.0 else 0.0)
     if worst <= SAME_MODEL:
         return ()
@@ -220,7 +222,9 @@ def _deck(
         stiffness=stiffness,
         steps=steps,
         thermal_expansion=problem.material.thermal_expansion,
-        node_sets={name: region_nodes(space, found) for name, found in facets.items()},
+        node_sets={
+            name: region_nodes(space, facet_numbers) for name, facet_numbers in facets.items()
+        },
     )
 
 

@@ -123,8 +123,10 @@ def _learned(iterations: Sequence[DesignIteration], rho: FloatArray | None) -> C
     """Correction that the explicit analysis of a design taught; none before."""
     if rho is None:
         return Correction()
-    found = (one.correction for one in iterations if np.array_equal(one.rho, rho))
-    return next(found, Correction())
+    corrections = (
+        iteration.correction for iteration in iterations if np.array_equal(iteration.rho, rho)
+    )
+    return next(corrections, Correction())
 
 
 def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> tuple[str, ...]:

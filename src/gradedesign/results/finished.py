@@ -1,4 +1,4 @@
-"""The result that a run folder already holds, so that resuming it need not compute anything."""
+"""The result that a run folder already holds, which resuming reuses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FOR_GOOD = ("tight", "enclosed", "stuck", "saturated", "solid", "stop_after")
 
 
 def finished_result(out: RunFolder, case: Case) -> RunResult | None:
-    """The stored result of this case, where nothing could be added to it; else None.
+    """The stored result of this case, where another run could add nothing; else None.
 
     A run that failed goes on, and so does one that time or iterations ended if the case allows more
     of them now, or one whose files are missing or damaged.

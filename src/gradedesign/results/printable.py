@@ -14,13 +14,16 @@ from gradedesign.verify.wall_thickness import WallThickness
 
 
 def with_print_limits(
-    result: RunResult, case: CaseIdentity, found: Printability | None, material: Material | None
+    result: RunResult,
+    case: CaseIdentity,
+    printability: Printability | None,
+    material: Material | None,
 ) -> RunResult:
-    """The result with the limits of ``[print.limits]``: a design that breaks one is not met.
+    """The result with the limits of ``[print.limits]``; a design that breaks one is not met.
 
     Sizing knows ``min_wall`` alone, so that no further iteration would mend the others.
     """
-    rows = print_rows(case, found)
+    rows = print_rows(case, printability)
     broken = broken_words(rows)
     status, reason, lightest = result.status, result.reason, result.lightest
     if broken:
@@ -32,8 +35,8 @@ def with_print_limits(
         lightest=lightest,
         reason=reason,
         limits=(*result.limits, *rows),
-        measures={**result.measures, **print_data(found)},
-        warnings=(*result.warnings, *print_warnings(case, found, material)),
+        measures={**result.measures, **print_data(printability)},
+        warnings=(*result.warnings, *print_warnings(case, printability, material)),
     )
 
 

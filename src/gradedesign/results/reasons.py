@@ -21,7 +21,7 @@ def why_met(rows: Sequence[LimitRow], ended: Ended, *, tight: bool) -> tuple[str
 
 
 def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
-    """Which limit fails, what ended the loop, and what would help."""
+    """The limit that fails, what ended the loop, and advice."""
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
     worst = max(rows, key=lambda row: row.utilisation)

@@ -61,7 +61,7 @@ def partial_result(
     *,
     sized: SizingResult | None = None,
 ) -> RunResult:
-    """Stopped where the case said."""
+    """Result of a run that ended at its ``stop_after``."""
     numbers: dict[str, Any] = {}
     measures: dict[str, Any] = {}
     common = common_entries(setup, registry)

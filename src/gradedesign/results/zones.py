@@ -70,11 +70,11 @@ def _transitions(zoning: Zoning) -> dict[str, Any]:
         "transitions": [
             {
                 "cells": [zoning.cells[i].name, zoning.cells[j].name],
-                "share_of_second": np.asarray(found.share).tolist(),
-                "stiffness_factor": np.round(found.stiffness, 4).tolist(),
-                "strength_factor": np.round(found.strength, 4).tolist(),
-                "least_density": np.round(found.low, 4).tolist(),
+                "share_of_second": np.asarray(mix.share).tolist(),
+                "stiffness_factor": np.round(mix.stiffness, 4).tolist(),
+                "strength_factor": np.round(mix.strength, 4).tolist(),
+                "least_density": np.round(mix.low, 4).tolist(),
             }
-            for (i, j), found in zoning.factors.items()
+            for (i, j), mix in zoning.factors.items()
         ]
     }

@@ -1,4 +1,4 @@
-"""Walls of few cells in a part: which there are about every tetrahedron, and their ratios."""
+"""Walls of few cells in a part: those about every tetrahedron, and their stiffness ratios."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _KIND = "wall-ratios"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WallMaterial:
-    """Properties that all walls of a part share, at the densities between which sizing chooses."""
+    """Properties that all walls of a part share, at the densities of the design range."""
 
     cell: Cell
     density: FloatArray
@@ -144,7 +144,7 @@ def wall_factors(
 def affordable_kinds(
     faces: FloatArray, axes: BoolArray, volumes: FloatArray, cells: WallMaterial
 ) -> tuple[tuple[WallKind, ...], IntArray]:
-    """Kinds of walls whose voxels are worth the wait together, as fine as that allows.
+    """Kinds of walls that can be computed together within the voxel budget, as fine as that allows.
 
     A sloped face makes walls of every thickness: on an angle block 31 kinds, for twelve minutes.
     """

@@ -30,8 +30,8 @@ _SQUARE = 0.01
 _LEAST_SHARE = 0.01
 #: A kind of wall may stand for one whose thickness differs by this many cells at most.
 _NEAREST = 0.5
-#: Thicker ones, in cells, count as endless: what faces do falls with one over the thickness (6 %
-#: in the membrane stiffness of five simple cubic cells whose struts the faces leave whole).
+#: Thicker ones, in cells, count as infinite: the effect of faces falls with one over the
+#: thickness (6 % in the membrane stiffness of five simple cubic cells whose faces cut no strut).
 _THICKEST = 6.0
 #: Cosine between a face and the axis of the cells from which the wall lies across it.
 _ACROSS = 0.94

@@ -1,4 +1,4 @@
-"""Where densities lie between those at which something is known."""
+"""Interpolation of densities between those at which a quantity is known."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def density_piece(density: FloatArray, rho: FloatArray, what: str) -> IntArray:
     density : (k,) array
     rho : (M,) array
     what : str
-        What is known there, in the plural, for the message.
+        Name of the quantity that is known there, in the plural, for the message.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from gradedesign.sizing.problem import SizingProblem, density_slope
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FeltVariables:
-    """The design variables that lattice feels.
+    """The design variables that move any lattice.
 
     Attributes
     ----------
@@ -34,13 +34,13 @@ class FeltVariables:
 
 
 def felt_variables(problem: SizingProblem) -> FeltVariables:
-    """Which variables lattice feels, and what they cost."""
+    """The design variables that move any lattice, and their cost in volume."""
     weights = problem.model.lattice_volumes
     # Mass per asked density: at the middle of the bounds, where cells at faces hold more or less.
     low, high = problem.windows or problem.bounds
     slope = density_slope(problem)
-    per_asked = solid_slope(problem.model, np.sqrt(low * high) * np.ones_like(slope))
-    cost = collected(problem.filter, weights * per_asked * slope)
+    per_nominal = solid_slope(problem.model, np.sqrt(low * high) * np.ones_like(slope))
+    cost = collected(problem.filter, weights * per_nominal * slope)
     return FeltVariables(
         active=cost > 0,
         cost=cost,
@@ -52,7 +52,7 @@ def felt_variables(problem: SizingProblem) -> FeltVariables:
 def first_variables(
     problem: SizingProblem, felt: FeltVariables, start: FloatArray | None
 ) -> FloatArray:
-    """Variables to begin from; those that no lattice feels stay at the lower bound."""
+    """Initial variables; those that move no lattice stay at the lower bound."""
     lo, hi = problem.bounds
     x = np.full(problem.filter.shape[1], np.sqrt(lo * hi)) if start is None else start
     return np.where(felt.active, np.clip(x, lo, hi), lo)

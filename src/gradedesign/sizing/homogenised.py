@@ -21,7 +21,7 @@ RTOL = 1e-6
 
 
 def solid_held(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Density of the lattice phase with what faces add to it or take away, ``(M,)``."""
+    """Density of the lattice phase with the solid that faces add to it or cut from it, ``(M,)``."""
     effective = effective_density(model, rho)
     return effective if model.walls is None else effective * model.walls.solid(rho)
 

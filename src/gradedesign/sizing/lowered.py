@@ -65,11 +65,11 @@ def lowered(
             break
         change = float(np.abs(trial - best[0]).max() / problem.bounds[1])
         rho = element_densities(problem, trial)
-        found = analysed_step(problem, rho, step.iteration + number, change)
+        lower_step = analysed_step(problem, rho, step.iteration + number, change)
         if on_step is not None:
-            on_step(found)
-        grown = np.log(found.utilisation / used) / np.log(factor / smaller)
+            on_step(lower_step)
+        grown = np.log(lower_step.utilisation / used) / np.log(factor / smaller)
         exponent = float(np.clip(grown, 0.5 * EXPONENT, 4.0 * EXPONENT))
-        if found.utilisation <= most_used and found.mass_g < best[1].mass_g:
-            factor, best = smaller, (trial, found)
+        if lower_step.utilisation <= most_used and lower_step.mass_g < best[1].mass_g:
+            factor, best = smaller, (trial, lower_step)
     return best[0], () if best[1] is step else (best[1],)

@@ -114,7 +114,7 @@ def size(
     allowances = [1.0] * len(problem.limits)
     memories: list[tuple[int, ...]] = [()] * len(problem.limits)
     recent: deque[tuple[FloatArray, ...]] = deque(maxlen=RECENT)
-    first, calm, kept = x, np.ones(x.shape), keep * x
+    first, calm, least_variables = x, np.ones(x.shape), keep * x
     for iteration in range(INSISTENCE * max_iterations):
         rho = element_densities(problem, x)
         most = max_iterations * (1 if iteration < max_iterations else INSISTENCE)
@@ -122,7 +122,7 @@ def size(
             analysed = _analyse(problem, rho, memories, recent)
         report_step(f"new densities of iteration {iteration + 1}")
         floor = _density_floor(problem, analysed, allowances)
-        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), kept)
+        floor = np.maximum(variable_floor(problem.filter, felt.sums, floor, lo), least_variables)
         bounds = _step_bounds(x, move * calm, floor, (lo, hi))
         new = _new_variables(problem, felt, x, analysed, bounds)
         change = float(np.abs(new - x)[felt.active].max(initial=0.0) / hi)
@@ -139,7 +139,7 @@ def size(
             least = np.where(felt.active, np.maximum(lo, keep * first), x)
             return _at_its_aim(problem, x, least, history, tolerance, on_step, converged=ended)
         if factor > 1.0 and (stalled or iteration + 1 >= max_iterations):
-            new = kept = np.maximum(kept, np.minimum(factor * new, hi))
+            new = least_variables = np.maximum(least_variables, np.minimum(factor * new, hi))
         if previous:
             calm = calmed(calm, (new - x) * (x - previous[-1]))
         if len(previous) > 1 and is_two_cycle(new, x, previous[-1]):

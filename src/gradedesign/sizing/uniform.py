@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 EXPONENT = 1.5
 #: A step beyond the density that `EXPONENT` predicts, so that it lands on the other side.
 BEYOND = 1.03
-#: Densities are told apart by this share: where a utilisation jumps, the search ends there.
+#: Relative width of the density interval at which the search ends where a utilisation jumps.
 SAME_DENSITY = 1e-5
 #: A utilisation that grows with density by more than this share is no rounding of the solver.
 RISE = 1e-4

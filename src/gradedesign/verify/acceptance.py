@@ -64,7 +64,7 @@ class Acceptance:
     share : float
         That volume over the whole solid's.
     attempts : tuple of str
-        What the mesher needed.
+        Attempts of the mesher.
     refused : tuple of str
         Submodels that could not be chosen or enlarged, and why.
     """

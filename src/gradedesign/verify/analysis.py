@@ -1,4 +1,4 @@
-"""The protocol of explicit analyses: what the loop, acceptance and files know of them.
+"""The protocol of explicit analyses, used by the loop, acceptance and files.
 
 An analysis solves the printed solid at a resolution. What it returns holds sample points with
 stress, and displacements by region and by point; how it divides the solid is its own matter.
@@ -18,7 +18,7 @@ from gradedesign.verify.printed_solid import PrintedSolid
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolution:
-    """How finely a design is to be analysed.
+    """Element sizes with which a design is analysed.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class AnalysisEstimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Discretisation:
-    """How a solved solid was divided.
+    """Elements and unknowns of a solved solid.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Discretisation:
     requested : float, mm
         Spacing that led here, before it was fitted to the part.
     refused : tuple of str
-        What was wrong with the spacings that were tried first.
+        Faults of the spacings that were tried first.
     dropped_components : int
         Disconnected components that were left out.
     seconds : float
@@ -180,7 +180,7 @@ class SolvedSolid(Protocol):
 
     @property
     def division(self) -> Discretisation:
-        """How the solid was divided."""
+        """Elements and unknowns of the solid."""
 
     @property
     def work(self) -> Mapping[str, float]:

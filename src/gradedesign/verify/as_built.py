@@ -12,7 +12,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, enclosed_vo
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AsBuilt:
-    """How the process changes the volume of the printed solid.
+    """Change of the volume of the printed solid by the process.
 
     Attributes
     ----------

@@ -49,7 +49,7 @@ class DividedSolid:
     requested : float, mm
         Spacing before it was fitted to the part.
     refused : tuple of str
-        What was wrong with the spacings that were tried first.
+        Faults of the spacings that were tried first.
     """
 
     problem: Problem

@@ -33,7 +33,7 @@ class ExplicitResult:
     phase : (n,) int array
         Index into `measures.PHASES`.
     exclusion : ExclusionZone
-        What the exclusion radius leaves out of the measures.
+        Share of the solid that the exclusion radius leaves out.
     masses_g : dict of phase to float, g
     volume : float, mm^3
     seconds : float

@@ -66,7 +66,7 @@ class ExplicitMesh:
     dropped_share : float
         Volume share of the disconnected components that were removed.
     refused : tuple of str
-        What was wrong with the coarser grids that were tried first.
+        Faults of the coarser grids that were tried first.
     """
 
     mesh: TetMesh

@@ -1,4 +1,4 @@
-"""Solved displacements on finite cells, as the protocol of analyses wants them."""
+"""Solved displacements on finite cells, in the protocol of explicit analyses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many grid elements the thinnest wall or strut of a cell needs, measured on the cell itself.
+"""Number of grid elements across the thinnest wall or strut of a cell, measured on the cell itself.
 
 Isosurface stuffing keeps a wall of 1.25 elements, but rounds a strut of 2 to an eighth less volume
 and loses one of 1.25: what a feature needs depends on its shape. One period of the cell is

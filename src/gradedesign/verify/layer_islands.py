@@ -91,34 +91,34 @@ def layer_islands(solid: BoolArray, grid: VoxelGrid) -> LayerIslands:
             started, before = True, np.where(layer, -1, 0)
             continue
         before = _next_layer(layer, before, islands, k)
-    return _told(islands, grid)
+    return _summary(islands, grid)
 
 
 def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: int) -> IntArray:
     """Owner of every pixel of a layer: -1 what is held, n the n-th island, 0 nothing."""
-    pieces, count = label(layer, structure=_TOUCHING)
+    regions, count = label(layer, structure=_TOUCHING)
     held = np.zeros(count + 1, dtype=bool)
-    held[np.unique(pieces[binary_dilation(before == -1, structure=_TOUCHING)])] = True
+    held[np.unique(regions[binary_dilation(before == -1, structure=_TOUCHING)])] = True
     owner = np.where(held, -1, 0)
     owner[0] = 0
     touched: dict[int, set[int]] = {}
     for n in np.unique(before[before > 0]).tolist():
         near = binary_dilation(before == n, structure=_TOUCHING)
-        for piece in np.unique(pieces[near & layer]).tolist():
-            touched.setdefault(piece, set()).add(n)
-    size = np.bincount(pieces.ravel(), minlength=count + 1)
+        for region in np.unique(regions[near & layer]).tolist():
+            touched.setdefault(region, set()).add(n)
+    size = np.bincount(regions.ravel(), minlength=count + 1)
     loose = set(np.flatnonzero(~held[1:]) + 1)
-    for piece, found in touched.items():
-        if piece in loose:
-            first = min(found)
-            owner[piece] = first
-            islands[first - 1].volume += int(size[piece])
+    for region, islands_below in touched.items():
+        if region in loose:
+            first = min(islands_below)
+            owner[region] = first
+            islands[first - 1].volume += int(size[region])
             islands[first - 1].last = k
-            for other in found - {first}:
+            for other in islands_below - {first}:
                 islands[other - 1].into = first
-            loose.discard(piece)
-    for piece in sorted(loose):
-        x, y = np.nonzero(pieces == piece)
+            loose.discard(region)
+    for region in sorted(loose):
+        x, y = np.nonzero(regions == region)
         islands.append(
             _Island(
                 first=k,
@@ -128,11 +128,11 @@ def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: i
                 last=k,
             )
         )
-        owner[piece] = len(islands)
-    return np.asarray(owner[pieces])
+        owner[region] = len(islands)
+    return np.asarray(owner[regions])
 
 
-def _told(islands: list[_Island], grid: VoxelGrid) -> LayerIslands:
+def _summary(islands: list[_Island], grid: VoxelGrid) -> LayerIslands:
     h = grid.step
     for island in reversed(islands):
         if island.into:

@@ -72,7 +72,7 @@ def stress_measures(
     limit : float, MPa
     percentile : float
     cells : CellMap or float, mm
-        What a neighbourhood is: a cell of a map, or a cube of this edge.
+        Kind of neighbourhood: a cell of a map, or a cube of this edge.
 
     Returns
     -------

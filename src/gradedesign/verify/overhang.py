@@ -15,7 +15,7 @@ from gradedesign.verify.wall_thickness import surface_rays
 
 #: Steps of the search for an orientation, degrees: all directions, then around the best.
 COARSE, FINE = 3.6, 1.8
-#: Inclinations to the plate below which the area of the surface is told, degrees.
+#: Inclinations to the plate below which the area of the surface is reported, degrees.
 INCLINATIONS = (10, 20, 30, 40, 50, 60, 70, 80, 90)
 #: Normals are gathered in boxes of this edge, a fifth of a coarse step.
 _BOX = 0.0125
@@ -88,9 +88,9 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
     ends = []
     for pick, sign in ((int(np.argmin(shares)), 1.0), (int(np.argmax(shares)), -1.0)):
         near = _around(search[pick])
-        found = near[int(np.argmin(sign * overhang_fractions(sums, area, near, angle)))]
+        extreme = near[int(np.argmin(sign * overhang_fractions(sums, area, near, angle)))]
         # Gathered normals choose a direction; facets say what it has, and whether as built is best.
-        ends.append(min(((share(d, angle), d) for d in (found, up)), key=lambda e: sign * e[0]))
+        ends.append(min(((share(d, angle), d) for d in (extreme, up)), key=lambda e: sign * e[0]))
     supported, volume = _support(surface, up, angle)
     return Overhang(
         angle=angle,

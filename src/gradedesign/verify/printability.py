@@ -25,7 +25,7 @@ MOST_VOXELS = 2**31 - 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Printability:
-    """How the printed solid is made.
+    """Measures of the printed solid as a print: overhangs, islands, voids, growth, thickness.
 
     Attributes
     ----------

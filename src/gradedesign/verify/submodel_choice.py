@@ -38,7 +38,7 @@ class Submodel:
     load_case : str
         The load case with that value.
     buffer : (float, float, float, float, float, float)
-        What is analysed but not judged on each side, cells: x low, x high, y low, ...
+        Buffer on each side that is analysed but not evaluated, cells: x low, x high, y low, ...
     """
 
     centre: tuple[float, float, float]
@@ -62,7 +62,7 @@ def submodel_box(submodel: Submodel) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Room:
-    """Where submodels may lie.
+    """Volume in which submodels may lie.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Room:
         Triangles that no analysed box may touch: held and loaded regions, whose supports and
         loads a submodel does not carry.
     buffer : float
-        What is analysed around the evaluation box, cells.
+        Buffer around the evaluation box, cells.
     """
 
     avoid: Sequence[FloatArray] = ()

@@ -1,4 +1,4 @@
-"""Solved displacements on quadratic tetrahedra, as the protocol of analyses wants them."""
+"""Solved displacements on quadratic tetrahedra, in the protocol of explicit analyses."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _LEAST_VOXELS = 8
 _PERCENTILES = (5.0, 50.0)
 _HALVINGS = 7
 #: Trapped voids that are described, from the largest.
-_TOLD = 10
+_LISTED = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,10 +132,10 @@ def measure_voids(
         stuck = voids & (way == 0)
     else:
         stuck = _behind_throats(solid, way, h, min_throat) & voids
-    count, labels = _pieces(stuck)
+    count, labels = _components(stuck)
     sizes = np.bincount(labels.ravel(), minlength=count + 1) * h**3
     ways = np.zeros(count + 1)
-    told: list[TrappedVoid] = []
+    largest: list[TrappedVoid] = []
     boxes = find_objects(labels)
     for n in (np.argsort(-sizes[1:], kind="stable") + 1).tolist():
         box = boxes[n - 1]
@@ -144,8 +144,8 @@ def measure_voids(
         index += np.array([part.start for part in box])
         here = tuple(index.tolist())
         ways[n] = _width(way[here], h)
-        if len(told) < _TOLD and sizes[n] >= _LEAST_VOXELS * h**3:
-            told.append(_trapped_void(grid, here, float(sizes[n]), float(ways[n]), throat))
+        if len(largest) < _LISTED and sizes[n] >= _LEAST_VOXELS * h**3:
+            largest.append(_trapped_void(grid, here, float(sizes[n]), float(ways[n]), throat))
     real = sizes >= _LEAST_VOXELS * h**3
     real[0] = False
     sealed = float(sizes[real & (ways == 0)].sum())
@@ -157,7 +157,7 @@ def measure_voids(
         closed_volume_mm3=closed_volume,
         min_throat_mm=min_throat,
         trapped_volume_mm3=closed_volume if min_throat is None else trapped,
-        trapped=tuple(told),
+        trapped=tuple(largest),
         pore_throat_percentiles_mm=_throats(voids, way, h),
     )
 
@@ -192,7 +192,7 @@ def _behind_throats(solid: BoolArray, way: _Levels, h: float, width: float) -> B
     return np.asarray(air & ~free)
 
 
-def _pieces(chosen: BoolArray) -> tuple[int, _Levels]:
+def _components(chosen: BoolArray) -> tuple[int, _Levels]:
     labels, count = label(chosen)
     return count, labels
 
@@ -220,7 +220,7 @@ def _closed_voids(surface: SurfaceMesh) -> tuple[int, float]:
 def _throats(voids: BoolArray, way: _Levels, h: float) -> dict[str, float]:
     """Percentiles of the throats through which the voids' volume is reached, mm."""
     total = np.count_nonzero(voids)
-    found: dict[str, float] = {}
+    throats: dict[str, float] = {}
     for percentile in _PERCENTILES if total else ():
         # A ball that reaches less than the rest is too large.
         low, high = 0.0, _width(int(way[voids].max()), h)
@@ -228,5 +228,5 @@ def _throats(voids: BoolArray, way: _Levels, h: float) -> dict[str, float]:
             middle = 0.5 * (low + high)
             share = np.count_nonzero(voids & _reached(way, h, middle)) / total
             low, high = (low, middle) if 100.0 * (1.0 - share) > percentile else (middle, high)
-        found[f"{percentile:g}"] = 0.5 * (low + high)
-    return found
+        throats[f"{percentile:g}"] = 0.5 * (low + high)
+    return throats

@@ -24,7 +24,7 @@ MOST = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WholeStage:
-    """How a whole solid is analysed at any resolution.
+    """Analyses of a whole solid at any resolution.
 
     Attributes
     ----------
@@ -152,8 +152,8 @@ class _Analyses:
         if not self.values or size < self.values[-1][0]:
             self.result = result
         rows = limit_rows(self.limits, result, self.stage.judged_by)
-        found = {row.key: row for row in rows}
-        self.values.append((size, found, result.traction_residual))
+        row_of = {row.key: row for row in rows}
+        self.values.append((size, row_of, result.traction_residual))
         self.values.sort(key=lambda known: -known[0])
         return True
 

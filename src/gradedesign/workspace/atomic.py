@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gradedesign.errors import CaseError, GradeDesignError, ResourceError
 
-#: What an interrupted write may leave behind; never a name that anyone would read.
+#: Names of files that an interrupted write may leave behind; never a name that anyone would read.
 UNFINISHED = re.compile(r"\..+\.[0-9a-f]{16}\.unfinished")
 
 _CASE_ERRNOS = frozenset(
@@ -43,9 +43,9 @@ def write_error(path: Path, cause: OSError) -> GradeDesignError:
     Parameters
     ----------
     path : Path
-        What was to be written.
+        The file that was to be written.
     cause : OSError
-        What the system said.
+        The error of the system.
 
     Returns
     -------

@@ -21,7 +21,7 @@ from gradedesign.workspace.sealed import read_sealed, write_sealed
 
 log = logging.getLogger(__name__)
 
-#: What a content key can be made of.
+#: Types of which a content key can be made.
 KeyPart: TypeAlias = bytes | str | float | int | NDArray[Any]
 
 _KIND = re.compile(r"[a-z0-9][a-z0-9-]*")

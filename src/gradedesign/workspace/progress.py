@@ -33,7 +33,7 @@ class Event:
     message : str
         One line for a person.
     seconds : float or None
-        What the step took; None while it runs.
+        Seconds of the step; None while it runs.
     values : mapping of str to float
         Numbers behind the message; each name ends in its unit (``mass_g``) or is a ratio.
     fraction : float or None
@@ -60,12 +60,12 @@ def ignore(event: Event) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """Where a computation stands.
+    """Step of a computation with its progress.
 
     Attributes
     ----------
     text : str
-        What is being computed, for a person; empty at the beginning of a level.
+        Name of the step, for a person; empty at the beginning of a level.
     fraction : float or None
         Share of it that is done, 0 to 1, where it is known.
     began : float, s

@@ -77,9 +77,9 @@ def run_worker(
     module : str
         Dotted name; see `serve` for the other side.
     arrays : mapping of str to array_like
-        What the worker reads from ``in.npz``.
+        Arrays that the worker reads from ``in.npz``.
     options : mapping of str to float, int, str or bool
-        What it reads from ``options.json``.
+        Options that it reads from ``options.json``.
     time_limit_s : float
         Wall time, s.
     memory_limit_bytes : int

@@ -1,4 +1,4 @@
-"""Why a worker process ended as it did, as the error that its caller gets."""
+"""The reason why a worker process ended, as the error that its caller gets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOG_NAME, READY_NAME, PEAK_NAME = "log.txt", "ready", "peak.txt"
 _KILLED = -9
 #: A worker that held this share of its limit when it was killed had no memory left.
 _NEAR_LIMIT = 0.8
-#: What libraries say when they cannot get address space, for arrays, stacks or their own code.
+#: Messages of libraries that cannot get address space, for arrays, stacks or their own code.
 _OUT_OF_MEMORY = (
     "MemoryError",
     "bad_alloc",
@@ -34,7 +34,7 @@ _LAST_LINES = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """How a worker ended.
+    """The way in which a worker ended.
 
     Attributes
     ----------

@@ -31,7 +31,7 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
 
 @hookimpl
 def gradedesign_cell_makers() -> Iterator[CellMaker]:
-    """Register what convolves the graph that a case describes."""
+    """Register the maker of convolution cells from the graph that a case describes."""
     yield CellMaker(
         name="convolution-graph",
         make=convolution_family,

@@ -38,7 +38,7 @@ def convolution_family(
     """Make a cell family of the convolution surfaces of a periodic graph.
 
     The shape is ``-sigma ln(F / F0)``, with F the field and ``F0 = sigma sqrt(2 pi)`` its value on
-    the axis of an endless strut alone: the surfaces of F itself, with values that neither crowd on
+    the axis of an infinite strut alone: the surfaces of F itself, with values that neither crowd on
     the axes nor vanish in the voids. Level ``t`` is the iso-value ``F0 exp(-t / sigma)``; a strut
     alone has the radius ``sqrt(2 sigma t)``.
 

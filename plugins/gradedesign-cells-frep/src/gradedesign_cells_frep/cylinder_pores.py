@@ -13,7 +13,7 @@ from gradedesign_cells_frep.pore_family import Pores, pore_family
 
 
 def cylinders(p: FloatArray) -> FloatArray:
-    """Gauge of three crossing endless cylinders of radius 1."""
+    """Gauge of three crossing infinite cylinders of radius 1."""
     square = p * p
     # The largest square counts for no cylinder but its own.
     return np.asarray(np.sqrt(np.maximum(square.sum(axis=0) - square.max(axis=0), 0.0)))

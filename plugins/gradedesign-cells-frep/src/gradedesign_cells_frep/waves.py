@@ -19,7 +19,7 @@ def slab_waves(
     phase: Sequence[float],
     threshold: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> FloatArray:
-    """Three sets of endless parallel slabs, one orthogonal to each axis.
+    """Three sets of infinite parallel slabs, one orthogonal to each axis.
 
     The paper's ``s = sin(q x + p) - l``, turned and a quarter of a period on:
     ``l - sin(2 pi (q u + p - 1/4))`` is at most 0 in the slabs, whose middle planes lie at

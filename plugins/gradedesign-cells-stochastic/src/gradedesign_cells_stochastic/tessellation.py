@@ -1,4 +1,4 @@
-"""The Delaunay tetrahedra of periodic points, and what is dual to them."""
+"""The Delaunay tetrahedra of periodic points, and their dual Voronoi cells."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def gradedesign_cell_families() -> Iterator[CellFamily]:
 
 @hookimpl
 def gradedesign_cell_makers() -> Iterator[CellMaker]:
-    """Register what makes struts of the graph that a case describes."""
+    """Register the maker of strut cells from the graph that a case describes."""
     yield CellMaker(
         name="strut-graph",
         make=strut_family,

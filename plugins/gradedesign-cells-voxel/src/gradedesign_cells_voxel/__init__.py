@@ -41,7 +41,7 @@ _COMMON = {
 
 @hookimpl
 def gradedesign_cell_makers() -> Iterator[CellMaker]:
-    """Register what makes cells of the files that a case names."""
+    """Register the makers of cells from the files that a case names."""
     yield CellMaker(
         name="mesh",
         make=_from_mesh,

@@ -115,7 +115,7 @@ def mesh_distance(corners: FloatArray, resolution: int, tolerance: float) -> Fie
 
 
 def inside_surface(corners: FloatArray, axis: FloatArray) -> NDArray[np.bool_]:
-    """Which nodes of a grid lie inside a closed surface.
+    """Mask of the grid nodes that lie inside a closed surface.
 
     Counts the crossings of columns along z, exactly also where a column meets an edge or a corner.
 

@@ -52,7 +52,7 @@ class VoxelSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoxelReading:
-    """How the surface follows from voxels.
+    """Options for turning voxels into a surface.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ _LAST_WORDS = 600
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ranks:
-    """How PETSc's processes are started.
+    """Command and environment that start PETSc's processes.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Ranks:
 
 
 def find_ranks() -> Ranks:
-    """How ranks are started here, by the environment or by what is installed.
+    """Command that starts ranks on this machine, from the environment or from what is installed.
 
     Raises
     ------

@@ -50,7 +50,7 @@ _UNITS = {
 
 
 class FileRefused(Exception):  # noqa: N818 - an answer rather than an error of the program
-    """Why a file is no part."""
+    """A file that is no part; the message says why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +98,8 @@ def read_solids(path: str, form: str) -> CadSolids:
     loose: list[CadFace] = []
     for k in range(1, roots.Length() + 1):
         for label, place in _simple_shapes(roots.Value(k), TopLoc_Location()):
-            found, left = _bodies(label, place)
-            bodies += found
+            solids, left = _bodies(label, place)
+            bodies += solids
             loose += left
     if loose:
         sewn, left_out = _sewn(loose)

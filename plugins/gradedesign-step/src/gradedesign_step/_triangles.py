@@ -75,10 +75,10 @@ def triangulate(solids: CadSolids, chord_tolerance: float | None) -> CadTriangle
         raise FileRefused(f"{len(index)} triangles; state a larger [part] chord_tolerance")
     label = np.repeat(np.arange(1, len(meshes) + 1), [len(mesh.index) for mesh in meshes])
     corners = nodes[index]
-    kept = _with_area(corners)
+    with_area = _with_area(corners)
     result = CadTriangles(
-        corners=corners[kept],
-        label=label[kept],
+        corners=corners[with_area],
+        label=label[with_area],
         surfaces={
             number: _surface(face.shape, _SAME_SURFACE * diagonal)
             for number, face in enumerate(solids.faces, 1)
