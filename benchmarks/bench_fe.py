@@ -1,7 +1,8 @@
 """Assembly and multigrid on a solid box and on a gyroid block, beside the targets.
 
     python benchmarks/bench_fe.py                  # box of 1.08 M unknowns
-    python benchmarks/bench_fe.py gyroid           # stuffed gyroid sheet, 3 x 3 x 3 cells
+    python benchmarks/bench_fe.py gyroid           # stuffed gyroid sheet, 2 x 2 x 2 cells
+    python benchmarks/bench_fe.py gyroid 3 18      # 3 x 3 x 3 cells, 18 elements a cell
     python benchmarks/bench_fe.py peer             # beside scikit-fem and pypardiso, 107 k unknowns
 
 Seconds are wall time; processor seconds in brackets tell how busy the machine was otherwise.
@@ -162,7 +163,8 @@ def main(what: str) -> None:
     if what == "peer":
         peer()
     elif what == "gyroid":
-        bench(lambda: gyroid_mesh(int(sys.argv[2]) if len(sys.argv) > 2 else 2), 2, 1.0, 2)
+        size = [int(text) for text in sys.argv[2:4]] or [2]
+        bench(lambda: gyroid_mesh(*size), 2, 1.0, 2)
     else:
         bench(lambda: box_mesh(int(sys.argv[2]) if len(sys.argv) > 2 else 22), 2, 10.0, 0)
 

@@ -47,10 +47,15 @@ def ran(folder, passive, cli):
 
 
 def tip(result):
-    """Displacement of the tip, mm."""
-    return next(
-        r["value"] for r in result["limits"] if r["name"] == "displacement of tip magnitude"
-    )
+    """Displacement of the tip in the last iteration, and the low end of its judged band, mm.
+
+    The low end is the value of the finest analysis less half a per cent. The high end follows the
+    residual of the tractions, which differs by a factor of two between these two files.
+    """
+    name = "displacement of tip magnitude"
+    (explicit,) = (r["explicit"] for r in result["iterations"][-1]["limits"] if r["name"] == name)
+    (band,) = (row["band"] for row in result["limits"] if row["name"] == name)
+    return explicit, band["low"]
 
 
 @pytest.mark.slow
@@ -59,6 +64,6 @@ def test_a_run_with_volumes_ends_as_one_with_regions(tmp_path, cli):
     volumes = ran(tmp_path / "volumes", VOLUMES, cli)
     regions = ran(tmp_path / "regions", LAYERS, cli)
     assert volumes["mass_g"] == pytest.approx(regions["mass_g"], rel=0.002)
-    assert tip(volumes) == pytest.approx(tip(regions), rel=0.005)
+    assert tip(volumes) == pytest.approx(tip(regions), rel=0.001)
     # Two ends of 1.5 x 8 x 8 mm.
     assert volumes["printed"]["volumes_mm3"]["passive solid"] == pytest.approx(192.0, rel=0.002)

@@ -49,7 +49,7 @@ def test_the_chamfer_is_gone(spacing):
         1 - tet_report(m).volume / (2 / 3 * np.pi * RADIUS**3) - chords for m in (raw, sharp)
     )
     assert before > 0
-    assert abs(after) < 0.65 * before
+    assert abs(after) < 0.45 * before
 
 
 def test_the_edge_is_reached():
@@ -80,3 +80,33 @@ def test_moved_vertices_lie_on_both_faces():
 def test_a_smooth_solid_is_left_alone():
     mesh = stuff(_ball, (0.0, 0.0, 0.0), (15, 15, 15), 0.5)
     assert snap_feature_edges(mesh, _ball, lambda x: x[0] - 50.0, 0.5) is mesh
+
+
+def test_an_acute_wedge_is_drawn_out_to_its_edge():
+    """A prism over an isosceles triangle of 40 degrees at the tip, turned out of the grid.
+
+    The grid loses the tip for more than its spacing: 48 % of the lost volume comes back, and 19 %
+    where a vertex moves at most 0.75 spacings and what spoils a tetrahedron together is given up.
+    """
+    tip, spacing = np.radians(20.0), 0.25
+    turn = np.linalg.qr(np.random.default_rng(79).standard_normal((3, 3)))[0]
+
+    def local(x):
+        return np.tensordot(turn, x - 4.0, axes=1)
+
+    def upper(x):
+        y = local(x)
+        return -y[0] * np.sin(tip) + y[1] * np.cos(tip)
+
+    def rest(x):
+        y = local(x)
+        lower = -y[0] * np.sin(tip) - y[1] * np.cos(tip)
+        return np.maximum(lower, np.maximum(y[0] - 3.0, np.abs(y[2]) - 1.5))
+
+    raw = stuff(lambda x: np.maximum(upper(x), rest(x)), (-0.1,) * 3, (34,) * 3, spacing)
+    sharp = snap_feature_edges(raw, upper, rest, spacing)
+    volume = 9.0 * np.tan(tip) * 3.0
+    lost = [volume - tet_report(m).volume for m in (raw, sharp)]
+    assert lost[1] < 0.6 * lost[0]
+    assert tet_report(sharp).inverted == 0
+    assert tet_report(sharp).min_dihedral >= min(9.0, tet_report(raw).min_dihedral)

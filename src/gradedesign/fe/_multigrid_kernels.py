@@ -37,7 +37,7 @@ def multiply(
     row, column : int32 arrays
         Block rows and block columns in compressed form.
     blocks : (n_blocks, r, c) array
-        One by one blocks act on all three components of a node alike.
+        3 by c or 6 by c; one by one blocks act on all three components of a node alike.
     x, y : (n,) or (k, n) arrays of the type of `blocks`
     keep : (n,) array of the type of `blocks`
     add : float
@@ -108,17 +108,37 @@ def _row_product(
         y[k] = add * y[k] + keep[k] * s0
         y[k + 1] = add * y[k + 1] + keep[k + 1] * s1
         y[k + 2] = add * y[k + 2] + keep[k + 2] * s2
-    else:
-        for a in range(r):
-            y[k + a] *= add
-        # Rows inside blocks: their sums are independent, so additions need not wait in line.
+    elif r == 3:
+        s0, s1, s2 = zero, zero, zero
         for p in range(row[i], row[i + 1]):
             j = c * column[p]
-            for a in range(r):
-                total = zero
-                for b in range(c):
-                    total += blocks[p, a, b] * x[j + b]
-                y[k + a] += keep[k + a] * total
+            for b in range(c):
+                u = x[j + b]
+                s0 += blocks[p, 0, b] * u
+                s1 += blocks[p, 1, b] * u
+                s2 += blocks[p, 2, b] * u
+        y[k] = add * y[k] + keep[k] * s0
+        y[k + 1] = add * y[k + 1] + keep[k + 1] * s1
+        y[k + 2] = add * y[k + 2] + keep[k + 2] * s2
+    else:
+        # Blocks of six rows: six sums that wait for nothing but themselves stay in registers.
+        s0, s1, s2, s3, s4, s5 = zero, zero, zero, zero, zero, zero
+        for p in range(row[i], row[i + 1]):
+            j = c * column[p]
+            for b in range(c):
+                u = x[j + b]
+                s0 += blocks[p, 0, b] * u
+                s1 += blocks[p, 1, b] * u
+                s2 += blocks[p, 2, b] * u
+                s3 += blocks[p, 3, b] * u
+                s4 += blocks[p, 4, b] * u
+                s5 += blocks[p, 5, b] * u
+        y[k] = add * y[k] + keep[k] * s0
+        y[k + 1] = add * y[k + 1] + keep[k + 1] * s1
+        y[k + 2] = add * y[k + 2] + keep[k + 2] * s2
+        y[k + 3] = add * y[k + 3] + keep[k + 3] * s3
+        y[k + 4] = add * y[k + 4] + keep[k + 4] * s4
+        y[k + 5] = add * y[k + 5] + keep[k + 5] * s5
 
 
 @njit(fastmath=FAST, cache=True)
@@ -192,16 +212,28 @@ def _multiply_serial(
 def _relax_node(
     i: int, inverse: Any, f: Any, y: Any, momentum: Any, step: Any, d: Any, x: Any
 ) -> None:
-    """One block row of `relax`."""
+    """One block row of `relax`; rows of three, most of them, stay in registers."""
     b = inverse.shape[1]
     k = b * i
-    for r in range(b):
+    if b == 3:
+        u, v, w = f[k] - y[k], f[k + 1] - y[k + 1], f[k + 2] - y[k + 2]
+        s = inverse[i, 0, 0] * u + inverse[i, 0, 1] * v + inverse[i, 0, 2] * w
+        t = inverse[i, 1, 0] * u + inverse[i, 1, 1] * v + inverse[i, 1, 2] * w
+        r = inverse[i, 2, 0] * u + inverse[i, 2, 1] * v + inverse[i, 2, 2] * w
+        u, v, w = d[k], d[k + 1], d[k + 2]
+        u, v, w = momentum * u + step * s, momentum * v + step * t, momentum * w + step * r
+        d[k], d[k + 1], d[k + 2] = u, v, w
+        x[k] += u
+        x[k + 1] += v
+        x[k + 2] += w
+        return
+    for m in range(b):
         total = np.float32(0.0)
         for c in range(b):
-            total += inverse[i, r, c] * (f[k + c] - y[k + c])
-        d[k + r] = momentum * d[k + r] + step * total
-    for r in range(b):
-        x[k + r] += d[k + r]
+            total += inverse[i, m, c] * (f[k + c] - y[k + c])
+        d[k + m] = momentum * d[k + m] + step * total
+    for m in range(b):
+        x[k + m] += d[k + m]
 
 
 @njit(parallel=True, fastmath=FAST, cache=True, nogil=True)

@@ -23,6 +23,7 @@ from gradedesign.fe._assembly_kernels import (
     stiffness_blocks_of_moments,
 )
 from gradedesign.fe._energy_kernels import element_energies, element_energies_of_moments
+from gradedesign.fe._isotropic_kernels import isotropic_blocks
 from gradedesign.fe._multigrid_kernels import multiply
 from gradedesign.fe._space_kernels import LOCAL_EDGES
 from gradedesign.fe.element_points import barycentric, shape_derivatives
@@ -109,10 +110,12 @@ def assemble(pattern: AssemblyPattern, stiffness: Stiffness) -> bsr_matrix:
             pattern.column,
         )
     else:
-        blocks = stiffness_blocks(
+        coefficients = kernel_coefficients(stiffness)[:, 0]
+        kernel = isotropic_blocks if coefficients.shape[1] == 2 else stiffness_blocks
+        blocks = kernel(
             space.nodes,
             space.elements,
-            kernel_coefficients(stiffness)[:, 0],
+            coefficients,
             _stiffness_tables(space.order),
             pattern.incidence,
             pattern.row,

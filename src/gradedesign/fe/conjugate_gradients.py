@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import bsr_matrix
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.fe._conjugate_kernels import descend, turn
 from gradedesign.fe._multigrid_kernels import multiply
 from gradedesign.workspace.progress import report_step
 
@@ -109,6 +110,7 @@ def _iterate(
     rz = dots(r, z)
     q = np.zeros_like(x)
     first = norms(r)
+    left = first.copy()
     while True:
         multiply(matrix.indptr, matrix.indices, matrix.data, p, keep, 0.0, q)
         curvature = dots(p, q)
@@ -118,16 +120,14 @@ def _iterate(
                 active[k] = False
                 continue
             alpha = rz[k] / curvature[k]
-            x[k] += alpha * p[k]
-            r[k] -= alpha * q[k]
-            active[k] = norms(r[k : k + 1])[0] > goal[k] and done[k] < limit
+            left[k] = np.sqrt(descend(x[k], r[k], p[k], q[k], alpha))
+            active[k] = left[k] > goal[k] and done[k] < limit
         if not active.any():
             return True
-        report_step("multigrid", _share_done(first, norms(r), goal, active))
+        report_step("multigrid", _share_done(first, left, goal, active))
         z = precondition(r)
         for k in np.flatnonzero(active):
-            p[k] *= -dots(z[k : k + 1], q[k : k + 1])[0] / curvature[k]
-            p[k] += z[k]
+            turn(p[k], z[k], -dots(z[k : k + 1], q[k : k + 1])[0] / curvature[k])
         rz = dots(r, z)
 
 

@@ -15,7 +15,8 @@ from scipy.sparse import bsr_matrix, csr_matrix
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.block_rows import BlockRows, inverted_diagonal, largest_eigenvalue
-from gradedesign.fe.multigrid import Hierarchy, Level, Smoother, factorised
+from gradedesign.fe.chebyshev import Smoother
+from gradedesign.fe.multigrid import Hierarchy, Level, factorised
 from gradedesign.finite_cell import _tree_kernels as kernels
 
 log = logging.getLogger(__name__)

@@ -2,7 +2,8 @@
 
 Isosurface stuffing cuts off an edge between two faces: the surface triangle runs from a vertex on
 one face to a vertex on the other. Here one end of each such triangle side is moved onto the edge,
-the intersection of both zero sets, wherever the tetrahedra around it stay good.
+the intersection of both zero sets, wherever the tetrahedra around it stay good: first the nearer
+ends all at once, then what spoiled a tetrahedron together or alone one by one, then the other ends.
 """
 
 from __future__ import annotations
@@ -18,10 +19,13 @@ log = logging.getLogger(__name__)
 
 #: A vertex lies on a face when the face's field is smaller than this, in grid spacings.
 ON_FACE = 0.08
-#: A vertex moves at most this far, in grid spacings.
-FARTHEST = 0.75
+#: A vertex moves at most this far, in grid spacings. The tip of a wedge of less than 70 degrees
+#: lies farther than one spacing from what the grid sees of it.
+FARTHEST = 1.5
 #: Dihedral angles that moved tetrahedra must keep, degrees.
 LEAST_ANGLE, LARGEST_ANGLE = 9.0, 165.0
+#: Rounds of moves: all nearer ends at once, then one by one what spoiled a tetrahedron together.
+ROUNDS = 16
 #: Step of the difference quotients, in grid spacings.
 STEP = 1e-3
 
@@ -43,47 +47,90 @@ def snap_feature_edges(mesh: TetMesh, first: Field, second: Field, spacing: floa
     TetMesh
         Same connectivity; a vertex whose move would spoil a tetrahedron stays where it was.
     """
-    movers = _vertices_to_move(mesh, first, second, spacing)
-    if len(movers) == 0:
+    fields = first, second
+    crossing, near = _crossing_sides(mesh, fields, spacing)
+    if len(crossing) == 0:
         return mesh
-    start = mesh.points[:, movers]
-    target, sound = _onto_both(start, first, second, spacing)
-    keep = sound & (np.linalg.norm(target - start, axis=0) <= FARTHEST * spacing)
     points = np.array(mesh.points)
-    points[:, movers[keep]] = target[:, keep]
-    moved = np.zeros(points.shape[1], dtype=bool)
-    moved[movers[keep]] = True
-    touched = np.flatnonzero(moved[mesh.tets].any(axis=0))
-    while True:
-        bad = touched[_is_bad(points, mesh.tets[:, touched])]
-        culprits = np.unique(mesh.tets[:, bad])
-        culprits = culprits[moved[culprits]]
-        if len(culprits) == 0:
+    snapped = np.zeros(points.shape[1], dtype=bool)
+    for turn in range(ROUNDS):
+        left = crossing[~snapped[crossing].any(axis=1) & np.isfinite(near[crossing]).any(axis=1)]
+        movers = np.unique(left[np.arange(len(left)), np.argmin(near[left], axis=1)])
+        if len(movers) == 0:
             break
-        points[:, culprits] = mesh.points[:, culprits]
-        moved[culprits] = False
-    log.info("snapped %d of %d edge vertices", np.count_nonzero(moved), len(movers))
+        if turn > 0:
+            movers = _apart(movers, mesh.tets, points.shape[1])
+        _move(points, mesh.tets, movers, fields, spacing, snapped)
+        if turn > 0:
+            near[movers[~snapped[movers]]] = np.inf
+    log.info(
+        "snapped %d vertices, %d of %d chamfered sides left",
+        np.count_nonzero(snapped), np.count_nonzero(~snapped[crossing].any(axis=1)), len(crossing),
+    )  # fmt: skip
     return TetMesh(points=points, tets=mesh.tets)
 
 
-def _vertices_to_move(
-    mesh: TetMesh, first_field: Field, second_field: Field, spacing: float
-) -> IntArray:
-    """Of every triangle side from one face to the other, the end nearer to their edge."""
+def _move(
+    points: FloatArray,
+    tets: IntArray,
+    movers: IntArray,
+    fields: tuple[Field, Field],
+    spacing: float,
+    snapped: BoolArray,
+) -> None:
+    """Move vertices onto the edge in place, but for those that reach too far or spoil a tet."""
+    before = points[:, movers].copy()
+    target, sound = _onto_both(before, *fields, spacing)
+    keep = sound & (np.linalg.norm(target - before, axis=0) <= FARTHEST * spacing)
+    points[:, movers[keep]] = target[:, keep]
+    moved = np.zeros(points.shape[1], dtype=bool)
+    moved[movers[keep]] = True
+    touched = np.flatnonzero(moved[tets].any(axis=0))
+    while True:
+        bad = touched[_is_bad(points, tets[:, touched])]
+        culprits = np.unique(tets[:, bad])
+        culprits = culprits[moved[culprits]]
+        if len(culprits) == 0:
+            break
+        points[:, culprits] = before[:, np.searchsorted(movers, culprits)]
+        moved[culprits] = False
+    snapped |= moved
+
+
+def _apart(movers: IntArray, tets: IntArray, count: int) -> IntArray:
+    """Of ascending vertices those that share no tet with a kept one of lower number."""
+    rank = np.full(count, count)
+    rank[movers] = movers
+    near = tets[:, (rank[tets] < count).any(axis=0)]
+    least = np.full(count, count)
+    for corner in near:
+        np.minimum.at(least, corner, rank[near].min(axis=0))
+    return movers[least[movers] == movers]
+
+
+def _crossing_sides(
+    mesh: TetMesh, fields: tuple[Field, Field], spacing: float
+) -> tuple[IntArray, FloatArray]:
+    """Triangle sides from one face to the other, and how far every vertex is from their edge.
+
+    Returns
+    -------
+    crossing : (k, 2) int array
+    near : (n,) array, mm
+        Of a vertex on one face the field of the other; infinite inside.
+    """
     facets, _ = boundary_facets(mesh)
     used = np.unique(facets)
-    first, second = first_field(mesh.points[:, used]), second_field(mesh.points[:, used])
+    first, second = (field(mesh.points[:, used]) for field in fields)
     near = np.full(mesh.points.shape[1], np.inf)
-    # Distance to the edge: the field that does not vanish here.
     near[used] = np.maximum(np.abs(first), np.abs(second))
     side = np.zeros(mesh.points.shape[1], dtype=np.int64)
     on_one, on_other = np.abs(first) <= ON_FACE * spacing, np.abs(second) <= ON_FACE * spacing
     side[used[on_one & ~on_other]] = 1
     side[used[on_other & ~on_one]] = 2
     ends = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]])
-    crossing = ends[(side[ends].min(axis=1) == 1) & (side[ends].max(axis=1) == 2)]
-    nearer = np.argmin(near[crossing], axis=1)
-    return np.unique(crossing[np.arange(len(crossing)), nearer])
+    ends = ends[ends[:, 0] < ends[:, 1]]
+    return ends[side[ends].min(axis=1) * side[ends].max(axis=1) == 2], near
 
 
 def _onto_both(
