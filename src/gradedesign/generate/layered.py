@@ -103,7 +103,11 @@ def generate_layers(
         result,
         folder=out.path,
         files=files,
-        measures={**result.measures, "cell": cell},
+        measures={
+            **result.measures,
+            "cell": cell,
+            "disconnected": {"count": layers.dropped, "volume_share": layers.dropped_share},
+        },
         warnings=(*result.warnings, NO_SURFACE),
         timing_s=announce.timing(),
     )

@@ -218,7 +218,7 @@ def layered_density(
         if not (whole > 0).all() or not count.all():
             empty = np.count_nonzero((whole <= 0) | (count == 0))
             raise LatticeError(f"no point of the part was found in {empty} slabs")
-        slab = np.clip(np.searchsorted(edges, middles, side="right") - 1, 0, last)
+        slab = np.clip(np.searchsorted(edges, middles, side="right") - 1, 0, len(whole) - 1)
         found.append(
             SlabDensities(
                 axis=axis,
