@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,43 @@ def knot(path):
     mesh.export(path)
 
 
+def net_pieces(folder):
+    """Connected pieces of the net-skin, and the share of the largest, by pixels of its layers.
+
+    The net-skin is what is solid down to its thickness below the surface; pixels are connected
+    that share a face.
+    """
+    from gradedesign.case.read_generate import load_generate_case
+    from gradedesign.generate.generate import _design
+    from gradedesign.generate.stated_cells import stated_cells
+    from gradedesign.lattice.dense_lattice import DenseLattice, dense_lattice
+    from gradedesign.output.layers import _slice_at
+    from gradedesign.part.part import read_part
+    from gradedesign.plugin.registry import build_registry
+    from gradedesign.resolve.lattice_files import printed_lattice
+    from gradedesign.resolve.part_readers import part_readers
+    from gradedesign.resolve.part_repairer import part_repairer
+
+    registry, case = build_registry(), load_generate_case(folder)
+    part = read_part(case, part_readers(case, registry), part_repairer(case, registry))
+    design, _, _ = _design(case, part, stated_cells(case, registry), None)
+    (net,) = design.domain.nets
+
+    def dense(reach):
+        whole = dense_lattice(design, reach)
+
+        def field(points):
+            return np.maximum(whole(points), -whole.part(points) - net.thickness)
+
+        return DenseLattice(field=field, part=whole.part)
+
+    lattice = printed_lattice(case, part.surface, part.surface, design, None)
+    layers = _slice_at(
+        replace(lattice, dense_field=dense), case.print.layer_height, case.print.pixel_size
+    )
+    return layers.dropped + 1, 1.0 - layers.dropped_share
+
+
 def measure(cell):
     """Print what the command takes."""
     with tempfile.TemporaryDirectory() as name:
@@ -83,11 +121,15 @@ def measure(cell):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         took = time.perf_counter() - began
         result = json.loads((folder / "out" / "result.json").read_text())
+        pieces, largest = net_pieces(folder)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    apart = result["measures"]["disconnected"]
     print(
         f"{cell}: {took:.1f} s ({took / PUBLISHED[cell]:.3f} of the published time), "
         f"{used.ru_utime + used.ru_stime:.1f} s of processor time so far, "
-        f"{used.ru_maxrss / 1e6:.2f} GB at most so far; {sorted(result)}",
+        f"{used.ru_maxrss / 1e6:.2f} GB at most so far; printed as one piece without "
+        f"{apart['count']} others ({apart['volume_share']:.2g} of the volume); the net-skin alone "
+        f"is {pieces} piece{'' if pieces == 1 else 's'}, the largest {largest:.4%} of it",
         flush=True,
     )
 

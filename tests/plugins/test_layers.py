@@ -95,6 +95,72 @@ def test_a_part_that_its_printer_cannot_hold_is_refused_with_directions(cli, tmp
     assert "take build_direction +z, -z" in told
 
 
+ALONE = """\
+[case]
+name = "layers alone"
+[part]
+box = ["6 mm", "5 mm", "4 mm"]
+[material]
+name = "Ti-6Al-4V"
+[lattice]
+cell = "bcc"
+size = "2.5 mm"
+origin = ["0.4 mm", "1.1 mm", "0.3 mm"]
+density = 0.2
+skin = {thickness = "0.3 mm", net = true}
+[print]
+layer_height = "0.1 mm"
+pixel_size = "0.05 mm"
+build_direction = "+x"
+[output]
+formats = ["cli-binary", "png-stack"]
+"""
+
+
+def test_layers_alone_are_those_of_a_lattice_with_a_surface(cli, tmp_path):
+    """Without a surface: the same layers, their mass and densities; with one, what it tells too."""
+    found = []
+    for name, formats in (("alone", ""), ("both", '"stl", ')):
+        text = ALONE.replace('formats = ["cli', f'formats = [{formats}"cli')
+        (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+        ended = cli("generate", tmp_path, "-o", tmp_path / name)
+        assert ended.code == 0, ended.err
+        found.append(json.loads((tmp_path / name / "result.json").read_text(encoding="utf-8")))
+        assert ("no surface was made" in " ".join(ended.out.split())) == (name == "alone")
+    alone, both = found
+    files = [
+        (tmp_path / folder / name).read_bytes()
+        for folder, name in (("alone", "lattice.cli"), ("both", "lattice-cli-binary.cli"))
+    ]
+    heads = [f[f.index(b"$$HEADEREND") :] for f in files]
+    one, other = (
+        list(read_cli(tmp_path / folder / name))
+        for folder, name in (("alone", "lattice.cli"), ("both", "lattice-cli-binary.cli"))
+    )
+    assert len(heads[0]) == len(heads[1])
+    for (top, lines), (meant, others) in zip(one, other, strict=True):
+        assert top == meant
+        for (way, points), (turn, places) in zip(lines, others, strict=True):
+            assert way == turn
+            np.testing.assert_allclose(points, places, atol=1e-5)
+    assert not (tmp_path / "alone" / "lattice.png").exists()
+    assert "printability" not in alone["measures"]
+    assert "closed_voids" not in alone["measures"]
+    density = alone["measures"]["density"]
+    held = sum(signed_area(p[:-1]) * 0.1 for _, lines in one for _, p in lines)
+    assert alone["measures"]["volume_mm3"] == pytest.approx(held, rel=5e-3)
+    assert alone["mass_g"] == pytest.approx(both["mass_g"], rel=0.02)
+    assert density["layers"] == pytest.approx(both["measures"]["density"]["surface"], rel=0.02)
+    assert density["field"] == pytest.approx(both["measures"]["density"]["field"], rel=0.01)
+    for axis, slabs in density["slabs"].items():
+        meant = both["measures"]["density"]["slabs"][axis]
+        assert slabs["edges_mm"] == meant["edges_mm"]
+        np.testing.assert_allclose(slabs["layers"], meant["surface"], atol=0.02)
+        np.testing.assert_allclose(slabs["field"], meant["field"], atol=0.01)
+    table = (tmp_path / "alone" / "slabs.csv").read_text(encoding="utf-8")
+    assert table.startswith("axis,from_mm,to_mm,part_mm3,target,field,layers\n")
+
+
 def ball(centre, radius):
     return lambda p: (
         np.linalg.norm(p - np.reshape(centre, (3, *[1] * (p.ndim - 1))), axis=0) - radius

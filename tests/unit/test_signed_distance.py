@@ -10,7 +10,7 @@ import trimesh
 from gradedesign.errors import MeshError, PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.part.box import box_surface
-from gradedesign.part.signed_distance import region_distance, surface_distance, surface_fields
+from gradedesign.part.signed_distance import region_distance, surface_distance
 
 PARTS = Path(__file__).resolve().parents[3] / "shared" / "parts"
 
@@ -85,7 +85,7 @@ def test_outward_is_the_gradient_of_the_distance():
     gradient = [
         (box_distance(points + s, size) - box_distance(points - s, size)) / 2e-5 for s in shifts
     ]
-    _, outward = surface_fields(box_surface(size))
+    outward = surface_distance(box_surface(size)).outward
     # Central differences of a distance of 0.01 mm or more: (1e-5 / 0.01)^2 / 6, and of faces none.
     np.testing.assert_allclose(outward(points), gradient, atol=1e-6)
 
@@ -95,7 +95,7 @@ def test_outward_at_the_surface_is_its_normal():
     points = np.array(
         [[1, 1, 1], [1, 1, 1 + 1e-12], [1, 1, 1 - 1e-12], [3, 1, 1], [3 + 1e-12, 1, 1 + 1e-12]]
     ).T
-    _, outward = surface_fields(box_surface((3.0, 2.0, 1.0)))
+    outward = surface_distance(box_surface((3.0, 2.0, 1.0))).outward
     half = np.sqrt(0.5)
     expected = np.array([[0, 0, 1], [0, 0, 1], [0, 0, 1], [half, 0, half], [half, 0, half]]).T
     np.testing.assert_allclose(outward(points), expected, atol=1e-12)

@@ -56,6 +56,7 @@ def generate(
 def print_generated(result: RunResult) -> None:
     """Print target and achieved density of every slab along the axis on which they differ most."""
     density = result.measures["density"]
+    measured_on = "surface" if "surface" in density else "layers"
     axis, slabs = max(
         density["slabs"].items(), key=lambda item: max(item[1]["target"]) - min(item[1]["target"])
     )
@@ -66,30 +67,30 @@ def print_generated(result: RunResult) -> None:
             slabs["edges_mm"][1:],
             slabs["target"],
             slabs["field"],
-            slabs["surface"],
+            slabs[measured_on],
             strict=False,
         )
     ]
     typer.echo("")
     print_table(
         "Relative density by slabs of one cell",
-        (f"{axis} mm", "target", "field", "surface", "error"),
+        (f"{axis} mm", "target", "field", measured_on, "error"),
         rows,
     )
     print_text(
-        f"total: target {density['target']:.4f}, field {density['field']:.4f}, surface "
-        f"{density['surface']:.4f}; thinnest wall "
+        f"total: target {density['target']:.4f}, field {density['field']:.4f}, {measured_on} "
+        f"{density[measured_on]:.4f}; thinnest wall "
         f"{result.measures['cell']['thinnest_wall_mm']:.3g} mm",
         hang=2,
     )
     if result.mass_g is not None:
         print_text(f"mass {result.mass_g:.4g} g of {result.solid_mass_g:.4g} g solid")
-    thin = result.printed["thickness_percentiles_mm"]
-    print_text(
-        f"thickness: 0.1, 1 and 5 % of the surface have less than {thin['0.1']:.3g}, "
-        f"{thin['1']:.3g} and {thin['5']:.3g} mm of solid behind them",
-        hang=2,
-    )
+    if thin := result.printed.get("thickness_percentiles_mm"):
+        print_text(
+            f"thickness: 0.1, 1 and 5 % of the surface have less than {thin['0.1']:.3g}, "
+            f"{thin['1']:.3g} and {thin['5']:.3g} mm of solid behind them",
+            hang=2,
+        )
     if result.status == "not_met":
         print_text(f"NOT_MET: {result.reason}", hang=2)
     if result.limits:

@@ -1,18 +1,15 @@
-"""The lattice alone, from a stated density: no sizing, no analysis, no verdict.
-
-Above 300 lines: the record of a generated lattice stands beside the steps that fill it.
-"""
+"""The lattice alone, from a stated density: no sizing, no analysis, no verdict."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
-from gradedesign.generate.generate_files import slab_data, write_generated
+from gradedesign.generate.generate_files import write_generated
+from gradedesign.generate.layered import generate_layers, layers_alone
 from gradedesign.generate.stated_cells import (
     BuiltCells,
     StatedCells,
@@ -23,16 +20,16 @@ from gradedesign.generate.stated_cells import (
 )
 from gradedesign.generate.stated_density import stated_density
 from gradedesign.generate.stated_map import stated_map
+from gradedesign.generate.stated_result import StatedLattice, stated_result
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands
-from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.lattice.trim import contour_grid
 from gradedesign.layout.design_domain import design_domain
-from gradedesign.layout.drains import drain_data, drain_warnings, drained
+from gradedesign.layout.drains import drain_warnings, drained
 from gradedesign.layout.part_room import require_lattice_left
 from gradedesign.layout.placed_map import lattice_points
 from gradedesign.layout.skin_room import require_no_stress, require_struts, skin_warnings
@@ -52,7 +49,6 @@ from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.print_checks import check_printed, require_voxels_fit
 from gradedesign.resolve.resolve import resolve_material
-from gradedesign.results.common import library_versions
 from gradedesign.results.failed import recording_failure
 from gradedesign.results.printable import thickness_data, with_print_limits
 from gradedesign.verify.printability import Printability
@@ -72,9 +68,6 @@ class Generated:
 
     Attributes
     ----------
-    part : Part
-    cells : StatedCells
-    built : BuiltCells
     design : LatticeDesign
     surface : SurfaceMesh
         What is printed.
@@ -84,23 +77,17 @@ class Generated:
         Across x, y and z.
     step : float, mm
         Grid of the surface.
-    wall : float, mm
-        Thinnest wall or strut at the least density.
     thickness : WallThickness
         Of the surface.
     printability : Printability or None
         How it is made, where the case has ``[print]``.
     """
 
-    part: Part
-    cells: StatedCells
-    built: BuiltCells
     design: LatticeDesign
     surface: SurfaceMesh
     islands: Islands
     slabs: tuple[SlabDensities, ...]
     step: float
-    wall: float
     thickness: WallThickness
     printability: Printability | None
 
@@ -167,16 +154,22 @@ def _generate(
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
+        wall = thinnest_wall(cells, least_density(design.density), case.lattice.cell_size)
+    stated = StatedLattice(
+        part=part, cells=cells, built=built, design=design, wall=wall, report=report
+    )
+    material = None if case.material is None else resolve_material(case.material, registry)
+    if layers_alone(case, formats):
+        return generate_layers(case, registry, stated, formats, material, (out, announce))
     with announce.stage("lattice"):
-        made = build(case, part, cells, built, design)
+        made = build(case, part, design, wall)
     slabs = made.slabs[0]
     announce.say(
         "lattice",
         f"{len(made.surface.faces)} triangles at a grid of {made.step:.3g} mm, density "
         f"{total(slabs, 'surface'):.4f} of {total(slabs, 'target'):.4f}",
     )
-    material = None if case.material is None else resolve_material(case.material, registry)
-    result = generated_result(case, registry, made, report, material)
+    result = generated_result(case, registry, made, stated, material)
     if joints := result.measures["joints_mm3"]:
         announce.say("lattice", f"joints add {joints:.4g} mm^3")
     result = with_print_limits(result, case, made.printability, material)
@@ -217,10 +210,10 @@ def _design(
     return design, built, {"cell_map": report, "warnings": warnings}
 
 
-def build(
-    case: GenerateCase, part: Part, cells: StatedCells, built: BuiltCells, design: LatticeDesign
-) -> Generated:
+def build(case: GenerateCase, part: Part, design: LatticeDesign, wall: float) -> Generated:
     """Surface of a lattice without disconnected components, and its densities.
+
+    ``wall`` is the thinnest wall or strut, mm.
 
     Raises
     ------
@@ -228,7 +221,6 @@ def build(
         If there is no solid, or too much of it would be disconnected.
     """
     size = case.lattice.cell_size
-    wall = thinnest_wall(cells, least_density(design.density), size)
     finest = size / MOST_STEPS_PER_CELL
     step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
     surface, islands = printed_surface(
@@ -246,15 +238,11 @@ def build(
     report_step("thickness of the printed solid")
     measured = wall_thickness(surface)
     return Generated(
-        part=part,
-        cells=cells,
-        built=built,
         design=design,
         surface=surface,
         islands=islands,
         slabs=slabs,
         step=step,
-        wall=wall,
         thickness=measured,
         printability=check_printed(case, part.surface, surface, measured),
     )
@@ -264,55 +252,18 @@ def generated_result(
     case: GenerateCase,
     registry: Registry,
     made: Generated,
-    report: Mapping[str, Any],
+    stated: StatedLattice,
     material: Material | None,
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
-    warnings = [*made.part.report.warnings, *registry.notes]
-    warnings += report["warnings"]
-    if made.islands.dropped:
-        warnings.append(f"{made.islands.dropped} floating islands were removed")
-    slabs = made.slabs[0]
-    volume = enclosed_volume(made.surface)
-    first = made.cells.families[0]
-    cell: dict[str, Any] = {
-        "name": first.family.name,
-        "source": first.family.source,
-        "parameters": dict(first.parameters),
-        "window": list(made.cells.window),
-        "size_mm": list(case.lattice.size),
-        "grading": case.lattice.grading,
-        "thinnest_wall_mm": made.wall,
-        "grid_mm": made.step,
-    }
-    density: dict[str, Any] = {what: total(slabs, what) for what in ("target", "field", "surface")}
-    density["slabs"] = {"xyz"[s.axis]: slab_data(s) for s in made.slabs}
-    heavy = None if material is None else material.density
-    return RunResult(
-        status="partial",
-        lightest=False,
-        reason="generated from a stated density; no analysis was asked for, nothing is proven",
-        relative_density=volume / made.part.volume,
-        measures={
-            "density": density,
-            "cell": cell,
-            "cell_map": dict(report["cell_map"]),
-            "drains": drain_data(made.design.domain.drains),
-            "closed_voids": {
-                "count": made.islands.pockets,
-                "volume_mm3": made.islands.pocket_volume,
-            },
-            "transition": dict(made.built.transition),
-            "volume_mm3": volume,
-            "joints_mm3": joint_volume(made.design),
-        },
-        printed={**thickness_data(made.thickness), **outer_data(case, made.part.surface)},
-        repairs=made.part.report.changes,
-        warnings=tuple(dict.fromkeys(warnings)),
-        plugins=tuple(str(p) for p in registry.plugins),
-        versions=library_versions(),
-        case_hash=case.case_hash,
-        case_name=case.name,
-        mass_g=None if heavy is None else volume * heavy * 1e6,
-        solid_mass_g=None if heavy is None else made.part.volume * heavy * 1e6,
+    result = stated_result(
+        (case, registry), stated, made.slabs, (enclosed_volume(made.surface), made.islands.dropped),
+        material,
+    )  # fmt: skip
+    voids = {"count": made.islands.pockets, "volume_mm3": made.islands.pocket_volume}
+    cell = {**result.measures["cell"], "grid_mm": made.step}
+    return replace(
+        result,
+        measures={**result.measures, "cell": cell, "closed_voids": voids},
+        printed={**thickness_data(made.thickness), **outer_data(case, stated.part.surface)},
     )

@@ -59,7 +59,7 @@ def write_generated(
 
 def slab_table(slabs: Sequence[SlabDensities]) -> str:
     """One line per slab, comma separated, units in the header."""
-    lines = ["axis,from_mm,to_mm,part_mm3,target,field,surface"]
+    lines = [f"axis,from_mm,to_mm,part_mm3,target,field,{slabs[0].measured_on}"]
     for s in slabs:
         for n in range(len(s.target)):
             numbers = (
@@ -77,7 +77,7 @@ def slab_data(slabs: SlabDensities) -> dict[str, Any]:
         "edges_mm": slabs.edges.tolist(),
         "target": slabs.target.tolist(),
         "field": slabs.field.tolist(),
-        "surface": slabs.surface.tolist(),
+        slabs.measured_on: slabs.surface.tolist(),
         "largest_error_of_field": float(np.abs(field).max()),
-        "largest_error_of_surface": float(np.abs(surface).max()),
+        f"largest_error_of_{slabs.measured_on}": float(np.abs(surface).max()),
     }

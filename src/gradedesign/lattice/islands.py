@@ -102,7 +102,7 @@ def remove_islands(
         pockets=int(np.count_nonzero(kept[voids])),
         pocket_volume=abs(float(volume[voids][kept[voids]].sum())),
     )
-    _refuse_large(report.dropped, share, max_share)
+    refuse_large(report.dropped, share, max_share)
     if kept.all():
         return surface, report
     log.info(
@@ -147,7 +147,7 @@ def largest_components(
     if not dropped:
         return mesh, 0, 0.0
     share = 1.0 - float(volume[main].sum() / volume.sum())
-    _refuse_large(dropped, share, max_share)
+    refuse_large(dropped, share, max_share)
     log.info("dropped %d disconnected components of tets, %.2g of the volume", dropped, share)
     tets = mesh.tets[:, np.isin(label, main)]
     used, packed = np.unique(tets, return_inverse=True)
@@ -155,7 +155,13 @@ def largest_components(
     return kept, dropped, share
 
 
-def _refuse_large(dropped: int, share: float, max_share: float) -> None:
+def refuse_large(dropped: int, share: float, max_share: float = MAX_SHARE) -> None:
+    """Refuse disconnected components that hold more than a share of the volume.
+
+    Raises
+    ------
+    LatticeError
+    """
     if share > max_share:
         raise LatticeError(
             f"the lattice falls apart: {dropped} disconnected components hold "

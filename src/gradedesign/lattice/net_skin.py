@@ -88,8 +88,7 @@ def net_value(
     if net.faces is not None:
         layer = np.maximum(layer, net.faces(points) - net.thickness + net.start)
     near = np.flatnonzero(layer < net.thickness)
-    count = int(np.ceil(_PER_CELL * (net.reach - net.start) / size)) + 1
-    depths = np.linspace(net.start, net.reach, count)
+    depths = depths_of(net, size)
     value = np.array(layer)
     for start in range(0, len(near), _BATCH):
         some = near[start : start + _BATCH]
@@ -98,6 +97,12 @@ def net_value(
         least = _projected(field, foot, normal, depths, layer[some])
         value[some] = np.maximum(layer[some], least)
     return value
+
+
+def depths_of(net: NetSkin, size: float) -> FloatArray:
+    """Depths below the surface at which struts are looked for in cells of a size, ``(k,)``, mm."""
+    count = int(np.ceil(_PER_CELL * (net.reach - net.start) / size)) + 1
+    return np.linspace(net.start, net.reach, count)
 
 
 def _projected(

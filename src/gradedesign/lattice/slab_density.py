@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray, locked
+from gradedesign.arrays import BoolArray, Field, FloatArray, locked
 from gradedesign.cell.shape import spread_points
 from gradedesign.errors import LatticeError
 from gradedesign.lattice._surface_kernels import volumes_under
@@ -17,6 +19,8 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh
 
 #: Points of the field per slab; the volume they find is right to about 0.001.
 POINTS_PER_SLAB = 100_000
+#: Points of the part's box where all slabs share them.
+POINTS_IN_BOX = 1_000_000
 _BATCH = 1 << 18
 
 
@@ -37,7 +41,9 @@ class SlabDensities:
     field : (n,) array
         Share of the part inside the lattice's field, by evenly spread points.
     surface : (n,) array
-        Volume inside the extracted surface over that of the part.
+        Volume of what is printed over that of the part.
+    measured_on : str
+        ``surface``, or ``layers`` where no surface was made.
     """
 
     axis: int
@@ -46,6 +52,7 @@ class SlabDensities:
     target: FloatArray
     field: FloatArray
     surface: FloatArray
+    measured_on: str = "surface"
 
     def __post_init__(self) -> None:
         for name in ("edges", "part_volume", "target", "field", "surface"):
@@ -133,6 +140,97 @@ def slab_density(
         field=share,
         surface=printed / whole,
     )
+
+
+class FieldPoints(NamedTuple):
+    """Evenly spread points of a part.
+
+    Attributes
+    ----------
+    target : (n,) array
+        Density asked for, 1 in skins and passive regions.
+    points : (3, n) array, mm
+    solid : (n,) bool array
+        Inside the field of the lattice.
+    volume : float, mm^3
+        Of the field, by the share of points.
+    """
+
+    target: FloatArray
+    points: FloatArray
+    solid: BoolArray
+    volume: float
+
+
+def field_points(design: LatticeDesign, fields: tuple[Field, Field]) -> FieldPoints:
+    """Measure the fields of a lattice, trimmed by the part, and of the part at even points."""
+    lattice, distance = fields
+    lower, edges = design.domain.lower[:, None], design.domain.upper - design.domain.lower
+    points = lower + edges[:, None] * spread_points(POINTS_IN_BOX)
+    depth = distance(points)
+    points, depth = points[:, depth <= 0], depth[depth <= 0]
+    lattices = phase_at(design.domain, points, depth) == LATTICE
+    solid = np.asarray(lattice(points) <= 0)
+    return FieldPoints(
+        target=np.where(lattices, density_at(design, points), 1.0),
+        points=points,
+        solid=solid,
+        volume=float(edges.prod() * np.count_nonzero(solid) / POINTS_IN_BOX),
+    )
+
+
+def layered_density(
+    design: LatticeDesign,
+    field: FieldPoints,
+    part: SurfaceMesh,
+    printed: Sequence[tuple[FloatArray, FloatArray]],
+    *,
+    thickness: float,
+) -> tuple[SlabDensities, ...]:
+    """Density of slabs across x, y and z of a lattice of which there are layers, no surface.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    field : FieldPoints
+    part : SurfaceMesh
+    printed : sequence of ((k,) array, (k,) array)
+        Middles of thin slices across each axis, mm, and the volume printed in them, mm^3; a slice
+        counts for the slab of its middle.
+    thickness : float, mm
+        Of a slab.
+
+    Raises
+    ------
+    LatticeError
+        If the part has no volume in a slab, or no point was found there.
+    """
+    found = []
+    for axis, (middles, volumes) in enumerate(printed):
+        edges = slab_edges(
+            float(design.domain.lower[axis]), float(design.domain.upper[axis]), thickness
+        )
+        whole = np.diff(volumes_below(part, axis, edges))
+        at = np.clip(
+            np.searchsorted(edges, field.points[axis], side="right") - 1, 0, len(whole) - 1
+        )
+        count = np.bincount(at, minlength=len(whole))
+        if not (whole > 0).all() or not count.all():
+            empty = np.count_nonzero((whole <= 0) | (count == 0))
+            raise LatticeError(f"no point of the part was found in {empty} slabs")
+        slab = np.clip(np.searchsorted(edges, middles, side="right") - 1, 0, len(whole) - 1)
+        found.append(
+            SlabDensities(
+                axis=axis,
+                edges=edges,
+                part_volume=whole,
+                target=np.bincount(at, weights=field.target, minlength=len(whole)) / count,
+                field=np.bincount(at, weights=field.solid, minlength=len(whole)) / count,
+                surface=np.bincount(slab, weights=volumes, minlength=len(whole)) / whole,
+                measured_on="layers",
+            )
+        )
+    return tuple(found)
 
 
 def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatArray:

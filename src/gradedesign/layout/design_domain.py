@@ -16,7 +16,7 @@ from gradedesign.layout.fillings import with_fillings
 from gradedesign.layout.passive import passive_regions
 from gradedesign.layout.skin_room import require_stated_thickness
 from gradedesign.part.part import Part
-from gradedesign.part.signed_distance import region_distance, surface_fields
+from gradedesign.part.signed_distance import region_distance, surface_distance
 
 
 def design_domain(
@@ -41,7 +41,7 @@ def design_domain(
         If these are too small for a grid of the part.
     """
     points = part.surface.vertices
-    distance, outward = surface_fields(part.surface)
+    distance = surface_distance(part.surface)
     domain = DesignDomain(
         distance=distance,
         lower=points.min(axis=0),
@@ -51,7 +51,7 @@ def design_domain(
             NetSkin(
                 thickness=spec.thickness[1],
                 reach=spec.net_depth or max(case.lattice.edges),
-                outward=outward,
+                outward=distance.outward,
                 faces=_faces(part, spec),
             )
             for spec in case.lattice.skin

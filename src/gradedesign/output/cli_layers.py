@@ -15,16 +15,17 @@ from typing import IO
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
-from gradedesign.output.contours import contours, signed_area
-from gradedesign.output.layers import Layers, dense_field, slice_lattice
+from gradedesign.output import _layer_kernels as kernels
+from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
+from gradedesign.output.layers import Layers, slice_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
 
 _HEADER_END = b"$$HEADEREND"
-#: Commands of the binary form: a layer and a polyline, both of long numbers.
-_LAYER, _POLYLINE = 127, 130
+#: Command of the binary form that begins a layer.
+_LAYER = kernels.LAYER
 #: Values are this far from 0 at least, so that every point is between two pixels, of a pixel.
 _CLEAR = 1e-6
 #: Area read back may differ by text and float32 this share.
@@ -49,47 +50,27 @@ def export_cli_binary(path: Path, lattice: PrintedLattice) -> None:
     _export(path, lattice, binary=True)
 
 
-def layer_polygons(layers: Layers, number: int, field: Field) -> list[FloatArray]:
-    """Closed polygons ``(n, 2)`` of one layer in the axes of the machine, mm."""
-    solid = layers.solid(number)
-    near = _beside_change(solid)
-    values = np.where(solid, -1.0, 1.0)
-    found = np.abs(layers.values(number, field, near))
-    values[near] *= np.maximum(found, _CLEAR * layers.pixel)
-    values[~near] *= layers.pixel
-    return [layers.lower[:2] + layers.pixel * polygon for polygon in contours(values)]
-
-
-def _beside_change(solid: BoolArray) -> BoolArray:
-    """Pixels with a neighbour that is not as they are."""
-    near = np.zeros_like(solid)
-    for axis in range(2):
-        change = np.diff(solid, axis=axis)
-        low = [slice(None)] * 2
-        high = [slice(None)] * 2
-        low[axis], high[axis] = slice(None, -1), slice(1, None)
-        near[tuple(low)] |= change
-        near[tuple(high)] |= change
-    return near
-
-
 def _export(path: Path, lattice: PrintedLattice, *, binary: bool) -> None:
     layers = slice_lattice(lattice)
-    field = dense_field(lattice, layers.pixel)
+    tracer = Tracer(layers.shape)
     areas = [0.0]
     with path.open("wb") as file:
         file.write(_header(lattice, layers, binary=binary))
         _put_layer(file, layers.top(-1), binary=binary)
-        for number in range(len(layers.bits)):
-            report_step("contours of layers", number / len(layers.bits))
-            polygons = layer_polygons(layers, number, field)
-            areas.append(sum(signed_area(polygon) for polygon in polygons))
+        for number, layer in enumerate(layers.layers):
+            report_step("contours of layers", number / len(layers.layers))
+            solid, values = layers.solid(number), np.zeros(layers.shape)
+            pixel = layers.pixel
+            kernels.spread_values(solid, layer.beside, _CLEAR * pixel, pixel, values)
+            places, first = tracer.polygons(values)
+            places = layers.lower[:2] + pixel * places
+            enclosed = enclosed_areas(places, first)
+            areas.append(float(enclosed.sum()))
             _put_layer(file, layers.top(number), binary=binary)
-            for polygon in polygons:
-                _put_polygon(file, polygon, binary=binary)
+            _put_polygons(file, places, first, enclosed, binary=binary)
         if not binary:
             file.write(b"$$GEOMETRYEND\n")
-    _read_back(path, layers, areas)
+    _read_back(path, layers, areas, binary=binary)
 
 
 def _header(lattice: PrintedLattice, layers: Layers, *, binary: bool) -> bytes:
@@ -103,7 +84,7 @@ def _header(lattice: PrintedLattice, layers: Layers, *, binary: bool) -> bytes:
         "$$VERSION/200",
         f"$$LABEL/1,{name}",
         f"$$DIMENSION/{box}",
-        f"$$LAYERS/{len(layers.bits) + 1:06d}",
+        f"$$LAYERS/{len(layers.layers) + 1:06d}",
     ]
     head = "".join(f"{line}\n" for line in lines).encode("utf-8") + _HEADER_END
     return head if binary else head + b"\n$$GEOMETRYSTART\n"
@@ -113,15 +94,20 @@ def _put_layer(file: IO[bytes], top: float, *, binary: bool) -> None:
     file.write(struct.pack("<Hf", _LAYER, top) if binary else b"$$LAYER/%.6f\n" % top)
 
 
-def _put_polygon(file: IO[bytes], polygon: FloatArray, *, binary: bool) -> None:
-    closed = np.concatenate([polygon, polygon[:1]])
-    direction = int(signed_area(polygon) > 0.0)
+def _put_polygons(
+    file: IO[bytes], places: FloatArray, first: IntArray, areas: FloatArray, *, binary: bool
+) -> None:
+    """Write the polygons of a layer, see `Tracer.polygons`."""
     if binary:
-        file.write(struct.pack("<Hiii", _POLYLINE, 1, direction, len(closed)))
-        file.write(closed.astype("<f4").tobytes())
-    else:
+        bits = places.astype("<f4").view("<u4")
+        out = np.zeros(22 * len(areas) + 8 * len(places), dtype=np.uint8)
+        file.write(out[: kernels.pack_polygons(bits, first, areas, out)].tobytes())
+        return
+    for n, area in enumerate(areas):
+        closed = np.append(places[first[n] : first[n + 1]], places[first[n] : first[n] + 1], axis=0)
         numbers = ",".join(f"{v:.6f}" for v in closed.ravel().tolist())
-        file.write(f"$$POLYLINE/1,{direction},{len(closed)},{numbers}\n".encode("ascii"))
+        line = f"$$POLYLINE/1,{int(area > 0.0)},{len(closed)},{numbers}\n"
+        file.write(line.encode("ascii"))
 
 
 def read_cli(path: Path) -> Iterator[tuple[float, list[tuple[int, FloatArray]]]]:
@@ -167,17 +153,12 @@ def _binary_layers(file: IO[bytes]) -> Iterator[tuple[float, list[tuple[int, Flo
         yield top, lines
 
 
-def _read_back(path: Path, layers: Layers, areas: list[float]) -> None:
+def _read_back(path: Path, layers: Layers, areas: list[float], *, binary: bool) -> None:
     """Compare heights and areas of all layers, and whether every line closes."""
-    count, apart, volume, open_lines = 0, 0.0, 0.0, 0
-    for top, lines in read_cli(path):
-        if count < len(areas):
-            apart = max(apart, abs(top - layers.top(count - 1)))
-        count += 1
-        for direction, points in lines:
-            area = signed_area(points[:-1])
-            open_lines += int((points[0] != points[-1]).any() or (area > 0) != bool(direction))
-            volume += area * layers.height
+    tops, open_lines, area = (_scanned if binary else _listed)(path)
+    count, volume = len(tops), area * layers.height
+    heights = np.array([layers.top(n - 1) for n in range(len(areas))])
+    apart = float(np.abs(tops - heights).max()) if count == len(areas) else 0.0
     meant = sum(areas) * layers.height
     if (
         count != len(areas)
@@ -190,3 +171,28 @@ def _read_back(path: Path, layers: Layers, areas: list[float]) -> None:
             f"{volume:g} mm^3; expected {len(areas)}, none, {meant:g} mm^3 within 0.1 %; check the "
             f"disk and write it again"
         )
+
+
+def _scanned(path: Path) -> tuple[FloatArray, int, float]:
+    """Upper sides of the layers of a binary file, lines that do not close, area of all."""
+    data = np.fromfile(path, dtype=np.uint8)
+    head = data[: 1 << 16].tobytes().find(_HEADER_END)
+    if head < 0:
+        return np.zeros(0), 1, 0.0
+    start = head + len(_HEADER_END)
+    count, _, _ = kernels.scan_binary(data, start, np.zeros(0))
+    tops = np.zeros(count)
+    _, wrong, area = kernels.scan_binary(data, start, tops)
+    return tops, int(wrong), float(area)
+
+
+def _listed(path: Path) -> tuple[FloatArray, int, float]:
+    """The same of any file, line by line."""
+    tops, wrong, total = [], 0, 0.0
+    for top, lines in read_cli(path):
+        tops.append(top)
+        for direction, points in lines:
+            area = signed_area(points[:-1])
+            wrong += int((points[0] != points[-1]).any() or (area > 0) != bool(direction))
+            total += area
+    return np.array(tops), wrong, total

@@ -22,8 +22,11 @@ class Exporter:
     write : callable
         ``write(path, lattice)`` writes a `PrintedLattice` to one new file at ``path``. The file
         takes its place in the run folder when ``write`` returns.
+    needs_surface : bool
+        Whether it reads ``lattice.surface``; where no format does, `generate` makes none.
     """
 
     name: str
     suffix: str
     write: Callable[[Path, PrintedLattice], None]
+    needs_surface: bool = True

@@ -1,23 +1,26 @@
 """Layers of a print, sampled from the field one at a time: which pixels are solid.
 
-Memory holds the values of one layer, and of every layer its pixels as compressed bits. Components
-that hang in the air are found across the layers and left out, as the printed surface leaves them.
+Memory holds the values of one layer, and of every layer its runs of solid pixels and the values
+beside their ends. Components that hang in the air are found across the layers and left out, as the
+printed surface leaves them. Where no surface is made the layers are compared with the field.
 """
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import label
 
-from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
+from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.case.print_schema import FRAMES
 from gradedesign.errors import LatticeError
+from gradedesign.lattice.dense_lattice import DenseLattice
+from gradedesign.lattice.islands import refuse_large
 from gradedesign.lattice.sample import checked_values
 from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.output import _layer_kernels as kernels
+from gradedesign.output.layer_stack import Layer, Layers
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
 
@@ -29,56 +32,8 @@ VOLUME_TOLERANCE = 0.02
 HALVINGS = 2
 #: Points that the field gets at a time.
 _BATCH = 1 << 20
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Layers:
-    """Layers of a lattice in the axes of the machine.
-
-    Attributes
-    ----------
-    frame : (3, 3) array
-        Rows are the machine's axes; its origin is the part's.
-    lower : (3,) array, mm
-        Centre of the first pixel, and underside of the first layer.
-    shape : (int, int)
-        Pixels along x and y; the outer ones are empty.
-    pixel, height : float, mm
-        Edge of a pixel, and thickness of a layer.
-    bits : tuple of bytes
-        Solid pixels of every layer, packed and compressed.
-    """
-
-    frame: FloatArray
-    lower: FloatArray
-    shape: tuple[int, int]
-    pixel: float
-    height: float
-    bits: tuple[bytes, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "frame", locked(self.frame, (3, 3), name="frame"))
-        object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
-
-    def top(self, number: int) -> float:
-        """Upper side of a layer, mm; of -1, the underside of the first."""
-        return float(self.lower[2] + (number + 1) * self.height)
-
-    def solid(self, number: int) -> BoolArray:
-        """Solid pixels of a layer, ``(nx, ny)``."""
-        return _unpacked(self.bits[number], self.shape)
-
-    def values(self, number: int, field: Field, chosen: BoolArray) -> FloatArray:
-        """Field at the centres of chosen pixels half-way up a layer, ``(k,)``."""
-        place = np.argwhere(chosen).T * self.pixel
-        points = np.stack(
-            [
-                self.lower[0] + place[0],
-                self.lower[1] + place[1],
-                np.full(place.shape[1], self.top(number) - 0.5 * self.height),
-            ]
-        )
-        return _values(field, self.frame, points)
+#: Pixels along the edge of the tiles that are left out where they lie outside the part.
+_TILE = 4
 
 
 def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
@@ -99,24 +54,34 @@ def slice_lattice(lattice: PrintedLattice) -> Layers:
 
     Where no pixel is stated it is the layer height, or a half or a quarter of it where the layers
     do not hold the volume of the surface otherwise: walls that lie along rows of pixels gain or
-    lose a whole row.
+    lose a whole row. Without a surface they are to hold the volume of the field, by evenly spread
+    points, with what is left out as disconnected.
 
     Raises
     ------
     LatticeError
-        If there is no printer, or the layers do not hold what the surface holds.
+        If there is no printer, the layers do not hold what is meant, or without a surface too much
+        of them would be disconnected.
     """
+    if lattice.layers is not None:
+        return lattice.layers
     height, pixel = require_printer(lattice)
-    meant = enclosed_volume(lattice.surface)
+    stated = lattice.measured
+    meant = enclosed_volume(lattice.surface) if stated is None else stated.volume
     for left in range(0 if lattice.pixel_size else HALVINGS, -1, -1):
         layers = _slice_at(lattice, height, pixel)
-        volume = sum(_count(b) for b in layers.bits) * pixel**2 * height
+        volume = layers.volume
+        if stated is not None:
+            volume /= 1.0 - layers.dropped_share
         if abs(volume - meant) <= VOLUME_TOLERANCE * meant:
+            if stated is not None:
+                refuse_large(layers.dropped, layers.dropped_share)
             return layers
         pixel *= 0.5 if left else 1.0
+    what = "printed surface" if stated is None else "field of the lattice"
     raise LatticeError(
         f"layers of {height:g} mm with pixels of {pixel:g} mm hold {volume:.4g} mm^3, the "
-        f"printed surface {meant:.4g} mm^3; expected the same within "
+        f"{what} {meant:.4g} mm^3; expected the same within "
         f"{100 * VOLUME_TOLERANCE:g} %: state a smaller [print] layer_height or pixel_size"
     )
 
@@ -134,11 +99,10 @@ def _slice_at(lattice: PrintedLattice, height: float, pixel: float) -> Layers:
         shape=(nx, ny),
         pixel=pixel,
         height=height,
-        bits=(),
+        layers=(),
     )
     field = dense_field(lattice, pixel)
-    bits = _connected(_sampled(layers, field, count), layers.shape, lattice.bodies)
-    return replace(layers, bits=tuple(bits))
+    return _connected(layers, _sampled(layers, field, count), lattice.bodies)
 
 
 def dense_field(lattice: PrintedLattice, pixel: float) -> Field:
@@ -148,12 +112,33 @@ def dense_field(lattice: PrintedLattice, pixel: float) -> Field:
     return lattice.dense_field(3.0 * pixel)
 
 
-def _sampled(layers: Layers, field: Field, count: int) -> Iterator[BoolArray]:
-    """Solid pixels of every layer, ``(nx, ny)``."""
-    whole = np.ones(layers.shape, dtype=bool)
+def _sampled(layers: Layers, field: Field, count: int) -> Iterator[FloatArray]:
+    """Field at the centres of the pixels half-way up every layer, ``(nx, ny)``, above 0 far away.
+
+    Tiles of pixels that lie outside the part are left out.
+    """
+    nx, ny = layers.shape
+    tiles = ((nx + _TILE - 1) // _TILE, (ny + _TILE - 1) // _TILE)
+    middles = np.stack(np.meshgrid(*map(np.arange, tiles), indexing="ij")).reshape(2, -1)
+    centres = layers.lower[:2, None] + layers.pixel * (_TILE * middles + 0.5 * (_TILE - 1))
+    # The neighbours of solid pixels are evaluated too.
+    beyond = (0.5 * 2.0**0.5 * (_TILE - 1) + 1.01) * layers.pixel
+    every = np.ones(tiles, dtype=bool)
     for number in range(count):
         report_step("layers", number / count)
-        yield (layers.values(number, field, whole) < 0.0).reshape(layers.shape)
+        z = layers.top(number) - 0.5 * layers.height
+        chosen = every
+        if isinstance(field, DenseLattice):
+            places = np.concatenate([centres, np.full((1, centres.shape[1]), z)])
+            chosen = (field.part(layers.frame.T @ places) <= beyond).reshape(tiles)
+        points = np.zeros((3, _TILE**2 * int(np.count_nonzero(chosen))))
+        found = kernels.tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
+        points = points[:, :found]
+        points[:2] += layers.lower[:2, None]
+        points[2] = z
+        values = np.full(layers.shape, np.inf)
+        kernels.place_tiles(chosen, _TILE, _values(field, layers.frame, points), values)
+        yield values
 
 
 def _values(field: Field, frame: FloatArray, points: FloatArray) -> FloatArray:
@@ -164,57 +149,58 @@ def _values(field: Field, frame: FloatArray, points: FloatArray) -> FloatArray:
     return values
 
 
-def _connected(solids: Iterator[BoolArray], shape: tuple[int, int], bodies: int) -> list[bytes]:
-    """Bits of the layers with the largest components alone, as many as there are bodies."""
-    bits: list[bytes] = []
-    first: list[int] = [0]
-    sizes: list[IntArray] = []
-    parent: list[int] = []
-    before = np.zeros(shape, dtype=np.int64)
-    for solid in solids:
-        bits.append(_packed(solid))
-        here, found = label(solid)
-        start = first[-1]
-        parent.extend(range(start, start + found))
-        sizes.append(np.bincount(here.ravel(), minlength=found + 1)[1:])
-        here = np.where(solid, here.astype(np.int64) + start, 0)
-        both = (here > 0) & (before > 0)
-        pairs = np.unique(np.stack([before[both], here[both]]), axis=1) - 1
-        for a, b in pairs.T.tolist():
-            parent[_root(parent, b)] = _root(parent, a)
-        first.append(start + found)
-        before = here
-    if not parent:
+def _connected(empty: Layers, sampled: Iterator[FloatArray], bodies: int) -> Layers:
+    """The layers with the largest components alone, as many as there are bodies."""
+    found: list[Layer] = []
+    base = [0]
+    parent = np.arange(1 << 16, dtype=np.int32)
+    none = (np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int32), 0)
+    for values in sampled:
+        layer = _layer(values)
+        found.append(layer)
+        base.append(base[-1] + len(layer.ends))
+        if base[-1] > len(parent):
+            more = np.arange(len(parent), max(2 * len(parent), base[-1]), dtype=np.int32)
+            parent = np.concatenate([parent, more])
+        below = none if len(found) == 1 else (found[-2].first, found[-2].ends, base[-3])
+        kernels.join_runs(parent, layer.first, layer.ends, base[-2], *below)
+    parent = parent[: base[-1]]
+    if not len(parent):
         raise LatticeError("no pixel of any layer is solid; state a smaller [print] pixel_size")
-    roots = np.array([_root(parent, k) for k in range(len(parent))])
-    volume = np.bincount(roots, weights=np.concatenate(sizes), minlength=len(parent))
-    kept = np.argsort(-volume, kind="stable")[:bodies]
-    if np.count_nonzero(volume) <= bodies:
-        return bits
-    held = np.concatenate([[False], np.isin(roots, kept)])
-    for number, packed in enumerate(bits):
-        here, found = label(_unpacked(packed, shape))
-        own = held[first[number] + np.arange(found + 1)]
-        own[0] = False
-        bits[number] = _packed(own[here])
-    return bits
+    kernels.flatten(parent)
+    length = np.concatenate([layer.ends[:, 1] - layer.ends[:, 0] for layer in found])
+    volume = np.bincount(parent, weights=length, minlength=len(parent))
+    count = int(np.count_nonzero(volume))
+    if count <= bodies:
+        return replace(empty, layers=tuple(found))
+    kept = np.zeros(len(parent), dtype=bool)
+    kept[np.argsort(-volume, kind="stable")[:bodies]] = True
+    held = kept[parent]
+    for number, layer in enumerate(found):
+        own = held[base[number] : base[number + 1]]
+        if not own.all():
+            found[number] = _thinned(layer, own, empty.shape[1])
+    share = 1.0 - float(volume[kept].sum() / volume.sum())
+    return replace(empty, layers=tuple(found), dropped=count - bodies, dropped_share=share)
 
 
-def _root(parent: list[int], k: int) -> int:
-    while parent[k] != k:
-        parent[k] = parent[parent[k]]
-        k = parent[k]
-    return k
+def _layer(values: FloatArray) -> Layer:
+    """Runs of a sampled layer, and its values beside their ends."""
+    solid = values < 0.0
+    first = np.zeros(len(solid) + 1, dtype=np.int64)
+    ends = np.zeros((kernels.row_runs(solid, first, np.zeros((0, 2), dtype=np.int32)), 2),
+                    dtype=np.int32)  # fmt: skip
+    kernels.row_runs(solid, first, ends)
+    near = np.zeros(solid.shape, dtype=bool)
+    kernels.beside_change(solid, near)
+    return Layer(first=first, ends=ends, beside=values[near].astype(np.float32))
 
 
-def _packed(solid: BoolArray) -> bytes:
-    return zlib.compress(np.packbits(solid).tobytes(), 1)
-
-
-def _unpacked(packed: bytes, shape: tuple[int, int]) -> BoolArray:
-    bits = np.frombuffer(zlib.decompress(packed), dtype=np.uint8)
-    return np.unpackbits(bits, count=shape[0] * shape[1]).reshape(shape).astype(bool)
-
-
-def _count(packed: bytes) -> int:
-    return int(np.unpackbits(np.frombuffer(zlib.decompress(packed), dtype=np.uint8)).sum())
+def _thinned(layer: Layer, held: BoolArray, ny: int) -> Layer:
+    """A layer with some of its runs, whole components of it."""
+    before = np.concatenate([[0], np.cumsum(held)])
+    thinner = Layer(first=before[layer.first], ends=layer.ends[held], beside=layer.beside)
+    old, new = np.zeros((2, len(layer.first) - 1, ny), dtype=bool)
+    kernels.beside_change(layer.solid(ny), old)
+    kernels.beside_change(thinner.solid(ny), new)
+    return replace(thinner, beside=layer.beside[new[old]])

@@ -38,8 +38,8 @@ def export_png_stack(path: Path, lattice: PrintedLattice) -> None:
         If what is read back differs.
     """
     layers = slice_lattice(lattice)
-    width = max(5, len(str(len(layers.bits))))
-    names = [f"layer_{number:0{width}d}.png" for number in range(len(layers.bits))]
+    width = max(5, len(str(len(layers.layers))))
+    names = [f"layer_{number:0{width}d}.png" for number in range(len(layers.layers))]
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as stack:
         stack.writestr(zipfile.ZipInfo(INDEX, _DATE), json.dumps(_index(lattice, layers, names)))
         for number, name in enumerate(names):

@@ -10,6 +10,23 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.lattice.beams import BeamLattice
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.layer_stack import Layers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredField:
+    """What is known of a lattice of which no surface was made.
+
+    Attributes
+    ----------
+    bounds : (2, 3) array, mm
+        Least and largest corner of the part.
+    volume : float, mm^3
+        Inside the field, by evenly spread points, with disconnected components.
+    """
+
+    bounds: FloatArray
+    volume: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,7 +39,7 @@ class PrintedLattice:
     ----------
     surface : SurfaceMesh
         Closed and outward oriented: ``vertices`` (n, 3) and ``faces`` (m, 3), in ``unit``. Where a
-        verdict was reached, it is the surface that was judged.
+        verdict was reached, it is the surface that was judged. Empty where no format needs it.
     name : str
         Of the case.
     version : str
@@ -54,6 +71,10 @@ class PrintedLattice:
         empty where none are kept so.
     unit : str
         Always ``"mm"``.
+    measured : MeasuredField or None
+        What takes the place of the surface where none was made.
+    layers : Layers or None
+        Where they were sampled before.
     """
 
     surface: SurfaceMesh
@@ -71,10 +92,17 @@ class PrintedLattice:
     beams: Callable[[], BeamLattice] | None = None
     outer_records: bytes = b""
     unit: str = "mm"
+    measured: MeasuredField | None = None
+    layers: Layers | None = None
 
     @property
     def bounds(self) -> FloatArray:
-        """Least and largest corner ``(2, 3)`` of the surface, mm; ``field`` is positive beyond."""
+        """Least and largest corner ``(2, 3)`` of the surface, mm; ``field`` is positive beyond.
+
+        Of the part where no surface was made.
+        """
+        if self.measured is not None:
+            return self.measured.bounds
         used = np.zeros(len(self.surface.vertices), dtype=bool)
         used[self.surface.faces] = True
         points = self.surface.vertices[used]

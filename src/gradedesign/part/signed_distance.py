@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import PartError
-from gradedesign.mesh.closest import build_triangle_tree, closest_features
+from gradedesign.mesh.closest import TriangleTree, build_triangle_tree, closest_features
 from gradedesign.mesh.surface_mesh import (
     SurfaceMesh,
     corner_points,
@@ -68,26 +70,51 @@ def pseudonormals(surface: SurfaceMesh) -> FloatArray:
     return table
 
 
-def surface_distance(surface: SurfaceMesh) -> Field:
-    """Exact signed distance to a closed surface, mm, negative inside: see `surface_fields`."""
-    return surface_fields(surface)[0]
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SurfaceDistance:
+    """Exact signed distance to a closed surface; called like a function.
+
+    Attributes
+    ----------
+    tree : TriangleTree
+        Of its triangles.
+    normals : (m, 7, 3) array
+        Their `pseudonormals`.
+    """
+
+    tree: TriangleTree
+    normals: FloatArray
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Distances ``(...)`` mm at points ``(3, ...)`` mm, negative inside; threaded."""
+        return self._nearest(points)[0].reshape(np.shape(points)[1:])
+
+    def outward(self, points: FloatArray) -> FloatArray:
+        """Unit vectors ``(3, ...)`` in which the distance grows, at points ``(3, ...)`` mm.
+
+        Along the line to the closest point of the surface, away from the inside; at the surface
+        its normal.
+        """
+        value, away, normal = self._nearest(points)
+        along = np.where(np.abs(value) > AT_SURFACE, away * np.sign(value), normal)
+        return (along / np.linalg.norm(along, axis=0)).reshape(np.shape(points))
+
+    def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Signed distances, vectors from the closest points, and normals there."""
+        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
+        found = closest_features(self.tree, flat)
+        normal, away = self.normals[found.triangle, found.feature].T, flat - found.point
+        inside = np.einsum("in,in->n", away, normal) < 0.0
+        return np.where(inside, -found.distance, found.distance), away, normal
 
 
-def surface_fields(surface: SurfaceMesh) -> tuple[Field, Field]:
-    """Exact signed distance to a closed surface, and the direction in which it grows.
+def surface_distance(surface: SurfaceMesh) -> SurfaceDistance:
+    """Exact signed distance to a closed surface, mm, negative inside, and where it grows.
 
     Parameters
     ----------
     surface : SurfaceMesh
         Closed, consistently oriented, normals pointing out. Cavities are allowed.
-
-    Returns
-    -------
-    distance : callable
-        Points ``(3, ...)`` in mm to distances ``(...)`` in mm, negative inside; threaded.
-    outward : callable
-        Points ``(3, ...)`` in mm to unit vectors ``(3, ...)``: along the line to the closest point
-        of the surface, away from the inside; at the surface its normal.
 
     Raises
     ------
@@ -106,26 +133,9 @@ def surface_fields(surface: SurfaceMesh) -> tuple[Field, Field]:
             f"signed distance: the surface encloses {volume:.6g} mm^3; expected a positive "
             "volume, turn its triangles around"
         )
-    tree = build_triangle_tree(corner_points(surface))
-    normals = pseudonormals(surface)
-
-    def nearest(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Signed distances, vectors from the closest points, and normals there."""
-        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
-        closest = closest_features(tree, flat)
-        normal, away = normals[closest.triangle, closest.feature].T, flat - closest.point
-        inside = np.einsum("in,in->n", away, normal) < 0.0
-        return np.where(inside, -closest.distance, closest.distance), away, normal
-
-    def distance(points: FloatArray) -> FloatArray:
-        return nearest(points)[0].reshape(np.shape(points)[1:])
-
-    def outward(points: FloatArray) -> FloatArray:
-        value, away, normal = nearest(points)
-        along = np.where(np.abs(value) > AT_SURFACE, away * np.sign(value), normal)
-        return (along / np.linalg.norm(along, axis=0)).reshape(np.shape(points))
-
-    return distance, outward
+    return SurfaceDistance(
+        tree=build_triangle_tree(corner_points(surface)), normals=pseudonormals(surface)
+    )
 
 
 def region_distance(corners: ArrayLike) -> Field:

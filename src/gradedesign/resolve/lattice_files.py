@@ -15,6 +15,7 @@ from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead
 from gradedesign.errors import PluginError, blaming
 from gradedesign.lattice.beams import beam_lattice
+from gradedesign.lattice.dense_lattice import dense_lattice
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
 from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
@@ -117,7 +118,7 @@ def printed_lattice(
         material=None if material is None else material.name,
         mass_g=mass,
         field=field,
-        dense_field=lambda reach: lattice_field(design, band=reach, single=True),
+        dense_field=cache(lambda reach: dense_lattice(design, reach)),
         bodies=design.domain.bodies,
         layer_height=None if case.print is None else case.print.layer_height,
         pixel_size=None if case.print is None else case.print.pixel_size,

@@ -1,0 +1,115 @@
+"""A lattice of which layers alone are asked for: none of its surface is made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.run_schema import OWN_FORMATS
+from gradedesign.generate.generate_files import SLABS_NAME, slab_table
+from gradedesign.generate.stated_result import StatedLattice, stated_result
+from gradedesign.lattice.slab_density import field_points, layered_density, total
+from gradedesign.loop.announce import Announcer
+from gradedesign.material.material import Material
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.output.layers import require_printer, slice_lattice
+from gradedesign.output.printed_lattice import MeasuredField
+from gradedesign.output.result import RunResult
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.lattice_files import LatticeFile, printed_lattice, write_lattice_files
+from gradedesign.results.files import RESULT_NAME, write_result
+from gradedesign.workspace.run_folder import RunFolder
+
+#: Keys of ``[print]`` that layers need; any other one asks for the surface.
+_OF_LAYERS = {"layer_height", "pixel_size", "build_direction", "build_volume"}
+#: What the result says instead of what is measured on the surface.
+NO_SURFACE = (
+    "layers alone are asked for, so no surface was made: thickness, overhangs, islands, closed "
+    "voids and the picture are left out; add stl to [output] formats for them"
+)
+
+
+def layers_alone(case: GenerateCase, formats: Sequence[LatticeFile]) -> bool:
+    """Whether nothing that a case asks for needs the surface of the lattice.
+
+    Every format reads the field alone, and ``[print]`` states nothing but layers and the room of
+    the printer.
+    """
+    return (
+        bool(formats)
+        and not any(file.exporter.needs_surface for file in formats)
+        and not set(OWN_FORMATS) & set(case.output.formats)
+        and case.print is not None
+        and case.print.model_fields_set <= _OF_LAYERS
+    )
+
+
+def generate_layers(
+    case: GenerateCase,
+    registry: Registry,
+    stated: StatedLattice,
+    formats: Sequence[LatticeFile],
+    material: Material | None,
+    to: tuple[RunFolder, Announcer],
+) -> RunResult:
+    """Make and write the layers of a lattice, its densities and result.json; return the result.
+
+    Raises
+    ------
+    LatticeError
+        If the layers do not hold the volume of the field, or too much of them is disconnected.
+    """
+    (out, announce), design, part = to, stated.design, stated.part
+    with announce.stage("lattice"):
+        nothing = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
+        lattice = printed_lattice(case, part.surface, nothing, design, material)
+        _, pixel = require_printer(lattice)
+        if lattice.dense_field is None:
+            raise TypeError("a printed lattice comes with its field")
+        fields = lattice.dense_field(3.0 * pixel)
+        field = field_points(design, (fields, fields.part))
+        bounds = np.stack([design.domain.lower, design.domain.upper])
+        lattice = replace(lattice, measured=MeasuredField(bounds=bounds, volume=field.volume))
+        layers = slice_lattice(lattice)
+        mass = None if material is None else layers.volume * material.density * 1e6
+        lattice = replace(lattice, layers=layers, mass_g=mass)
+        thickness = max(case.lattice.cell_size, design.cell_size)
+        slabs = layered_density(
+            design, field, part.surface, layers.axis_volumes(), thickness=thickness
+        )
+    announce.say(
+        "lattice",
+        f"{len(layers.layers)} layers of {layers.shape[0]} x {layers.shape[1]} pixels, density "
+        f"{total(slabs[0], 'surface'):.4f} of {total(slabs[0], 'target'):.4f}",
+    )
+    result = stated_result(
+        (case, registry), stated, slabs, (layers.volume, layers.dropped), material
+    )
+    if joints := result.measures["joints_mm3"]:
+        announce.say("lattice", f"joints add {joints:.4g} mm^3")
+    cell = {
+        **result.measures["cell"],
+        "layer_height_mm": layers.height,
+        "pixel_size_mm": layers.pixel,
+    }
+    with announce.stage("output"):
+        files = {"slabs": SLABS_NAME, "result": RESULT_NAME}
+        files |= write_lattice_files(out, formats, lattice)
+        out.write_text(SLABS_NAME, slab_table(slabs))
+    result = replace(
+        result,
+        folder=out.path,
+        files=files,
+        measures={
+            **result.measures,
+            "cell": cell,
+            "disconnected": {"count": layers.dropped, "volume_share": layers.dropped_share},
+        },
+        warnings=(*result.warnings, NO_SURFACE),
+        timing_s=announce.timing(),
+    )
+    write_result(out, result)
+    return result

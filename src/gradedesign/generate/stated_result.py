@@ -1,0 +1,110 @@
+"""The result record of a lattice of stated density, before what is measured of its surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.generate.generate_files import slab_data
+from gradedesign.generate.stated_cells import BuiltCells, StatedCells
+from gradedesign.lattice.joint_volume import joint_volume
+from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.slab_density import SlabDensities, total
+from gradedesign.layout.drains import drain_data
+from gradedesign.material.material import Material
+from gradedesign.output.result import RunResult
+from gradedesign.part.part import Part
+from gradedesign.plugin.registry import Registry
+from gradedesign.results.common import library_versions
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StatedLattice:
+    """A lattice as a case states it, before it is made.
+
+    Attributes
+    ----------
+    part : Part
+    cells : StatedCells
+    built : BuiltCells
+    design : LatticeDesign
+    wall : float, mm
+        Thinnest wall or strut at the least density.
+    report : mapping
+        On the map of the cells, and warnings.
+    """
+
+    part: Part
+    cells: StatedCells
+    built: BuiltCells
+    design: LatticeDesign
+    wall: float
+    report: Mapping[str, Any]
+
+
+def stated_result(
+    asked: tuple[GenerateCase, Registry],
+    stated: StatedLattice,
+    slabs: Sequence[SlabDensities],
+    printed: tuple[float, int],
+    material: Material | None,
+) -> RunResult:
+    """Result record of a lattice.
+
+    Parameters
+    ----------
+    asked : (GenerateCase, Registry)
+    stated : StatedLattice
+    slabs : sequence of SlabDensities
+        Across x, y and z.
+    printed : (float, int)
+        Volume that is printed, mm^3, and how many disconnected components were left out.
+    material : Material or None
+    """
+    (case, registry), (volume, dropped) = asked, printed
+    warnings = [*stated.part.report.warnings, *registry.notes, *stated.report["warnings"]]
+    if dropped:
+        warnings.append(f"{dropped} floating islands were removed")
+    first = stated.cells.families[0]
+    cell: dict[str, Any] = {
+        "name": first.family.name,
+        "source": first.family.source,
+        "parameters": dict(first.parameters),
+        "window": list(stated.cells.window),
+        "size_mm": list(case.lattice.size),
+        "grading": case.lattice.grading,
+        "thinnest_wall_mm": stated.wall,
+    }
+    on = slabs[0].measured_on
+    density: dict[str, Any] = {
+        "target": total(slabs[0], "target"),
+        "field": total(slabs[0], "field"),
+        on: total(slabs[0], "surface"),
+        "slabs": {"xyz"[s.axis]: slab_data(s) for s in slabs},
+    }
+    heavy, part = None if material is None else material.density, stated.part
+    return RunResult(
+        status="partial",
+        lightest=False,
+        reason="generated from a stated density; no analysis was asked for, nothing is proven",
+        relative_density=volume / part.volume,
+        measures={
+            "density": density,
+            "cell": cell,
+            "cell_map": dict(stated.report["cell_map"]),
+            "drains": drain_data(stated.design.domain.drains),
+            "transition": dict(stated.built.transition),
+            "volume_mm3": volume,
+            "joints_mm3": joint_volume(stated.design),
+        },
+        repairs=part.report.changes,
+        warnings=tuple(dict.fromkeys(warnings)),
+        plugins=tuple(str(p) for p in registry.plugins),
+        versions=library_versions(),
+        case_hash=case.case_hash,
+        case_name=case.name,
+        mass_g=None if heavy is None else volume * heavy * 1e6,
+        solid_mass_g=None if heavy is None else part.volume * heavy * 1e6,
+    )

@@ -1,0 +1,193 @@
+"""Compiled field of round struts in equal cells with a net-skin, trimmed by a surface."""
+
+# mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.part._surface_band_kernels import cube_of, nearest_listed
+
+#: Points per unit of threaded work.
+CHUNK = 1024
+#: Halvings of the distance of depths about the best one, see `net_skin`.
+HALVINGS = 3
+#: Nearer to the surface, mm, its normal gives the direction, see `SurfaceDistance`.
+_AT_SURFACE = 1e-6
+
+
+class StrutArrays(NamedTuple):
+    """Round struts of period 1 in straight cells, and the level that bounds them.
+
+    Attributes
+    ----------
+    bins : int
+        Of the cell along each axis.
+    first, member : (bins^3 + 1,), (k,) int arrays
+        Struts that may be the nearest in each bin.
+    strut : (c, 8) array, cell units
+        End, unit direction and length of each, and one over its relative thickness.
+    matrix : (3, 3) array, 1/mm
+        Points to cell coordinates.
+    start : (3,) array, mm
+        Where a corner of a cell lies.
+    scale : float, mm
+        Cell's values to mm.
+    level : float, cell units
+    steep : float
+        Largest slope of the field, mm per mm.
+    """
+
+    bins: int
+    first: IntArray
+    member: IntArray
+    strut: FloatArray
+    matrix: FloatArray
+    start: FloatArray
+    scale: float
+    level: float
+    steep: float
+
+
+@njit(cache=True)
+def cell_value(cells, x, y, z):
+    """Field of the struts, about mm, negative inside."""
+    m = cells.matrix
+    x, y, z = x - cells.start[0], y - cells.start[1], z - cells.start[2]
+    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z
+    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z
+    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z
+    u, v, w = u - math.floor(u), v - math.floor(v), w - math.floor(w)
+    bins = cells.bins
+    # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
+    a, b, c = (
+        min(int(u * bins), bins - 1),
+        min(int(v * bins), bins - 1),
+        min(int(w * bins), bins - 1),
+    )
+    place = (a * bins + b) * bins + c
+    least = np.inf
+    for entry in range(cells.first[place], cells.first[place + 1]):
+        k = cells.member[entry]
+        s = cells.strut
+        dx, dy, dz = u - s[k, 0], v - s[k, 1], w - s[k, 2]
+        along = dx * s[k, 3] + dy * s[k, 4] + dz * s[k, 5]
+        foot = min(max(along, 0.0), s[k, 6])
+        dx, dy, dz = dx - foot * s[k, 3], dy - foot * s[k, 4], dz - foot * s[k, 5]
+        least = min(least, (dx * dx + dy * dy + dz * dz) * (s[k, 7] * s[k, 7]))
+    return cells.scale * (math.sqrt(least) - cells.level)
+
+
+@njit(cache=True)
+def projected(cells, foot, outward, depths, enough, most, stack, ends):
+    """Least value below a foot, of samples at even depths, then about the best, see `net_skin`.
+
+    It ends at a value of at most ``enough``; one above ``most`` need not be the least. Between two
+    depths the value cannot fall faster than its largest slope: where that leaves no room below the
+    least yet, nothing is evaluated.
+    """
+    last = len(depths) - 1
+    step = depths[1] - depths[0]
+    fall = cells.steep * step
+    # The refinement may find this much less than the samples.
+    limit = most + 0.875 * fall
+    x, y, z = foot
+    nx, ny, nz = outward
+    least, best = np.inf, 0
+    for k in (0, last):
+        value = cell_value(cells, x - depths[k] * nx, y - depths[k] * ny, z - depths[k] * nz)
+        ends[0, 0 if k == 0 else 1] = value
+        if value < least:
+            least, best = value, k
+            if least <= enough:
+                return least
+    stack[0, 0], stack[0, 1], depth = 0, last, 1
+    while depth > 0:
+        depth -= 1
+        a, b = stack[depth]
+        va, vb = ends[depth]
+        if b - a < 2 or 0.5 * (va + vb - fall * (b - a)) > min(least, limit):
+            continue
+        k = math.floor(0.5 * (a + b) + 0.5 * (va - vb) / fall + 0.5)
+        k = min(max(k, a + 1), b - 1)
+        value = cell_value(cells, x - depths[k] * nx, y - depths[k] * ny, z - depths[k] * nz)
+        if value < least or (value == least and k < best):
+            least, best = value, k
+            if least <= enough:
+                return least
+        stack[depth, 0], stack[depth, 1] = k, b
+        ends[depth, 0], ends[depth, 1] = value, vb
+        stack[depth + 1, 0], stack[depth + 1, 1] = a, k
+        ends[depth + 1, 0], ends[depth + 1, 1] = va, value
+        depth += 2
+    if least > limit:
+        return least
+    at = depths[best]
+    for _ in range(HALVINGS):
+        step *= 0.5
+        middle = at
+        for shift in (-step, step):
+            d = min(max(middle + shift, depths[0]), depths[last])
+            value = cell_value(cells, x - d * nx, y - d * ny, z - d * nz)
+            if value < least:
+                least, at = value, d
+                if least <= enough:
+                    return least
+    return least
+
+
+@njit(cache=True)
+def _value(cells, band, thickness, exact, depths, x, y, z, stack, ends):
+    """Field of the trimmed lattice at a point, exact where it is at most ``exact``."""
+    a, b, c = cube_of(band, x, y, z)
+    if a < 0:
+        return 2.0 * exact
+    s = band.slot[a, b, c]
+    if s < 0:
+        bound = float(band.bound[a, b, c])
+        if bound > 0.0:
+            return bound
+        return max(bound, cell_value(cells, x, y, z))
+    distance, ax, ay, az, nx, ny, nz = nearest_listed(band, s, x, y, z)
+    if distance > exact:
+        return distance
+    value = cell_value(cells, x, y, z)
+    layer = -distance - thickness
+    if layer < exact and value > layer and len(depths):
+        if abs(distance) <= _AT_SURFACE:
+            ax, ay, az = nx, ny, nz
+        length = math.sqrt(ax * ax + ay * ay + az * az)
+        out = (ax / length, ay / length, az / length)
+        foot = (x - distance * out[0], y - distance * out[1], z - distance * out[2])
+        most = min(value, exact)
+        least = projected(cells, foot, out, depths, layer, most, stack, ends)
+        value = min(value, max(layer, least))
+    return max(distance, value)
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def fill_values(cells, band, thickness, exact, depths, points, value):
+    """Fill the field of the trimmed lattice at points (3, n), mm.
+
+    Parameters
+    ----------
+    cells : StrutArrays
+    band : BandArrays
+    thickness, depths : float, (k,) array, mm
+        Of the net-skin, and where struts are looked for; no depths: no net-skin.
+    exact : float, mm
+        Farther from the surface of the lattice values have the right sign only.
+    """
+    count = points.shape[1]
+    for chunk in prange((count + CHUNK - 1) // CHUNK):
+        stack = np.zeros((len(depths) + 2, 2), dtype=np.int64)
+        ends = np.zeros((len(depths) + 2, 2))
+        for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
+            value[i] = _value(
+                cells, band, thickness, exact, depths,
+                points[0, i], points[1, i], points[2, i], stack, ends,
+            )  # fmt: skip

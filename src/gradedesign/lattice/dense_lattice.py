@@ -1,0 +1,130 @@
+"""The field of a lattice for many samples of a regular grid, as layers are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import Field, FloatArray
+from gradedesign.cell.cell_map import CellMap
+from gradedesign.cell.strut_axes import StrutAxes
+from gradedesign.fields.near_segments import nearest_candidates
+from gradedesign.lattice._strut_kernels import StrutArrays, fill_values
+from gradedesign.lattice.density_grid import DensityGrid
+from gradedesign.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
+from gradedesign.lattice.net_skin import depths_of
+from gradedesign.lattice.solid_layers import solid_layers
+from gradedesign.part.signed_distance import SurfaceDistance
+from gradedesign.part.surface_band import surface_band
+
+#: Bins along a cell in which the nearest struts are listed.
+_BINS = 32
+#: Cubes that list triangles, by the distance of samples.
+_CUBES = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DenseLattice:
+    """Field of a lattice, right in sign everywhere and exact near its surface; called like one.
+
+    Attributes
+    ----------
+    field : callable
+        Points ``(3, n)`` mm to values ``(n,)``, about mm, negative inside.
+    part : callable
+        The same for the part alone: outside it never more than the distance to it.
+    """
+
+    field: Field
+    part: Field
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Values ``(...)`` at points ``(3, ...)`` mm."""
+        return self.field(points)
+
+
+def dense_lattice(design: LatticeDesign, reach: float) -> DenseLattice:
+    """The field of a lattice for samples a third of a reach apart.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    reach : float, mm
+        Values are exact within this of the surface; of round struts in equal cells within the
+        distance of two samples.
+    """
+    if (fast := strut_lattice(design, reach / 3.0)) is not None:
+        return fast
+    part, _ = solid_layers(design.domain, reach)
+    return DenseLattice(field=lattice_field(design, band=reach, single=True), part=part)
+
+
+def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
+    """A lattice of round struts of one density in equal cells, with a net-skin all round or none.
+
+    Parameters
+    ----------
+    design : LatticeDesign
+    apart : float, mm
+        Distance of two samples.
+
+    Returns
+    -------
+    DenseLattice or None
+        None where the lattice is of another kind.
+    """
+    domain, cell_map, axes = design.domain, design.cell_map, design.axes
+    if (
+        axes is None
+        or isinstance(design.density, DensityGrid)
+        or design.weights is not None
+        or not isinstance(cell_map, CellMap)
+        or cell_map.inverse is None
+        or not isinstance(domain.distance, SurfaceDistance)
+        or domain.skins or domain.passive or domain.fillings or domain.drains
+        or domain.joint_radius or len(domain.nets) > 1
+        or any(net.faces is not None for net in domain.nets)
+    ):  # fmt: skip
+        return None
+    cells = strut_arrays(design, axes, cell_map)
+    # Of two samples on both sides of its surface both are nearer than this.
+    exact = 1.01 * max(1.0, cells.steep) * apart
+    thickness, depths = 0.0, np.zeros(0)
+    for net in domain.nets:
+        thickness, depths = net.thickness, depths_of(net, design.cell_size)
+    band = surface_band(
+        domain.distance, _CUBES * apart, inner=thickness + 1.01 * exact, outer=1.01 * exact
+    )
+
+    def field(points: FloatArray) -> FloatArray:
+        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
+        value = np.zeros(flat.shape[1])
+        fill_values(cells, band.arrays, thickness, exact, depths, flat, value)
+        return value.reshape(np.shape(points)[1:])
+
+    return DenseLattice(field=field, part=band)
+
+
+def strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> StrutArrays:
+    """Struts and balls of a design in straight cells, as kernels take them."""
+    balls = np.stack([axes.balls, axes.balls], axis=1) if axes.ball_ratio != 1.0 else ()
+    segments = np.concatenate([axes.segments, np.reshape(balls, (-1, 2, 3))])
+    thickness = np.ones(len(segments))
+    thickness[len(axes.segments) :] = axes.ball_ratio
+    near = nearest_candidates(segments, thickness, np.zeros((len(segments), 0, 3)), bins=_BINS)
+    inverse = 1.0 / thickness[near.owner]
+    corner = cell_map(np.zeros((3, 1)))[:, 0]
+    matrix = np.ascontiguousarray(cell_map.jacobian(np.zeros((3, 1)))[:, :, 0])
+    scale = design.cell_size / cell_gradient(design)
+    return StrutArrays(
+        near.bins,
+        near.first,
+        near.member,
+        np.column_stack([near.start, near.axis, near.length, inverse]),
+        matrix,
+        -np.linalg.solve(matrix, corner),
+        scale,
+        float(design.level_of(np.asarray(design.density, dtype=np.float64))),
+        scale * float(np.linalg.norm(matrix, 2)),
+    )

@@ -1,0 +1,138 @@
+"""Signed distance to a closed surface in a narrow band, for many points near it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.errors import PartError
+from gradedesign.part import _surface_band_kernels as kernels
+from gradedesign.part.signed_distance import SurfaceDistance
+
+#: Cubes of the first level hold this many of the last along each axis, as a power of two.
+LEVELS = 4
+#: Most cubes of the last level: about 100 MB are taken.
+MOST_CUBES = 12_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SurfaceBand:
+    """Triangles that may be nearest in small cubes around a surface.
+
+    Attributes
+    ----------
+    arrays : BandArrays
+    outer : float, mm
+        Half width of the band outside the surface.
+    """
+
+    arrays: kernels.BandArrays
+    outer: float
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Signed distance at points ``(3, ...)`` mm, ``(...)``, mm, negative inside.
+
+        Beyond the band a value of the right sign, beyond the band too and nearer to zero than
+        the distance.
+        """
+        flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
+        distance = np.zeros(flat.shape[1])
+        kernels.banded_distances(self.arrays, self.outer, flat, distance)
+        return distance.reshape(np.shape(points)[1:])
+
+
+def surface_band(
+    surface: SurfaceDistance, edge: float, *, inner: float, outer: float
+) -> SurfaceBand:
+    """List the nearest triangles of a surface in cubes, large ones first.
+
+    Parameters
+    ----------
+    surface : SurfaceDistance
+    edge : float, mm
+        Of the cubes; larger where they would be too many.
+    inner, outer : float, mm
+        Half widths of the band in which distances are exact.
+
+    Raises
+    ------
+    PartError
+        If edge or band are not positive.
+    """
+    if not (edge > 0 and inner > 0 and outer > 0):
+        raise PartError(
+            f"band of {inner:g} mm and {outer:g} mm in cubes of {edge:g} mm is impossible; "
+            f"expected all above 0 mm"
+        )
+    tree = surface.tree
+    lower, upper = tree.box[0, :3] - 1.01 * outer, tree.box[0, 3:] + 1.01 * outer
+    edge = max(edge, float((np.prod(upper - lower) / MOST_CUBES) ** (1 / 3)))
+    wide = 1 << LEVELS
+    shape = np.ceil((upper - lower) / (edge * wide)).astype(np.int64)
+    origin = 0.5 * (lower + upper) - 0.5 * edge * wide * shape
+    cubes = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    normals, ball = np.ascontiguousarray(surface.normals[tree.order]), _balls(tree.triangles)
+    lists = _root_lists(surface, origin[:, None] + edge * wide * (cubes.T + 0.5), edge * wide,
+                        max(inner, outer))  # fmt: skip
+    parent = np.arange(len(cubes))
+    grid = np.zeros(tuple(shape * wide), dtype=np.float32)
+    slot = np.full(grid.shape, -1, dtype=np.int32)
+    none = np.zeros((0, 0, 0), dtype=np.int32)
+    while True:
+        bound = np.zeros(len(cubes), dtype=np.float32)
+        start = np.zeros(len(cubes) + 1, dtype=np.int64)
+        shown = (tree.triangles, tree.flat, ball, normals, lists, origin, edge * wide)
+        given = (*shown, cubes, parent, (inner, outer), bound)
+        kernels.settle(*given, start, np.zeros(0, dtype=np.int32))
+        start[1:] = np.cumsum(start[:-1])
+        start[0] = 0
+        member = np.zeros(max(int(start[-1]), 1), dtype=np.int32)
+        kernels.settle(*given, start, member)
+        open_ones = np.flatnonzero(np.isnan(bound))
+        kept = np.full(len(cubes), -1, dtype=np.int64)
+        kept[open_ones] = np.arange(len(open_ones))
+        kernels.paint(cubes, bound, wide, kept, slot if wide == 1 else none, grid)
+        lists = (np.append(start[open_ones], start[-1]), member)
+        if wide == 1:
+            break
+        wide //= 2
+        cubes = _halved(cubes[open_ones])
+        parent = np.repeat(np.arange(len(open_ones)), 8)
+    arrays = kernels.BandArrays(
+        tree.triangles, tree.flat, ball, normals, origin, edge, slot, grid, *lists
+    )
+    return SurfaceBand(arrays=arrays, outer=1.01 * outer)
+
+
+def _root_lists(
+    surface: SurfaceDistance, centres: FloatArray, edge: float, band: float
+) -> tuple[IntArray, NDArray[np.int32]]:
+    """Where the lists of the largest cubes begin, and the triangles of all."""
+    tree = surface.tree
+    boxes = (tree.box, tree.right, tree.first, tree.count)
+    start = np.zeros(centres.shape[1] + 1, dtype=np.int64)
+    half = 0.5 * 3.0**0.5 * edge
+    given = (tree.triangles, tree.flat, boxes, np.ascontiguousarray(centres), half, band, start)
+    kernels.list_roots(*given, np.zeros(0, dtype=np.int32))
+    start[1:] = np.cumsum(start[:-1])
+    start[0] = 0
+    member = np.zeros(int(start[-1]), dtype=np.int32)
+    kernels.list_roots(*given, member)
+    return start, member
+
+
+def _balls(triangles: FloatArray) -> FloatArray:
+    """Centroids of triangles and their largest distances to a corner, ``(m, 4)``, mm."""
+    a, b, c = triangles[:, :3], triangles[:, 3:6], triangles[:, 6:]
+    centre = (b + c) / 3.0
+    radius = np.max([np.linalg.norm(p - centre, axis=1) for p in (0.0 * b, b, c)], axis=0)
+    return np.column_stack([a + centre, radius * (1.0 + 1e-9)])
+
+
+def _halved(cubes: IntArray) -> IntArray:
+    """The eight halves of cubes, ``(8 n, 3)``."""
+    corner = np.stack(np.meshgrid(*[np.arange(2)] * 3, indexing="ij"), axis=-1).reshape(8, 3)
+    return np.ascontiguousarray((2 * cubes[:, None] + corner).reshape(-1, 3))
