@@ -77,7 +77,7 @@ KINDS = [
 
 @pytest.mark.parametrize(("cell", "stated"), KINDS)
 def test_layers_are_those_of_the_field_point_by_point(cell, stated):
-    surface, design = design_of(cell, **stated)
+    _, design = design_of(cell, **stated)
     nothing = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
     bounds = np.stack([design.domain.lower, design.domain.upper])
     fast = PrintedLattice(

@@ -123,7 +123,7 @@ def strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> S
         near.member,
         np.column_stack([near.start, near.axis, near.length, inverse]),
         matrix,
-        -np.linalg.solve(matrix, corner),
+        np.asarray(-np.linalg.solve(matrix, corner), dtype=np.float64),
         scale,
         float(design.level_of(np.asarray(design.density, dtype=np.float64))),
         scale * float(np.linalg.norm(matrix, 2)),

@@ -19,7 +19,8 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
 from gradedesign.output import _layer_kernels as kernels
 from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
-from gradedesign.output.layers import Layers, slice_lattice
+from gradedesign.output.layer_stack import Layers
+from gradedesign.output.layers import slice_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray
 from gradedesign.errors import ResourceError
-from gradedesign.output.layers import Layers, slice_lattice
+from gradedesign.output.layer_stack import Layers
+from gradedesign.output.layers import slice_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
 
 #: What the images are: sizes, places, metadata.

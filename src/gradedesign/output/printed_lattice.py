@@ -9,6 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.lattice.beams import BeamLattice
+from gradedesign.lattice.dense_lattice import DenseLattice
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.layer_stack import Layers
 
@@ -84,7 +85,7 @@ class PrintedLattice:
     material: str | None = None
     mass_g: float | None = None
     field: Field | None = None
-    dense_field: Callable[[float], Field] | None = None
+    dense_field: Callable[[float], DenseLattice] | None = None
     bodies: int = 1
     layer_height: float | None = None
     pixel_size: float | None = None
