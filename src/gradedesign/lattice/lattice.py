@@ -133,8 +133,10 @@ def body_field(design: LatticeDesign) -> Field:
 
 
 def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> Field:
-    """`lattice_field` for a contour that the part cuts: where nothing asks for the part's distance,
-    that of the cells less drain holes, which go on beyond the part.
+    """`lattice_field` for a contour that the part cuts afterwards.
+
+    Where no skin, passive region, net or filling asks for the part's distance, it is that of the
+    cells less drain holes, which go on beyond the part.
     """
     domain = design.domain
     if not domain.lattice_only or domain.nets or domain.fillings:
