@@ -5,8 +5,9 @@ import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from gradedesign.lattice import surface as surfaces
+from gradedesign.lattice._diagonal_kernels import _slopes, opposite_triangles
+from gradedesign.lattice._side_kernels import DEEP, NEAR, take_out_edges
 from gradedesign.lattice._surface_kernels import unpaired_edges
-from gradedesign.lattice.deep_blocks import _take_out_edges
 from gradedesign.lattice.surface import boxed_grid, contour, extract_surface
 from gradedesign.mesh.crossings import crossing_triangles
 
@@ -65,10 +66,14 @@ def smooth_noise(width, seed):
 
 
 @pytest.mark.parametrize("width", [1.0, 1.6, 2.5])
-def test_thin_walls_stay_closed_uncrossed_and_apart_from_marked_blocks(width, monkeypatch):
-    """Walls down to below a spacing, about a third of the blocks marked; in slabs of any size."""
+def test_thin_walls_stay_closed_uncrossed_and_apart_from_deep_cubes(width, monkeypatch):
+    """Walls down to below a spacing, about a third of the cubes deep; in slabs of any size."""
     noise, marked = smooth_noise(width, 31), np.random.default_rng(32).random((17, 17, 17)) < 0.3
-    while _take_out_edges(marked):
+    sides = np.where(marked, DEEP, NEAR).astype(np.uint8)
+    for axis in range(3):
+        sides = np.repeat(sides, 2, axis=axis)
+    sides = np.ascontiguousarray(sides[:32, :32, :32])
+    while take_out_edges(sides):
         pass
 
     def field(points):
@@ -76,20 +81,45 @@ def test_thin_walls_stay_closed_uncrossed_and_apart_from_marked_blocks(width, mo
 
     def made(nodes):
         grid = boxed_grid([0] * 3, [31] * 3, 1.0)
-        return contour(field, grid, marked=marked, block=2, nodes=nodes)
+        return contour(field, grid, sides=sides, nodes=nodes)
 
     found, again = made(1 << 20), made(5000)
-    whole = np.concatenate([found.marked, found.others])
+    whole = np.concatenate([found.deep, found.near])
     n = len(found.vertices)
     assert unpaired_edges(whole, n) == (0, 0)
-    assert unpaired_edges(np.concatenate([found.others, found.caps]), n) == (0, 0)
+    assert unpaired_edges(np.concatenate([found.near, found.inner]), n) == (0, 0)
     assert len(crossing_triangles(found.vertices, whole, 1e-9)) == 0
-    np.testing.assert_array_equal(again.marked, found.marked)
-    np.testing.assert_array_equal(again.others, found.others)
+    np.testing.assert_array_equal(again.deep, found.deep)
+    np.testing.assert_array_equal(again.near, found.near)
     unflipped(monkeypatch)
     before = made(1 << 20)
     np.testing.assert_array_equal(before.vertices, found.vertices)
-    changed = (np.sort(whole) != np.sort(np.concatenate([before.marked, before.others]))).any(
-        axis=1
-    )
+    changed = (np.sort(whole) != np.sort(np.concatenate([before.deep, before.near]))).any(axis=1)
     assert np.count_nonzero(changed) > 30
+
+
+def test_opposite_triangles_are_those_of_a_loop_over_sides():
+    """An open piece of a closed surface: some sides have no other triangle."""
+    faces = extract_surface(ball, [0] * 3, [10] * 3, 1.0).faces[30:].astype(np.int32)
+    by_side = {}
+    for t, corners in enumerate(faces):
+        for c in range(3):
+            by_side[corners[c], corners[(c + 1) % 3]] = t
+    expected = [
+        [by_side.get((corners[(c + 1) % 3], corners[c]), -1) for c in range(3)] for corners in faces
+    ]
+    assert -1 in np.array(expected)
+    np.testing.assert_array_equal(opposite_triangles(faces, faces.max() + 1), expected)
+
+
+def test_fitted_quadrics_are_those_of_weighted_least_squares():
+    """numpy's lstsq with the least rise of the normal equations as further rows."""
+    rng = np.random.default_rng(33)
+    for count in (5, 7, 12):
+        a, b, height = rng.uniform(-1.0, 1.0, size=(3, count))
+        root = 1.0 / np.sqrt(a * a + b * b + 1e-3)
+        rows = np.stack([a, b, a * a, a * b, b * b], axis=1) * root[:, None]
+        rows = np.concatenate([rows, 1e-3 * np.eye(5)])
+        expected = np.linalg.lstsq(rows, np.concatenate([height * root, np.zeros(5)]))[0]
+        np.testing.assert_allclose(_slopes(a, b, height, count), expected, rtol=1e-7, atol=1e-9)
+    assert np.isnan(_slopes(np.zeros(8), np.zeros(8), np.ones(8), 8)).all()

@@ -241,6 +241,7 @@ def test_every_long_command_shows_progress():
         ("fe._space_kernels", "number_edges"),
         ("fe._multigrid_kernels", "_multiply_threaded _relax_threaded inverse_diagonal"),
         ("lattice._marching_kernels", "count_slab march_slab"),
+        ("lattice._side_kernels", "mark_near next_unknown flood_unknown take_out_edges touching"),
         ("lattice._surface_kernels", "unpaired_edges vertex_shells shell_volumes volumes_under"),
         ("mesh._collapse_kernels", "mark_short stars collapse_short number_used renumber"),
         ("cell._percolation_kernels", "flood"),

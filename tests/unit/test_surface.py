@@ -11,8 +11,8 @@ from scipy.ndimage import map_coordinates
 from gradedesign.errors import LatticeError
 from gradedesign.lattice import _marching_table as table
 from gradedesign.lattice._marching_kernels import _EDGE_AXIS, _EDGE_BASE
+from gradedesign.lattice._side_kernels import BESIDE, BEYOND, DEEP, NEAR, take_out_edges
 from gradedesign.lattice._surface_kernels import shell_volumes, unpaired_edges, vertex_shells
-from gradedesign.lattice.deep_blocks import BLOCK, CLEARANCE, _take_out_edges, deep_blocks
 from gradedesign.lattice.surface import (
     END_GAP,
     BoxedGrid,
@@ -240,46 +240,48 @@ def test_triangles_are_those_of_every_cube_alone(seed):
     found = contour(field, grid, nodes=130)
     noise[0], noise[:, 0], noise[:, :, 0] = 0.5, 0.5, 0.5  # outside the box
     expected = triangles_by_cube(noise)
-    assert triangles_by_place(found.vertices, found.others, grid.origin, 1.0) == expected
+    assert triangles_by_place(found.vertices, found.near, grid.origin, 1.0) == expected
 
 
 @pytest.mark.parametrize("seed", [7, 23, 101])
-def test_caps_close_what_lies_outside_marked_blocks(seed):
-    """White noise and arbitrary marks: all triangles close, the others close with the caps."""
+def test_caps_close_what_lies_in_near_cubes(seed):
+    """White noise and arbitrary sides: all triangles close, the near ones close with the caps."""
     rng = np.random.default_rng(seed)
-    noise, marked = rng.normal(size=(16, 16, 16)) - 0.3, rng.random((8, 8, 8)) < 0.5
-    while _take_out_edges(marked):
+    noise = rng.normal(size=(16, 16, 16)) - 0.3
+    sides = rng.choice(np.array([NEAR, DEEP, BESIDE], dtype=np.uint8), size=(16, 16, 16))
+
+    def made(sides):
+        return contour(
+            lambda p: map_coordinates(noise, p, order=0),
+            boxed_grid([0] * 3, [15] * 3, 1.0),
+            sides=sides,
+            nodes=700,
+        )
+
+    while take_out_edges(sides):
         pass
-    found = contour(
-        lambda p: map_coordinates(noise, p, order=0),
-        boxed_grid([0] * 3, [15] * 3, 1.0),
-        marked=marked,
-        block=2,
-        nodes=700,
-    )
-    assert min(len(found.marked), len(found.others), len(found.caps)) > 100
+    found = made(sides)
     n = len(found.vertices)
-    assert unpaired_edges(np.concatenate([found.marked, found.others]), n) == (0, 0)
-    assert unpaired_edges(np.concatenate([found.others, found.caps]), n) == (0, 0)
-    whole = SurfaceMesh(vertices=found.vertices, faces=np.concatenate([found.marked, found.others]))
-    alone = SurfaceMesh(vertices=found.vertices, faces=np.concatenate([found.others, found.caps]))
-    inner = SurfaceMesh(
-        vertices=found.vertices, faces=np.concatenate([found.marked, found.caps[:, ::-1]])
-    )
+    caps = np.concatenate([found.inner, found.outer])
+    assert min(map(len, (found.deep, found.near, found.inner, found.outer))) > 100
+    assert unpaired_edges(np.concatenate([found.near, caps]), n) == (0, 0)
+    alone = SurfaceMesh(vertices=found.vertices, faces=np.concatenate([found.near, caps]))
     assert enclosed_volume(alone) > 0
+    assert np.linalg.norm(area_vectors(alone), axis=1).min() > 0
+    # What lies beside counts as deep: the same triangles and caps, and nothing is left out.
+    both = made(np.where(sides == BESIDE, DEEP, sides).astype(np.uint8))
+    assert len(both.near) == len(found.near)
+    assert len(both.inner) == len(caps)
+    assert len(both.outer) == 0
+    n = len(both.vertices)
+    assert unpaired_edges(np.concatenate([both.deep, both.near]), n) == (0, 0)
+    whole = SurfaceMesh(vertices=both.vertices, faces=np.concatenate([both.deep, both.near]))
+    inner = SurfaceMesh(
+        vertices=both.vertices, faces=np.concatenate([both.deep, both.inner[:, ::-1]])
+    )
     assert enclosed_volume(inner) > 0
     assert enclosed_volume(alone) + enclosed_volume(inner) == pytest.approx(enclosed_volume(whole))
-    assert np.linalg.norm(area_vectors(alone), axis=1).min() > 0
-
-
-def test_deep_blocks_lie_inside_and_fill_the_part():
-    """A ball: no corner of a marked block is outside, and all far enough inside are marked."""
-    origin, shape, h = np.full(3, -10.2), (52, 51, 53), 0.4
-    marked = deep_blocks(lambda p: np.linalg.norm(p, axis=0) - 9.0, origin, shape, h)
-    centre = origin[:, None] + h * BLOCK * (np.argwhere(marked).T + 0.5)
-    reach = np.sqrt(3) * h * BLOCK / 2
-    assert np.linalg.norm(centre, axis=0).max() < 9.0 - reach - CLEARANCE * h
-    everywhere = origin[:, None, None, None] + h * BLOCK * (np.indices(marked.shape) + 0.5)
-    left_out = ~marked & (np.linalg.norm(everywhere, axis=0) < 9.0 - reach - CLEARANCE * h)
-    assert np.count_nonzero(left_out) < 0.02 * np.count_nonzero(marked)
-    assert not _take_out_edges(marked.copy())
+    # Cubes beyond hold no triangle, and leave the others as they are.
+    less = made(np.where(sides == BESIDE, BEYOND, sides).astype(np.uint8))
+    assert (len(less.near), len(less.deep)) == (len(found.near), len(found.deep))
+    assert len(less.outer) == len(found.outer)

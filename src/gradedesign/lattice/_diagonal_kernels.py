@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import FloatArray, IntArray
 
 #: Most neighbours of a vertex, those across the opposite sides included.
 _RING = 64
@@ -33,26 +33,31 @@ def opposite_triangles(faces: NDArray[np.int32], count: int) -> NDArray[np.int32
     """
     first = np.zeros(count + 1, dtype=np.int32)
     for f in range(len(faces)):
-        for c in range(3):
-            first[min(faces[f, c], faces[f, (c + 1) % 3]) + 1] += 1
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        first[min(a, b) + 1] += 1
+        first[min(b, c) + 1] += 1
+        first[min(c, a) + 1] += 1
     for v in range(count):
         first[v + 1] += first[v]
     fill = first[:-1].copy()
     side = np.zeros(3 * len(faces), dtype=np.int32)
+    far = np.zeros(3 * len(faces), dtype=np.int32)  # the upper vertex, negative where first
     for f in range(len(faces)):
+        tail = faces[f, 0]
         for c in range(3):
-            lower = min(faces[f, c], faces[f, (c + 1) % 3])
+            head = faces[f, c + 1 if c < 2 else 0]
+            lower = min(tail, head)
             side[fill[lower]] = 3 * f + c
+            far[fill[lower]] = head if tail == lower else -tail
             fill[lower] += 1
+            tail = head
     opposite = np.full((len(faces), 3), -1, dtype=np.int32)
     for v in range(count):
         for m in range(first[v], first[v + 1]):
-            f, c = side[m] // 3, side[m] % 3
             for n in range(first[v], m):
-                g, d = side[n] // 3, side[n] % 3
-                if faces[f, c] == faces[g, (d + 1) % 3] and faces[g, d] == faces[f, (c + 1) % 3]:
-                    opposite[f, c] = g
-                    opposite[g, d] = f
+                if far[m] == -far[n]:
+                    opposite[side[m] // 3, side[m] % 3] = side[n] // 3
+                    opposite[side[n] // 3, side[n] % 3] = side[m] // 3
     return opposite
 
 
@@ -100,29 +105,76 @@ def _neighbours(
 
 
 @njit(cache=True)
-def _solved(matrix: FloatArray, right: FloatArray) -> bool:
-    """Solve a symmetric positive system in place by Cholesky; False if it is singular."""
-    size = len(right)
-    for i in range(size):
-        for j in range(i + 1):
-            total = matrix[i, j]
-            for k in range(j):
-                total -= matrix[i, k] * matrix[j, k]
-            if j < i:
-                matrix[i, j] = total / matrix[j, j]
-            elif total > 1e-6:
-                matrix[i, i] = np.sqrt(total)
-            else:
-                return False
-    for i in range(size):
-        for k in range(i):
-            right[i] -= matrix[i, k] * right[k]
-        right[i] /= matrix[i, i]
-    for i in range(size - 1, -1, -1):
-        for k in range(i + 1, size):
-            right[i] -= matrix[k, i] * right[k]
-        right[i] /= matrix[i, i]
-    return True
+def _slopes(
+    a: FloatArray, b: FloatArray, height: FloatArray, count: int
+) -> tuple[float, float, float, float, float]:
+    """Coefficients of a, b, a^2, a b and b^2 that fit heights, near ones most; nan if singular.
+
+    Normal equations by Cholesky, written out: loops over so few take twice as long.
+    """
+    m00, m10, m11, m20, m21, m22, m30, m31 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    m32, m33, m40, m41, m42, m43, m44 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    r0, r1, r2, r3, r4 = 0.0, 0.0, 0.0, 0.0, 0.0
+    for m in range(count):
+        p, q, z = a[m], b[m], height[m]
+        pp, pq, qq = p * p, p * q, q * q
+        w = 1.0 / (pp + qq + 1e-3)
+        w0, w1, w2, w3, w4 = w * p, w * q, w * pp, w * pq, w * qq
+        m00 += w0 * p
+        m10 += w1 * p
+        m11 += w1 * q
+        m20 += w2 * p
+        m21 += w2 * q
+        m22 += w2 * pp
+        m30 += w3 * p
+        m31 += w3 * q
+        m32 += w3 * pp
+        m33 += w3 * pq
+        m40 += w4 * p
+        m41 += w4 * q
+        m42 += w4 * pp
+        m43 += w4 * pq
+        m44 += w4 * qq
+        r0 += w0 * z
+        r1 += w1 * z
+        r2 += w2 * z
+        r3 += w3 * z
+        r4 += w4 * z
+    none = (np.nan, np.nan, np.nan, np.nan, np.nan)
+    least = 1e-6
+    m00 += least
+    m00 = np.sqrt(m00)
+    m10, m20, m30, m40 = m10 / m00, m20 / m00, m30 / m00, m40 / m00
+    m11 += least - m10 * m10
+    if m11 <= least:
+        return none
+    m11 = np.sqrt(m11)
+    m21, m31, m41 = (m21 - m20 * m10) / m11, (m31 - m30 * m10) / m11, (m41 - m40 * m10) / m11
+    m22 += least - m20 * m20 - m21 * m21
+    if m22 <= least:
+        return none
+    m22 = np.sqrt(m22)
+    m32, m42 = (m32 - m30 * m20 - m31 * m21) / m22, (m42 - m40 * m20 - m41 * m21) / m22
+    m33 += least - m30 * m30 - m31 * m31 - m32 * m32
+    if m33 <= least:
+        return none
+    m33 = np.sqrt(m33)
+    m43 = (m43 - m40 * m30 - m41 * m31 - m42 * m32) / m33
+    m44 += least - m40 * m40 - m41 * m41 - m42 * m42 - m43 * m43
+    if m44 <= least:
+        return none
+    m44 = np.sqrt(m44)
+    r0 /= m00
+    r1 = (r1 - m10 * r0) / m11
+    r2 = (r2 - m20 * r0 - m21 * r1) / m22
+    r3 = (r3 - m30 * r0 - m31 * r1 - m32 * r2) / m33
+    r4 = (r4 - m40 * r0 - m41 * r1 - m42 * r2 - m43 * r3) / m44
+    r4 /= m44
+    r3 = (r3 - m43 * r4) / m33
+    r2 = (r2 - m32 * r3 - m42 * r4) / m22
+    r1 = (r1 - m21 * r2 - m31 * r3 - m41 * r4) / m11
+    r0 = (r0 - m10 * r1 - m20 * r2 - m30 * r3 - m40 * r4) / m00
+    return r0, r1, r2, r3, r4
 
 
 @njit(cache=True)
@@ -166,8 +218,8 @@ def fitted_normals(
         for c in range(3):
             seat[faces[f, c]] = f
     ring = np.zeros(_RING, dtype=np.int32)
-    off, terms = np.zeros((_RING, 3)), np.zeros((_RING, 6))
-    matrix, right, frame = np.zeros((5, 5)), np.zeros(5), np.zeros((3, 3))
+    off, frame = np.zeros((_RING, 3)), np.zeros((3, 3))
+    a, b, height = np.zeros(_RING), np.zeros(_RING), np.zeros(_RING)
     for v in range(len(vertices)):
         if seat[v] < 0:
             continue
@@ -177,33 +229,20 @@ def fitted_normals(
                 off[m, x] = (vertices[ring[m], x] - vertices[v, x]) / h
         if near < 3 or not _frame(off, near, frame):
             continue
-        matrix[:] = 0.0
-        right[:] = 0.0
         for m in range(every):
-            a = off[m, 0] * frame[0, 0] + off[m, 1] * frame[0, 1] + off[m, 2] * frame[0, 2]
-            b = off[m, 0] * frame[1, 0] + off[m, 1] * frame[1, 1] + off[m, 2] * frame[1, 2]
-            height = off[m, 0] * frame[2, 0] + off[m, 1] * frame[2, 1] + off[m, 2] * frame[2, 2]
-            row = terms[m]
-            row[0], row[1], row[2], row[3], row[4], row[5] = a, b, a * a, a * b, b * b, height
-            weight = 1.0 / (a * a + b * b + 1e-3)
-            for i in range(5):
-                for j in range(i + 1):
-                    matrix[i, j] += weight * row[i] * row[j]
-                right[i] += weight * row[i] * height
-        for i in range(5):
-            matrix[i, i] += 1e-6
-        if not _solved(matrix, right):
-            continue
-        smooth = True
+            a[m] = off[m, 0] * frame[0, 0] + off[m, 1] * frame[0, 1] + off[m, 2] * frame[0, 2]
+            b[m] = off[m, 0] * frame[1, 0] + off[m, 1] * frame[1, 1] + off[m, 2] * frame[1, 2]
+            height[m] = off[m, 0] * frame[2, 0] + off[m, 1] * frame[2, 1] + off[m, 2] * frame[2, 2]
+        found = _slopes(a, b, height, every)
+        smooth = not np.isnan(found[0])
         for m in range(every):
-            height = terms[m, 5]
-            for i in range(5):
-                height -= right[i] * terms[m, i]
-            smooth &= abs(height) <= _SMOOTH
+            left = height[m] - found[0] * a[m] - found[1] * b[m]
+            left -= found[2] * a[m] * a[m] + found[3] * a[m] * b[m] + found[4] * b[m] * b[m]
+            smooth &= abs(left) <= _SMOOTH
         if smooth:
-            size = np.sqrt(1.0 + right[0] ** 2 + right[1] ** 2)
+            size = np.sqrt(1.0 + found[0] ** 2 + found[1] ** 2)
             for x in range(3):
-                slope = right[0] * frame[0, x] + right[1] * frame[1, x]
+                slope = found[0] * frame[0, x] + found[1] * frame[1, x]
                 normals[v, x] = (frame[2, x] - slope) / size
     return normals
 
@@ -275,7 +314,7 @@ def flip_diagonals(
     faces: NDArray[np.int32],
     opposite: NDArray[np.int32],
     normals: NDArray[np.float32],
-    marked: int,
+    ends: IntArray,
     origin: FloatArray,
     h: float,
 ) -> int:
@@ -283,8 +322,8 @@ def flip_diagonals(
 
     Parameters
     ----------
-    marked : int
-        So many triangles come first and stay apart from the others: no side between is flipped.
+    ends : (2,) int array
+        Numbers of the first triangles of the second and third group: no side between is flipped.
     origin : (3,) array
         A node of the grid.
 
@@ -303,9 +342,11 @@ def flip_diagonals(
             if not open_ones[t]:
                 continue
             open_ones[t] = False
+            group = (t >= ends[0]) + (t >= ends[1])
             for k in range(3):
                 u = opposite[t, k]
-                if u < 0 or (t < marked) != (u < marked):
+                # Where the other one is closed, this side was tried from there.
+                if u < 0 or not open_ones[u] or group != (u >= ends[0]) + (u >= ends[1]):
                     continue
                 a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
                 s = _corner(faces, u, b)

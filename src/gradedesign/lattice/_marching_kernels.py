@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.lattice._side_kernels import BEYOND, DEEP, NEAR
 
 _EDGE_AXIS = np.array([0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2], dtype=np.int64)
 _EDGE_BASE = np.array(
@@ -37,23 +38,17 @@ def square_case(values: FloatArray, i: int, j: int, k: int) -> int:
     return case
 
 
-@njit(cache=True)
-def _is_deep(deep: BoolArray, block: int, i: int, j: int, k: int) -> bool:
-    """Whether the block of a cube is marked."""
-    return deep[i // block, j // block, k // block]
-
-
 @njit(cache=True, nogil=True)
 def count_slab(
-    values: FloatArray, first: int, counts: NDArray[np.int8], deep: BoolArray, block: int
-) -> tuple[int, int, int, int]:
+    values: FloatArray, first: int, counts: NDArray[np.int8], sides: NDArray[np.uint8]
+) -> tuple[int, int, int, int, int, int]:
     """Largest numbers of what `march_slab` finds in a slab whose first node plane is ``first``.
 
-    Triangles in marked blocks, triangles elsewhere, grid edges whose ends differ in sign, and
-    faces between marked and other blocks with a node inside.
+    Triangles in deep, near and other cubes, grid edges whose ends differ in sign, and faces with a
+    node inside between near cubes and deep ones, and between near cubes and others.
     """
     nx, ny, nz = values.shape
-    marked, others, edges, faces = 0, 0, 0, 0
+    deep, near, beside, edges, inner, outer = 0, 0, 0, 0, 0, 0
     for i in range(nx - 1):
         for j in range(ny - 1):
             above = square_case(values, i, j, 0)
@@ -62,14 +57,20 @@ def count_slab(
                 case = below + 16 * above
                 if case == 0:
                     continue
-                here = _is_deep(deep, block, first + i, j, k)
-                if here:
-                    marked += counts[case]
-                else:
-                    others += counts[case]
-                faces += first + i > 0 and here != _is_deep(deep, block, first + i - 1, j, k)
-                faces += j > 0 and here != _is_deep(deep, block, first + i, j - 1, k)
-                faces += k > 0 and here != _is_deep(deep, block, first + i, j, k - 1)
+                here = sides[first + i, j, k]
+                if here == DEEP:
+                    deep += counts[case]
+                elif here == NEAR:
+                    near += counts[case]
+                elif here != BEYOND:
+                    beside += counts[case]
+                for axis in range(3):
+                    p, q, r = first + i - (axis == 0), j - (axis == 1), k - (axis == 2)
+                    if min(p, q, r) < 0 or (here == NEAR) == (sides[p, q, r] == NEAR):
+                        continue
+                    to_deep = here == DEEP or sides[p, q, r] == DEEP
+                    inner += to_deep
+                    outer += not to_deep
     for i in range(nx):
         for j in range(ny):
             for k in range(nz):
@@ -77,7 +78,7 @@ def count_slab(
                 edges += i + 1 < nx and inside != (values[i + 1, j, k] < 0.0)
                 edges += j + 1 < ny and inside != (values[i, j + 1, k] < 0.0)
                 edges += k + 1 < nz and inside != (values[i, j, k + 1] < 0.0)
-    return marked, others, edges, faces
+    return deep, near, beside, edges, inner, outer
 
 
 @njit(cache=True)
@@ -184,19 +185,29 @@ def march_slab(
     values: FloatArray,
     first: int,
     table: tuple[NDArray[np.int8], NDArray[np.int8]],
-    blocks: tuple[BoolArray, int],
-    total: tuple[int, int, int, int],
+    sides: NDArray[np.uint8],
+    total: tuple[int, int, int, int, int, int],
     earlier: tuple[int, int],
     number: NDArray[np.int32],
     corner: NDArray[np.int32],
-) -> tuple[IntArray, FloatArray, IntArray, NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+) -> tuple[
+    IntArray,
+    FloatArray,
+    IntArray,
+    NDArray[np.int32],
+    NDArray[np.int32],
+    NDArray[np.int32],
+    NDArray[np.int32],
+    NDArray[np.int32],
+]:
     """Triangles of a slab of node values (nx, ny, nz) whose first plane has grid index ``first``.
 
     Parameters
     ----------
     table : triangles and counts of `marching_table`
         Cases of cubes have bit ``a + 2 b + 4 c`` set where the corner is inside.
-    blocks : marked blocks, cubes along their edge
+    sides : (a, b, c) uint8 array
+        Of all cubes of the grid, see `cube_sides`; those beyond are left out.
     total : answer of `count_slab`
     earlier : (int, int)
         Vertices and corners of caps of the slabs before.
@@ -214,20 +225,22 @@ def march_slab(
         Node values at its ends.
     corners : (c, 3) array
         New corners of caps, as nodes from the slab's first.
-    marked, others, caps : (m, 3) int32 arrays
-        Triangles in marked blocks, elsewhere, and of the faces between, outward from the others;
-        a negative number is a corner of a cap.
+    deep, near, beside, inner, outer : (m, 3) int32 arrays
+        Triangles of those cubes, and caps over the faces between near cubes and deep ones, and
+        between near cubes and others, outward from the near ones; a negative number is a corner of
+        a cap.
     """
     triangles, counts = table
-    deep, block = blocks
     nx, ny, nz = values.shape
-    nodes = np.zeros((total[2], 4), dtype=np.int64)
-    ends = np.zeros((total[2], 2))
-    corners = np.zeros((4 * total[3], 3), dtype=np.int64)
-    marked = np.zeros((total[0], 3), dtype=np.int32)
-    others = np.zeros((total[1], 3), dtype=np.int32)
-    caps = np.zeros((4 * total[3], 3), dtype=np.int32)
-    used, fresh, rows, row_other, row_cap = 0, 0, 0, 0, 0
+    nodes = np.zeros((total[3], 4), dtype=np.int64)
+    ends = np.zeros((total[3], 2))
+    corners = np.zeros((4 * (total[4] + total[5]), 3), dtype=np.int64)
+    deep = np.zeros((total[0], 3), dtype=np.int32)
+    near = np.zeros((total[1], 3), dtype=np.int32)
+    beside = np.zeros((total[2], 3), dtype=np.int32)
+    inner = np.zeros((4 * total[4], 3), dtype=np.int32)
+    outer = np.zeros((4 * total[5], 3), dtype=np.int32)
+    used, fresh, rows, row_near, row_beside, row_in, row_out = 0, 0, 0, 0, 0, 0, 0
     if first == 0:
         used = _number_plane(values, 0, (1, 3), number[0], earlier[0], used, nodes, ends)
     for i in range(nx - 1):
@@ -242,8 +255,8 @@ def march_slab(
                 case = below + 16 * above
                 if case == 0:
                     continue
-                here = _is_deep(deep, block, first + i, j, k)
-                for t in range(counts[case]):
+                here = sides[first + i, j, k]
+                for t in range(counts[case] if here != BEYOND else 0):
                     for c in range(3):
                         e = triangles[case, t, c]
                         vertex = number[
@@ -252,27 +265,45 @@ def march_slab(
                             j + _EDGE_BASE[e, 1],
                             k + _EDGE_BASE[e, 2],
                         ]
-                        if here:
-                            marked[rows, c] = vertex
+                        if here == DEEP:
+                            deep[rows, c] = vertex
+                        elif here == NEAR:
+                            near[row_near, c] = vertex
                         else:
-                            others[row_other, c] = vertex
-                    rows += here
-                    row_other += not here
+                            beside[row_beside, c] = vertex
+                    rows += here == DEEP
+                    row_near += here == NEAR
+                    row_beside += here != DEEP and here != NEAR
                 for axis in range(3):
                     p, q, r = first + i - (axis == 0), j - (axis == 1), k - (axis == 2)
-                    if min(p, q, r) < 0 or here == _is_deep(deep, block, p, q, r):
+                    if min(p, q, r) < 0 or (here == NEAR) == (sides[p, q, r] == NEAR):
                         continue
-                    fresh, row_cap = _cap(
-                        values, (i, j, k), axis, here, number, corner, corners,
-                        (earlier[1], fresh), caps, row_cap,
-                    )  # fmt: skip
+                    if here == DEEP or sides[p, q, r] == DEEP:
+                        fresh, row_in = _cap(
+                            values, (i, j, k), axis, here != NEAR, number, corner, corners,
+                            (earlier[1], fresh), inner, row_in,
+                        )  # fmt: skip
+                    else:
+                        fresh, row_out = _cap(
+                            values, (i, j, k), axis, here != NEAR, number, corner, corners,
+                            (earlier[1], fresh), outer, row_out,
+                        )  # fmt: skip
         # Assigning whole planes would link numba's text of shapes: 3 s more to compile.
         for j in range(ny):
             for k in range(nz):
                 corner[0, j, k] = corner[1, j, k]
                 for axis in range(3):
                     number[0, axis, j, k] = number[1, axis, j, k]
-    return nodes[:used], ends[:used], corners[:fresh], marked, others, caps[:row_cap]
+    return (
+        nodes[:used],
+        ends[:used],
+        corners[:fresh],
+        deep,
+        near,
+        beside,
+        inner[:row_in],
+        outer[:row_out],
+    )
 
 
 @njit(cache=True, nogil=True)

@@ -62,7 +62,7 @@ def surface_behind_skin(design: LatticeDesign, part: SurfaceMesh, step: float) -
     field = lattice_field(untrimmed, band=3 * step, single=True)
     with stepping(f"contouring at {step:.3g} mm"):
         raw = contour(field, contour_grid(design.domain, step))
-    vertices, faces = raw.vertices, _internal(raw.vertices, raw.others, untrimmed.domain, step)
+    vertices, faces = raw.vertices, _internal(raw.vertices, raw.near, untrimmed.domain, step)
     del raw
     if len(faces):
         report_step("inner edges of skins")

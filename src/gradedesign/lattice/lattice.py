@@ -132,6 +132,21 @@ def body_field(design: LatticeDesign) -> Field:
     return lambda points: union(points, part(points))
 
 
+def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> Field:
+    """`lattice_field` for a contour that the part cuts afterwards.
+
+    Where no skin, passive region, net or filling asks for the part's distance, it is that of the
+    cells less drain holes, which go on beyond the part.
+    """
+    domain = design.domain
+    if not domain.lattice_only or domain.nets or domain.fillings:
+        return lattice_field(design, band=band, single=single)
+    exact = cell_field(design)
+    cell = cell_field(design, single=True) if single else exact
+    union = united(domain, (), cell, exact, design.cell_size)
+    return lambda points: union(points, np.zeros(0))
+
+
 def lattice_field(
     design: LatticeDesign, *, band: float | None = None, single: bool = False
 ) -> Field:

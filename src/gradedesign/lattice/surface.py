@@ -18,6 +18,7 @@ from gradedesign.lattice._diagonal_kernels import (
 )
 from gradedesign.lattice._marching_kernels import count_slab, edge_points, march_slab
 from gradedesign.lattice._marching_table import marching_table
+from gradedesign.lattice._side_kernels import NEAR
 from gradedesign.lattice._surface_kernels import cut_at_box, nudge, unpaired_edges
 from gradedesign.lattice.sample import BATCH, NODES, Shape, checked_values, sample_slabs
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
@@ -33,27 +34,29 @@ END_GAP = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Contour:
-    """Contour of a field on a cubic grid, the triangles in marked blocks apart.
+    """Contour of a field on a cubic grid, the triangles of deep cubes apart.
 
     Attributes
     ----------
     vertices : (n, 3) array, mm
         On the grid edges, then the inside nodes that are corners of caps.
-    marked, others : (m, 3) int32 arrays
-        Triangles of cubes in marked blocks, and of the other cubes; outward oriented.
-    caps : (m, 3) int32 array
-        Triangles over the faces between both where they are inside. They close ``others``.
+    deep, near : (m, 3) int32 arrays
+        Triangles of deep and of near cubes; outward oriented.
+    inner, outer : (m, 3) int32 arrays
+        Triangles over the faces between near and deep cubes, and between near cubes and others,
+        where they are inside. They close ``near``.
     """
 
     vertices: FloatArray
-    marked: NDArray[np.int32]
-    others: NDArray[np.int32]
-    caps: NDArray[np.int32]
+    deep: NDArray[np.int32]
+    near: NDArray[np.int32]
+    inner: NDArray[np.int32]
+    outer: NDArray[np.int32]
 
     @property
     def count(self) -> int:
         """Number of triangles without the caps."""
-        return len(self.marked) + len(self.others)
+        return len(self.deep) + len(self.near)
 
 
 def extract_surface(
@@ -93,7 +96,7 @@ def extract_surface(
     """
     grid = boxed_grid(lower, upper, h)
     found = contour(field, grid, nodes=nodes)
-    surface = SurfaceMesh(vertices=found.vertices, faces=found.others.astype(np.int64))
+    surface = SurfaceMesh(vertices=found.vertices, faces=found.near.astype(np.int64))
     report_step("checking the surface")
     require_closed(surface)
     return surface
@@ -143,19 +146,17 @@ def contour(
     field: Field,
     grid: BoxedGrid,
     *,
-    marked: BoolArray | None = None,
-    block: int = 1,
+    sides: NDArray[np.uint8] | None = None,
     nodes: int = NODES,
 ) -> Contour:
-    """Contour a field on a grid as `extract_surface` does, marked blocks of cubes apart.
+    """Contour a field on a grid as `extract_surface` does, some cubes apart.
 
     Parameters
     ----------
     field : callable
     grid : BoxedGrid
-    marked : (a, b, c) bool array, optional
-        Blocks of ``block`` cubes along each axis, from the first node on; none by default.
-    block : int
+    sides : (a, b, c) uint8 array, optional
+        Of the cubes, see `cube_sides`; all are near by default.
     nodes : int
         Grid nodes held at once, about.
 
@@ -167,21 +168,21 @@ def contour(
     began = perf_counter()
     boxed = _cut_at_box(field, grid.lower, grid.upper)
     h, (_, ny, nz) = grid.h, grid.shape
-    if marked is None:
-        marked, block = np.zeros((1, 1, 1), dtype=bool), max(grid.shape)
+    if sides is None:
+        sides = np.full([n - 1 for n in grid.shape], NEAR, dtype=np.uint8)
     number = np.full((2, 3, ny, nz), -1, dtype=np.int32)
     corner = np.zeros((2, ny, nz), dtype=np.int32)
     table = marching_table()
     vertices: list[FloatArray] = []
     corners: list[FloatArray] = []
-    faces: tuple[list[NDArray[np.int32]], ...] = ([], [], [])
+    faces: tuple[list[NDArray[np.int32]], ...] = ([], [], [], [], [])
     count, cornered = 0, 0
     for piece in sample_slabs(boxed, grid.origin, grid.shape, h, nodes=nodes):
         values = piece.values
         nudge(values, NUDGE * h)
-        total = count_slab(values, piece.first, table[1], marked, block)
+        total = count_slab(values, piece.first, table[1], sides)
         edges, ends, nodes_of_caps, *triangles = march_slab(
-            values, piece.first, table, (marked, block), total, (count, cornered), number, corner
+            values, piece.first, table, sides, total, (count, cornered), number, corner
         )
         first = grid.origin + np.array([h * piece.first, 0.0, 0.0])
         vertices.append(_placed(boxed, edges, ends, first, h))
@@ -199,14 +200,17 @@ def contour(
             f"the surface has {count + cornered} vertices, at most {2**31 - 1} can be numbered; "
             f"use a coarser grid or a smaller part"
         )
-    caps = np.concatenate(faces[2])
-    caps[caps < 0] = count - 1 - caps[caps < 0]
-    triangles, split = np.concatenate(faces[0] + faces[1]), sum(map(len, faces[0]))
+    inner, outer = (np.concatenate(some) for some in faces[3:])
+    for caps in (inner, outer):
+        caps[caps < 0] = count - 1 - caps[caps < 0]
+    ends = np.cumsum([sum(map(len, some)) for some in faces[:3]])
+    triangles = np.concatenate(faces[0] + faces[1] + faces[2])
     del faces
     places = np.concatenate(vertices + corners)
     del vertices, corners
-    flips = _with_better_diagonals(places, triangles, split, grid)
-    found = Contour(vertices=places, marked=triangles[:split], others=triangles[split:], caps=caps)
+    flips = _with_better_diagonals(places, triangles, ends[:2], grid)
+    deep, near, _ = np.split(triangles, ends[:2])
+    found = Contour(vertices=places, deep=deep, near=near, inner=inner, outer=outer)
     log.info(
         "surface: %d x %d x %d nodes at %g mm, %d triangles, %d diagonals flipped, %.1f s",
         *(*grid.shape, h, found.count, flips, perf_counter() - began),
@@ -215,13 +219,13 @@ def contour(
 
 
 def _with_better_diagonals(
-    vertices: FloatArray, faces: NDArray[np.int32], marked: int, grid: BoxedGrid
+    vertices: FloatArray, faces: NDArray[np.int32], ends: IntArray, grid: BoxedGrid
 ) -> int:
-    """Flip diagonals of triangles in place; how many."""
+    """Flip diagonals of triangles in place, each group with an end by itself; how many."""
     report_step("diagonals of the triangles")
     opposite = opposite_triangles(faces, len(vertices))
     normals = fitted_normals(vertices, faces, opposite, grid.h)
-    return flip_diagonals(vertices, faces, opposite, normals, marked, grid.origin, grid.h)
+    return flip_diagonals(vertices, faces, opposite, normals, ends, grid.origin, grid.h)
 
 
 def require_closed(surface: SurfaceMesh) -> float:

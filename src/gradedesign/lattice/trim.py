@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import BoolArray, Field, FloatArray
-from gradedesign.lattice.deep_blocks import BLOCK, deep_blocks
+from gradedesign.lattice.cube_sides import cube_sides, where_wanted
 from gradedesign.lattice.domain import DesignDomain, grown
-from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.lattice import LatticeDesign, uncut_field
 from gradedesign.lattice.skin_edges import divided_skin_edges, moved_onto_skins
 from gradedesign.lattice.solid_layers import SolidLayer, solid_layers
 from gradedesign.lattice.surface import BoxedGrid, Contour, boxed_grid, contour, require_closed
@@ -62,12 +62,13 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         If the Boolean kernel refuses a surface or nothing is left.
     """
     untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
-    field = lattice_field(untrimmed, band=3 * step, single=True)
+    field = uncut_field(untrimmed, band=3 * step, single=True)
     grid = contour_grid(design.domain, step)
     with stepping(f"contouring at {step:.3g} mm"):
-        deep = deep_blocks(design.domain.distance, grid.origin, grid.shape, step)
-        raw = contour(field, grid, marked=deep, block=BLOCK)
-    with stepping(f"cutting {len(raw.others)} of {raw.count} triangles with the part"):
+        sides = cube_sides(part, design.domain.distance, grid.origin, grid.shape, step)
+        raw = contour(where_wanted(field, sides, grid.origin, step), grid, sides=sides)
+        del sides
+    with stepping(f"cutting {len(raw.near)} of {raw.count} triangles with the part"):
         vertices, faces = _cut(raw, part)
         del raw  # the triangles once more
         if design.domain.skins:
@@ -158,8 +159,8 @@ def _alone(layer: SolidLayer) -> Field:
 
 def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]]:
     """Cut the triangles near the part's surface, and join those deep inside to them again."""
-    near = np.concatenate([raw.others, raw.caps])
-    cut = cut_capped(raw.vertices, near, len(raw.caps), part, what="printed surface")
+    near = np.concatenate([raw.near, raw.outer, raw.inner])
+    cut = cut_capped(raw.vertices, near, len(raw.inner), part, what="printed surface")
     number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
     vertices = np.concatenate([raw.vertices, cut.vertices])
-    return vertices, np.concatenate([raw.marked, number[cut.faces].astype(np.int32)])
+    return vertices, np.concatenate([raw.deep, number[cut.faces].astype(np.int32)])
