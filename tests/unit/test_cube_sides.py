@@ -18,6 +18,7 @@ from gradedesign.lattice.cube_sides import CLEARANCE, cube_sides, where_wanted
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field, uncut_field
 from gradedesign.lattice.surface import extract_surface
+from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
 from gradedesign.part.signed_distance import surface_distance
@@ -168,3 +169,8 @@ def test_what_lies_beyond_the_part_changes_nothing(monkeypatch):
     np.testing.assert_allclose(np.ptp(found.vertices, axis=0), np.ptp(plain.vertices, axis=0))
     outside = surface_distance(part)(corner_points(found).reshape(-1, 3).T)
     assert outside.max() < 1e-9
+
+
+def test_boxes_around_points_are_those_of_numpy():
+    points = np.random.default_rng(54).normal(size=(50, 3))
+    np.testing.assert_array_equal(corners_of_box(points), [points.min(axis=0), points.max(axis=0)])

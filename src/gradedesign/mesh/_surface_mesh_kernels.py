@@ -42,3 +42,16 @@ def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
         x, y, z = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
         areas[f] = 0.5 * np.sqrt(x * x + y * y + z * z)
     return areas
+
+
+@njit(cache=True, nogil=True)
+def corners_of_box(points: FloatArray) -> FloatArray:
+    """Lower and upper corner of the box around points (n, 3), ``(2, 3)``; nan is left out."""
+    box = np.zeros((2, 3))
+    for a in range(3):
+        box[0, a], box[1, a] = np.inf, -np.inf
+    for v in range(len(points)):
+        for a in range(3):
+            box[0, a] = min(box[0, a], points[v, a])
+            box[1, a] = max(box[1, a], points[v, a])
+    return box

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray, IntArray, read_only
 from gradedesign.mesh import _cell_kernels as kernels
+from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 
 #: Places of a triangle in the lists of cells, and cells a triangle, at most on average.
 ENTRIES = 10
@@ -74,7 +75,7 @@ def triangle_cells(
     TriangleCells or None
         None where triangles are too unequal: they would take `ENTRIES` places each, or more.
     """
-    lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+    lower, upper = corners_of_box(read_only(vertices))
     spacing = width * float(kernels.sum_extents(vertices, faces).max()) / len(faces)
     grids = [] if grid is None else [grid]
     grids += [CellGrid(origin=lower, spacing=spacing * 1.5**n) for n in range(4)]

@@ -64,21 +64,18 @@ def front_triangles(vertices, faces, right, up, back, middle, spacing, shape):
     farthest = np.full(tiles, -np.inf)
     changes = np.zeros(tiles, dtype=np.int64)
     x, y, z = np.zeros(3), np.zeros(3), np.zeros(3)
-    placed = np.zeros((len(vertices), 3))
-    for v in range(len(vertices)):
-        a, b, d = (
-            vertices[v, 0] - middle[0],
-            vertices[v, 1] - middle[1],
-            vertices[v, 2] - middle[2],
-        )
-        placed[v, 0] = (a * right[0] + b * right[1] + d * right[2]) / spacing + 0.5 * (shape[0] - 1)
-        placed[v, 1] = (a * up[0] + b * up[1] + d * up[2]) / spacing + 0.5 * (shape[1] - 1)
-        placed[v, 2] = a * back[0] + b * back[1] + d * back[2]
     for run in _depth_order(vertices, faces, back):
         for f in range(run * _RUN, min((run + 1) * _RUN, len(faces))):
             for c in range(3):
                 v = faces[f, c]
-                x[c], y[c], z[c] = placed[v, 0], placed[v, 1], placed[v, 2]
+                a, b, d = (
+                    vertices[v, 0] - middle[0],
+                    vertices[v, 1] - middle[1],
+                    vertices[v, 2] - middle[2],
+                )
+                x[c] = (a * right[0] + b * right[1] + d * right[2]) / spacing + 0.5 * (shape[0] - 1)
+                y[c] = (a * up[0] + b * up[1] + d * up[2]) / spacing + 0.5 * (shape[1] - 1)
+                z[c] = a * back[0] + b * back[1] + d * back[2]
             area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
             if area == 0.0:
                 continue

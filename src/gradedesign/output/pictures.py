@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.output import _draw_opengl, _draw_plain
@@ -169,7 +170,8 @@ def picture_density(path: Path, mesh: TetMesh, rho: FloatArray) -> tuple[str, ..
 
 def picture_lattice(path: Path, surface: SurfaceMesh, *, title: str = "Lattice") -> tuple[str, ...]:
     """Draw the surface that is printed."""
-    size = np.ptp(surface.vertices, axis=0)
+    low, high = corners_of_box(surface.vertices)
+    size = high - low
     caption = f"{len(surface.faces)} triangles, {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} mm"
     layer = Layer(vertices=surface.vertices, faces=surface.faces, colour="#7f9fbf")
     return _draw(path, Scene(title=title, caption=caption, layers=(layer,)))

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.arrays import BoolArray, FloatArray, IntArray, read_only
+from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 
 #: From the part to the viewer, whichever way a scene is drawn, and pixels of a picture.
 VIEW = np.array([1.0, -1.35, 0.85])
@@ -112,10 +113,8 @@ def scene_box(scene: Scene) -> tuple[FloatArray, FloatArray]:
     pieces = [layer.vertices for layer in scene.layers if len(layer.vertices)]
     pieces += [np.stack([a.tail, a.tip]) for a in scene.arrows]
     pieces += [bars.segments.reshape(-1, 3) for bars in scene.lines if bars.radius > 0]
-    return (
-        np.min([points.min(axis=0) for points in pieces], axis=0),
-        np.max([points.max(axis=0) for points in pieces], axis=0),
-    )
+    boxes = [corners_of_box(read_only(np.asarray(p, dtype=np.float64))) for p in pieces]
+    return np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 
+import numpy as np
+
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.locate import locating
 from gradedesign.case.run_schema import OWN_FORMATS
@@ -23,7 +25,7 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter
 from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.output.stl import float32_vertices, write_stl
+from gradedesign.output.stl import write_stl
 from gradedesign.plugin.registry import Registry, absent
 from gradedesign.resolve.outer_triangles import outer_records
 from gradedesign.workspace.atomic import replacing_path
@@ -135,7 +137,8 @@ def chord_tolerance(case: CaseIdentity) -> float | None:
 def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tuple[str, ...]:
     """Warnings on triangles of the surface, as files hold it, that pass through each other.
 
-    The grid is that of its contour, where it is known.
+    Its vertices are rounded to float32; the steps by which `write_stl` moves equal ones apart lie
+    far below what counts as a crossing. The grid is that of its contour, where it is known.
     """
     if len(surface.faces) > MOST_TESTED:
         return (
@@ -143,7 +146,7 @@ def crossing_warnings(surface: SurfaceMesh, grid: CellGrid | None = None) -> tup
             f"itself, which is done up to {MOST_TESTED}",
         )
     report_step("triangles that pass through each other")
-    vertices = float32_vertices(surface.vertices)
+    vertices = surface.vertices.astype(np.float32).astype(np.float64)
     pairs = crossing_triangles(vertices, surface.faces, TOUCHING, grid)
     if len(pairs) == 0:
         return ()
