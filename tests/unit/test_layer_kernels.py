@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from layer_contours import contours
 from scipy import ndimage
 
 from gradedesign.output import _layer_kernels as kernels
-from gradedesign.output.contours import Tracer, contours, enclosed_areas, signed_area
+from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
 from gradedesign.output.layer_stack import Layers
 from gradedesign.output.layers import _connected
 
@@ -72,7 +73,7 @@ def test_contours_equal_those_of_single_segments(smooth):
         values = noise(random, (40, 31), smooth)
         places, first = tracer.polygons(values)
         slow = slow_contours(values)
-        assert len(first) - 1 == len(slow) > 1
+        assert len(first) - 1 == len(slow) > 0
         for low, high, meant in zip(first, first[1:], slow, strict=False):
             np.testing.assert_allclose(places[low:high], meant, atol=1e-12)
         np.testing.assert_allclose(enclosed_areas(places, first), [signed_area(p) for p in slow])

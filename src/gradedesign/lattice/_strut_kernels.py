@@ -18,6 +18,8 @@ CHUNK = 1024
 HALVINGS = 3
 #: Nearer to the surface, mm, its normal gives the direction, see `SurfaceDistance`.
 _AT_SURFACE = 1e-6
+#: Values this much apart, mm, differ by rounding: of equal ones that at the least depth counts.
+_TIED = 1e-9
 
 
 class StrutArrays(NamedTuple):
@@ -110,7 +112,7 @@ def projected(cells, foot, outward, depths, enough, most, stack, ends):
         depth -= 1
         a, b = stack[depth]
         va, vb = ends[depth]
-        if b - a < 2 or 0.5 * (va + vb - fall * (b - a)) > min(least, limit):
+        if b - a < 2 or 0.5 * (va + vb - fall * (b - a)) > min(least, limit) + _TIED:
             continue
         k = math.floor(0.5 * (a + b) + 0.5 * (va - vb) / fall + 0.5)
         k = min(max(k, a + 1), b - 1)

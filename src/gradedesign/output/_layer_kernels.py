@@ -1,4 +1,7 @@
-"""Compiled runs of solid pixels, their connected components, and contours of layers."""
+"""Compiled runs of solid pixels, their connected components, and contours of layers.
+
+Longer than other files: all kernels work on the same runs, and each calls the ones before it.
+"""
 
 # mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False
 from __future__ import annotations

@@ -46,12 +46,6 @@ class Tracer:
             self._reserve(2 * len(self._places))
 
 
-def contours(values: FloatArray) -> list[FloatArray]:
-    """Closed polygons ``(n, 2)`` around what is negative in a layer, see `Tracer.polygons`."""
-    places, first = Tracer(values.shape).polygons(values)
-    return np.split(places, first[1:-1]) if len(first) > 1 else []
-
-
 def enclosed_areas(places: FloatArray, first: IntArray) -> FloatArray:
     """Areas enclosed by polygons, ``(n,)``, negative if clockwise; see `Tracer.polygons`."""
     areas = np.zeros(len(first) - 1)

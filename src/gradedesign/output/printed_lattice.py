@@ -16,7 +16,7 @@ from gradedesign.output.layer_stack import Layers
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredField:
-    """What is known of a lattice of which no surface was made.
+    """Bounds and volume of a lattice of which no surface was made.
 
     Attributes
     ----------
