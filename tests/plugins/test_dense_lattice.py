@@ -94,10 +94,11 @@ def test_layers_are_those_of_the_field_point_by_point(cell, stated):
     for one, other in zip(layers.layers, meant.layers, strict=True):
         np.testing.assert_array_equal(one.first, other.first)
         np.testing.assert_array_equal(one.ends, other.ends)
-        # Where the nearest face changes, the net ends in a step.
+        # Where the nearest face changes, the net ends in a step: values there may be larger than a
+        # step of the samples, where they are not exact. 10 % move a line by 0.025 steps at most.
         near = np.abs(other.beside) < 0.12
         np.testing.assert_allclose(one.beside[near], other.beside[near], atol=1e-6)
-        np.testing.assert_allclose(one.beside[~near], other.beside[~near], rtol=0.05)
+        np.testing.assert_allclose(one.beside[~near], other.beside[~near], rtol=0.1)
         assert near.any()
 
 

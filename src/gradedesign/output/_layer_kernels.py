@@ -1,6 +1,6 @@
 """Compiled runs of solid pixels, their connected components, and contours of layers.
 
-Longer than other files: all kernels work on the same runs, and each calls the ones before it.
+More than 300 lines: all kernels work on the same runs, and each calls the ones before it.
 """
 
 # mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False
