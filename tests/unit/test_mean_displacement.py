@@ -157,10 +157,30 @@ def test_check_lists_the_limit(cli, folder):
     )
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_a_load_case_that_holds_the_region_does_not_judge_it(folder):
+    """A limit of no displacement would always hold there."""
+    held = """\
+[[load_case]]
+name = "back"
+fix = [{region = "tip"}]
+load = [{region = "root", force = ["0 N", "0 N", "10 N"]}]
+[limits]
+"""
+    case = gradedesign.load_case(folder(("[limits]\n", held), ('"sizing"', '"solid"')))
+    result = gradedesign.run(case, folder=folder() / "run")
+    cases = [row.load_case for row in result.solid if row.key.kind == "mean_displacement"]
+    assert cases == ["down"]
+    assert any("tip z is not judged in load case 'back'" in text for text in result.warnings)
+
+
 @pytest.mark.parametrize(
     ("swap", "words"),
     [
-        (('region = "tip", component', 'region = "root", component'), "supports hold the whole"),
+        (
+            ('region = "tip", component', 'region = "root", component'),
+            "hold the whole region 'root'",
+        ),
         (('region = "tip", component', 'region = "tipp", component'), 'did you mean "tip"'),
         (('"5 x solid"', '"2 kN"'), "limits.mean_displacement[0].magnitude: found"),
     ],

@@ -51,8 +51,8 @@ def dense_lattice(design: LatticeDesign, reach: float) -> DenseLattice:
     ----------
     design : LatticeDesign
     reach : float, mm
-        Values are exact within this of the surface; of round struts in equal cells up to the
-        distance of two samples. The sign is right everywhere.
+        Values are exact within this of the surface; of round struts in equal cells within one
+        step of the samples. The sign is right everywhere.
     """
     if (fast := strut_lattice(design, reach / 3.0)) is not None:
         return fast

@@ -17,10 +17,10 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.case.limits_schema import DisplacementLimit as DisplacementEntry
 from gradedesign.case.limits_schema import as_multiple, in_number, stated_words
-from gradedesign.case.schema import Case, LoadCaseSpec
+from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
-from gradedesign.fe.supports import Supports
 from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
 from gradedesign.limits.row import LimitRow
@@ -151,52 +151,30 @@ def governing_places(
 
 
 def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
-    """One limit per region, direction and load case it holds for.
-
-    Load cases that hold the whole region at rest are left out, and a warning names them.
-
-    Raises
-    ------
-    CaseError
-        If supports hold the whole region in every load case its limit is for: the value is then
-        what they prescribe, whatever the lattice.
-    """
+    """One limit per region, direction and load case it holds for, see `judged_cases`."""
     case = placed.case
     limits: list[Limit] = []
     warnings: list[str] = []
     for number, entry in enumerate(case.limits.displacement):
-        nodes = placed.nodes[entry.region]
-        cases = {
-            name: supports
-            for name, supports in placed.supports.items()
-            if entry.load_case in (None, name)
-        }
-        held = [name for name, s in cases.items() if _holds(s, nodes, entry.component)]
-        if len(held) == len(cases):
-            raise CaseError(_refusal(case, number, held))
-        for name, supports in cases.items():
-            if name in held and not _prescribed(supports, nodes, entry.component).any():
-                warnings.append(
-                    f"{_name(entry)} is not judged in load case '{name}', whose supports hold the "
-                    f"whole region"
-                )
-                continue
-            limits.append(
-                DisplacementLimit(
-                    key=LimitKey(
-                        kind=KIND.name,
-                        region=entry.region,
-                        component=_direction(entry),
-                        load_case=name,
-                    ),
-                    name=_name(entry),
-                    allowed=in_number(entry.magnitude),
-                    times_solid=as_multiple(entry.magnitude),
-                    case_key=f"limits.displacement[{number}].magnitude",
-                    nodes=nodes,
-                    component=entry.component,
-                )
+        names, remarks = judged_cases(placed, entry, f"displacement[{number}]", _name(entry))
+        warnings += remarks
+        limits += [
+            DisplacementLimit(
+                key=LimitKey(
+                    kind=KIND.name,
+                    region=entry.region,
+                    component=_direction(entry),
+                    load_case=name,
+                ),
+                name=_name(entry),
+                allowed=in_number(entry.magnitude),
+                times_solid=as_multiple(entry.magnitude),
+                case_key=f"limits.displacement[{number}].magnitude",
+                nodes=placed.nodes[entry.region],
+                component=entry.component,
             )
+            for name in names
+        ]
     return limits, warnings
 
 
@@ -216,29 +194,7 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
 
 
 def _require(case: Case, regions: Mapping[str, Region]) -> None:
-    """Refuse limits on regions that supports hold whole, by the part's surface: without a mesh."""
-    for number, entry in enumerate(case.limits.displacement):
-        limited = range(3) if entry.component is None else (entry.component,)
-        wanted = set(regions[entry.region].triangles.tolist())
-        cases = [load for load in case.load_case if entry.load_case in (None, load.name)]
-        held = [
-            load.name
-            for load in cases
-            if all(wanted <= _held_triangles(load, regions, component) for component in limited)
-        ]
-        if cases and len(held) == len(cases):
-            raise CaseError(_refusal(case, number, held))
-
-
-def _held_triangles(
-    load_case: LoadCaseSpec, regions: Mapping[str, Region], component: int
-) -> set[int]:
-    """Triangles of the part's surface that a load case holds along one direction."""
-    held: set[int] = set()
-    for fix in load_case.fix:
-        if fix.displacement[component] is not None:
-            held.update(regions[fix.region].triangles.tolist())
-    return held
+    refuse_held_surfaces(case, case.limits.displacement, "displacement", regions)
 
 
 def _direction(entry: DisplacementEntry) -> str:
@@ -247,30 +203,6 @@ def _direction(entry: DisplacementEntry) -> str:
 
 def _name(entry: DisplacementEntry) -> str:
     return f"displacement of {entry.region} {_direction(entry)}"
-
-
-def _holds(supports: Supports, nodes: IntArray, component: int | None) -> bool:
-    """Whether the limited displacement is prescribed at every node of the region."""
-    fixed = supports.fixed[:, nodes]
-    return bool(np.all(fixed if component is None else fixed[component]))
-
-
-def _prescribed(supports: Supports, nodes: IntArray, component: int | None) -> FloatArray:
-    """Prescribed values of the limited displacement, mm."""
-    value = supports.value[:, nodes]
-    return value if component is None else value[component]
-
-
-def _refusal(case: Case, number: int, held: Sequence[str]) -> str:
-    """Message for a limit that no design could change."""
-    entry = case.limits.displacement[number]
-    cases = f"load case{'s' if len(held) > 1 else ''} " + ", ".join(f"'{name}'" for name in held)
-    way = "every direction" if entry.component is None else _direction(entry)
-    return (
-        f"{case.where(f'limits.displacement[{number}].region')}: the supports of {cases} hold the "
-        f"whole region '{entry.region}' in {way}, so its displacement is what they prescribe, "
-        f"whatever the lattice; expected a region that is free to move, such as the loaded one"
-    )
 
 
 #: Displacement of a region, ``displacement = [{region = "tip", magnitude = "2 mm"}]``.

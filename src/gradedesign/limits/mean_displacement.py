@@ -28,6 +28,7 @@ from gradedesign.case.schema import Case
 from gradedesign.case.value_types import RegionName
 from gradedesign.errors import CaseError
 from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
 from gradedesign.limits.row import LimitRow
@@ -143,28 +144,31 @@ def _entries(case: Case) -> Sequence[MeanDisplacementEntry]:
 
 
 def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
-    """One limit per region, direction and load case it holds for."""
-    limits = [
-        MeanDisplacementLimit(
-            key=LimitKey(
-                kind=KIND.name,
-                region=entry.region,
-                component=_direction(entry),
-                load_case=name,
-            ),
-            name=_name(entry),
-            allowed=in_number(entry.magnitude),
-            times_solid=as_multiple(entry.magnitude),
-            case_key=f"limits.mean_displacement[{number}].magnitude",
-            nodes=placed.nodes[entry.region],
-            shares=placed.shares[entry.region],
-            component=entry.component,
-        )
-        for number, entry in enumerate(_entries(placed.case))
-        for name in placed.supports
-        if entry.load_case in (None, name)
-    ]
-    return limits, ()
+    """One limit per region, direction and load case it holds for, see `judged_cases`."""
+    limits: list[Limit] = []
+    warnings: list[str] = []
+    for number, entry in enumerate(_entries(placed.case)):
+        names, remarks = judged_cases(placed, entry, f"{KIND.name}[{number}]", _name(entry))
+        warnings += remarks
+        limits += [
+            MeanDisplacementLimit(
+                key=LimitKey(
+                    kind=KIND.name,
+                    region=entry.region,
+                    component=_direction(entry),
+                    load_case=name,
+                ),
+                name=_name(entry),
+                allowed=in_number(entry.magnitude),
+                times_solid=as_multiple(entry.magnitude),
+                case_key=f"limits.mean_displacement[{number}].magnitude",
+                nodes=placed.nodes[entry.region],
+                shares=placed.shares[entry.region],
+                component=entry.component,
+            )
+            for name in names
+        ]
+    return limits, warnings
 
 
 def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
@@ -183,31 +187,7 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
 
 
 def _require(case: Case, regions: Mapping[str, Region]) -> None:
-    """Refuse a limit on a region that supports hold whole, in the limited directions."""
-    for number, entry in enumerate(_entries(case)):
-        limited = range(3) if entry.component is None else (entry.component,)
-        cases = [load for load in case.load_case if entry.load_case in (None, load.name)]
-        wanted = set(regions[entry.region].triangles.tolist())
-        for load in cases:
-            held = (
-                {
-                    triangle
-                    for fix in load.fix
-                    if fix.displacement[axis] is not None
-                    for triangle in regions[fix.region].triangles.tolist()
-                }
-                for axis in limited
-            )
-            if not all(wanted <= triangles for triangles in held):
-                break
-        else:
-            if cases:
-                raise CaseError(
-                    f"{case.where(f'limits.mean_displacement[{number}].region')}: supports hold "
-                    f"the whole region '{entry.region}', so its displacement is what they "
-                    f"prescribe, whatever the lattice; expected a region that is free to move, "
-                    f"such as the loaded one"
-                )
+    refuse_held_surfaces(case, _entries(case), KIND.name, regions)
 
 
 def _direction(entry: MeanDisplacementEntry) -> str:
