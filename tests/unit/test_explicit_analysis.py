@@ -1,5 +1,6 @@
 """Analyses and meshers of the acceptance are chosen by name; tetrahedra fulfil the protocol."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from gradedesign.fe.solution import Balance
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.stress import von_mises
 from gradedesign.material.material import Material
+from gradedesign.mesh.tet_mesh import boundary_facets
 from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.explicit_analysis import explicit_analyses
@@ -117,6 +119,18 @@ def test_tetrahedra_tell_stress_and_displacement_without_their_mesh(block):
     u, distance = solved.displacement_at("pull", points)
     assert distance == pytest.approx([0.0, 1.0])
     np.testing.assert_allclose(u, strain[:, None] * np.minimum(points, 6.0), atol=1e-12)
+
+
+def test_the_mean_displacement_of_a_region_is_the_integral_over_its_facets(block):
+    solved, _ = block
+    space = solved.space
+    facets, _ = boundary_facets(space.mesh)
+    face = facets[(space.mesh.points[0][facets] > 6.0 - 1e-9).all(axis=1)]
+    # Quadratic elements hold y^2; over y from 0 to 4 its mean is 16 / 3.
+    _, y, z = space.nodes
+    solution = SimpleNamespace(displacement=np.stack([y**2, z, np.ones_like(y)]))
+    bent = replace(solved, facets={"end": face}, solutions={"pull": solution})
+    np.testing.assert_allclose(bent.mean_displacement("end", "pull"), [16 / 3, 2.0, 1.0])
 
 
 def test_pictures_and_files_get_the_surface_and_the_elements(block):

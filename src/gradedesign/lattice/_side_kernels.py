@@ -191,7 +191,7 @@ def touching(
     sides: NDArray[np.uint8], points: FloatArray, origin: FloatArray, h: float
 ) -> BoolArray:
     """Which points (3, n) touch a cube that is not beyond the part, ``(n,)``."""
-    found = np.zeros(points.shape[1], dtype=np.bool_)
+    touches = np.zeros(points.shape[1], dtype=np.bool_)
     low, high = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
     for n in range(points.shape[1]):
         for a in range(3):
@@ -199,13 +199,13 @@ def touching(
             low[a] = max(int(at - 1e-6), 0)
             high[a] = min(int(at + 1e-6), sides.shape[a] - 1)
         if sides[min(low[0], high[0]), min(low[1], high[1]), min(low[2], high[2])] != BEYOND:
-            found[n] = True  # most points
+            touches[n] = True  # most points
             continue
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
                 for k in range(low[2], high[2] + 1):
-                    found[n] |= sides[i, j, k] != BEYOND
-    return found
+                    touches[n] |= sides[i, j, k] != BEYOND
+    return touches
 
 
 @njit(cache=True)

@@ -148,7 +148,7 @@ class FieldPoints(NamedTuple):
     Attributes
     ----------
     target : (n,) array
-        Density asked for, 1 in skins and passive regions.
+        Stated density, 1 in skins and passive regions.
     points : (3, n) array, mm
     solid : (n,) bool array
         Inside the field of the lattice.
@@ -205,7 +205,7 @@ def layered_density(
     LatticeError
         If the part has no volume in a slab, or no point was found there.
     """
-    found = []
+    slabs = []
     for axis, (middles, volumes) in enumerate(printed):
         edges = slab_edges(
             float(design.domain.lower[axis]), float(design.domain.upper[axis]), thickness
@@ -219,7 +219,7 @@ def layered_density(
             empty = np.count_nonzero((whole <= 0) | (count == 0))
             raise LatticeError(f"no point of the part was found in {empty} slabs")
         slab = np.clip(np.searchsorted(edges, middles, side="right") - 1, 0, len(whole) - 1)
-        found.append(
+        slabs.append(
             SlabDensities(
                 axis=axis,
                 edges=edges,
@@ -230,7 +230,7 @@ def layered_density(
                 measured_on="layers",
             )
         )
-    return tuple(found)
+    return tuple(slabs)
 
 
 def volumes_below(surface: SurfaceMesh, axis: int, planes: FloatArray) -> FloatArray:

@@ -37,11 +37,11 @@ class Tracer:
         """
         while True:
             self._number += 1
-            found = trace(
+            count = trace(
                 *(values, self._stamp, self._number, self._places, self._first, self._scratch)
             )
-            if found >= 0:
-                first = self._first[: found + 1].copy()
+            if count >= 0:
+                first = self._first[: count + 1].copy()
                 return self._places[: first[-1]].copy(), first
             self._reserve(2 * len(self._places))
 

@@ -102,10 +102,10 @@ class Layers:
         counts = [*along, np.array([layer.count for layer in self.layers])]
         steps = np.array([self.pixel, self.pixel, self.height])
         middle = self.lower + np.array([0.0, 0.0, 0.5 * self.height])
-        found = []
+        volumes = []
         for axis in range(3):
             own = int(np.argmax(np.abs(self.frame[:, axis])))
             places = middle[own] + steps[own] * np.arange(len(counts[own]))
             each = self.pixel**2 * self.height
-            found.append((self.frame[own, axis] * places, each * counts[own]))
-        return tuple(found)
+            volumes.append((self.frame[own, axis] * places, each * counts[own]))
+        return tuple(volumes)

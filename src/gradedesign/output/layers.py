@@ -1,7 +1,7 @@
 """Layers of a print, sampled from the field one at a time: which pixels are solid.
 
 Memory holds the values of one layer, and of every layer its runs of solid pixels and the values
-beside their ends. Components that hang in the air are found across the layers and left out, as the
+beside their ends. Disconnected components are looked for across the layers and left out, as the
 printed surface leaves them. Where no surface is made the layers are compared with the field.
 """
 
@@ -132,8 +132,8 @@ def _sampled(layers: Layers, field: Field, count: int) -> Iterator[FloatArray]:
             places = np.concatenate([centres, np.full((1, centres.shape[1]), z)])
             chosen = (field.part(layers.frame.T @ places) <= beyond).reshape(tiles)
         points = np.zeros((3, _TILE**2 * int(np.count_nonzero(chosen))))
-        found = kernels.tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
-        points = points[:, :found]
+        count = kernels.tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
+        points = points[:, :count]
         points[:2] += layers.lower[:2, None]
         points[2] = z
         values = np.full(layers.shape, np.inf)
@@ -151,37 +151,37 @@ def _values(field: Field, frame: FloatArray, points: FloatArray) -> FloatArray:
 
 def _connected(empty: Layers, sampled: Iterator[FloatArray], bodies: int) -> Layers:
     """The layers with the largest components alone, as many as there are bodies."""
-    found: list[Layer] = []
+    runs: list[Layer] = []
     base = [0]
     parent = np.arange(1 << 16, dtype=np.int32)
     none = (np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int32), 0)
     for values in sampled:
         layer = _layer(values)
-        found.append(layer)
+        runs.append(layer)
         base.append(base[-1] + len(layer.ends))
         if base[-1] > len(parent):
             more = np.arange(len(parent), max(2 * len(parent), base[-1]), dtype=np.int32)
             parent = np.concatenate([parent, more])
-        below = none if len(found) == 1 else (found[-2].first, found[-2].ends, base[-3])
+        below = none if len(runs) == 1 else (runs[-2].first, runs[-2].ends, base[-3])
         kernels.join_runs(parent, layer.first, layer.ends, base[-2], *below)
     parent = parent[: base[-1]]
     if not len(parent):
         raise LatticeError("no pixel of any layer is solid; state a smaller [print] pixel_size")
     kernels.flatten(parent)
-    length = np.concatenate([layer.ends[:, 1] - layer.ends[:, 0] for layer in found])
+    length = np.concatenate([layer.ends[:, 1] - layer.ends[:, 0] for layer in runs])
     volume = np.bincount(parent, weights=length, minlength=len(parent))
     count = int(np.count_nonzero(volume))
     if count <= bodies:
-        return replace(empty, layers=tuple(found))
-    kept = np.zeros(len(parent), dtype=bool)
-    kept[np.argsort(-volume, kind="stable")[:bodies]] = True
-    held = kept[parent]
-    for number, layer in enumerate(found):
-        own = held[base[number] : base[number + 1]]
+        return replace(empty, layers=tuple(runs))
+    largest = np.zeros(len(parent), dtype=bool)
+    largest[np.argsort(-volume, kind="stable")[:bodies]] = True
+    in_largest = largest[parent]
+    for number, layer in enumerate(runs):
+        own = in_largest[base[number] : base[number + 1]]
         if not own.all():
-            found[number] = _thinned(layer, own, empty.shape[1])
-    share = 1.0 - float(volume[kept].sum() / volume.sum())
-    return replace(empty, layers=tuple(found), dropped=count - bodies, dropped_share=share)
+            runs[number] = _thinned(layer, own, empty.shape[1])
+    share = 1.0 - float(volume[largest].sum() / volume.sum())
+    return replace(empty, layers=tuple(runs), dropped=count - bodies, dropped_share=share)
 
 
 def _layer(values: FloatArray) -> Layer:

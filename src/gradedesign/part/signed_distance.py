@@ -102,10 +102,10 @@ class SurfaceDistance:
     def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Signed distances, vectors from the closest points, and normals there."""
         flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
-        found = closest_features(self.tree, flat)
-        normal, away = self.normals[found.triangle, found.feature].T, flat - found.point
+        closest = closest_features(self.tree, flat)
+        normal, away = self.normals[closest.triangle, closest.feature].T, flat - closest.point
         inside = np.einsum("in,in->n", away, normal) < 0.0
-        return np.where(inside, -found.distance, found.distance), away, normal
+        return np.where(inside, -closest.distance, closest.distance), away, normal
 
 
 def surface_distance(surface: SurfaceMesh) -> SurfaceDistance:

@@ -84,23 +84,23 @@ def surface_band(
     while True:
         bound = np.zeros(len(cubes), dtype=np.float32)
         start = np.zeros(len(cubes) + 1, dtype=np.int64)
-        shown = (tree.triangles, tree.flat, ball, normals, lists, origin, edge * wide)
-        given = (*shown, cubes, parent, (inner, outer), bound)
-        kernels.settle(*given, start, np.zeros(0, dtype=np.int32))
+        fixed = (tree.triangles, tree.flat, ball, normals, lists, origin, edge * wide)
+        arguments = (*fixed, cubes, parent, (inner, outer), bound)
+        kernels.settle(*arguments, start, np.zeros(0, dtype=np.int32))
         start[1:] = np.cumsum(start[:-1])
         start[0] = 0
         member = np.zeros(max(int(start[-1]), 1), dtype=np.int32)
-        kernels.settle(*given, start, member)
-        open_ones = np.flatnonzero(np.isnan(bound))
-        kept = np.full(len(cubes), -1, dtype=np.int64)
-        kept[open_ones] = np.arange(len(open_ones))
-        kernels.paint(cubes, bound, wide, kept, slot if wide == 1 else none, grid)
-        lists = (np.append(start[open_ones], start[-1]), member)
+        kernels.settle(*arguments, start, member)
+        unsettled = np.flatnonzero(np.isnan(bound))
+        number = np.full(len(cubes), -1, dtype=np.int64)
+        number[unsettled] = np.arange(len(unsettled))
+        kernels.paint(cubes, bound, wide, number, slot if wide == 1 else none, grid)
+        lists = (np.append(start[unsettled], start[-1]), member)
         if wide == 1:
             break
         wide //= 2
-        cubes = _halved(cubes[open_ones])
-        parent = np.repeat(np.arange(len(open_ones)), 8)
+        cubes = _halved(cubes[unsettled])
+        parent = np.repeat(np.arange(len(unsettled)), 8)
     arrays = kernels.BandArrays(
         tree.triangles, tree.flat, ball, normals, origin, edge, slot, grid, *lists
     )
@@ -115,12 +115,12 @@ def _root_lists(
     boxes = (tree.box, tree.right, tree.first, tree.count)
     start = np.zeros(centres.shape[1] + 1, dtype=np.int64)
     half = 0.5 * 3.0**0.5 * edge
-    given = (tree.triangles, tree.flat, boxes, np.ascontiguousarray(centres), half, band, start)
-    kernels.list_roots(*given, np.zeros(0, dtype=np.int32))
+    arguments = (tree.triangles, tree.flat, boxes, np.ascontiguousarray(centres), half, band, start)
+    kernels.list_roots(*arguments, np.zeros(0, dtype=np.int32))
     start[1:] = np.cumsum(start[:-1])
     start[0] = 0
     member = np.zeros(int(start[-1]), dtype=np.int32)
-    kernels.list_roots(*given, member)
+    kernels.list_roots(*arguments, member)
     return start, member
 
 
