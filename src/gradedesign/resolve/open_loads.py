@@ -70,9 +70,9 @@ def open_load_warnings(
     }
     return tuple(
         f"region {shown(name)} carries loads on open lattice ({value:.0%} of its area): cut rims "
-        f"of cells give way by themselves there, and its limits judge them; [[keep]] region = "
-        f'"{name}" with a margin of {PLATE * cell_size:.2g} mm or more makes a plate that spans '
-        f"the openings of the cells, and [limits] mean_displacement judges the whole face instead "
+        f"of cells give way by themselves there, and limits on largest values judge them; [[keep]] "
+        f'region = "{name}" with a margin of {PLATE * cell_size:.2g} mm or more makes a plate that '
+        f"spans the openings of the cells, and [limits] mean_displacement judges the whole face instead "
         f"of its softest rim"
         for name, value in share.items()
         if value > OPEN
