@@ -72,8 +72,8 @@ def open_load_warnings(
         f"region {shown(name)} carries loads on open lattice ({value:.0%} of its area): cut rims "
         f"of cells give way by themselves there, and limits on largest values judge them; [[keep]] "
         f'region = "{name}" with a margin of {PLATE * cell_size:.2g} mm or more makes a plate that '
-        f"spans the openings of the cells, and [limits] mean_displacement judges the whole face instead "
-        f"of its softest rim"
+        f"spans the openings of the cells, and [limits] mean_displacement judges the whole face "
+        f"instead of its softest rim"
         for name, value in share.items()
         if value > OPEN
     )
