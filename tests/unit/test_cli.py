@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,12 @@ def infeasible(tmp_path_factory):
         command, cwd=folder, capture_output=True, text=True, timeout=300, check=False
     )
     return ended, folder
+
+
+def test_the_version_is_printed():
+    command = [sys.executable, "-m", "gradedesign", "--version"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert ended.stdout == f"gradedesign {version('gradedesign')}\n"
 
 
 def test_an_infeasible_case_ends_with_4_and_names_what_helps(infeasible):

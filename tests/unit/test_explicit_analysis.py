@@ -56,6 +56,16 @@ def test_a_case_names_its_analysis(tmp_path):
         resolve_case(load(tmp_path, 'mesher = "pytetwil"\n'), registry)
 
 
+def test_walls_that_tetrahedra_would_tear_go_to_finite_cells(tmp_path):
+    # Isosurface stuffing keeps a wall of 1.25 elements, and of 1.0 where memory is short.
+    registry = build_registry()
+    for per_wall, names in ((0.25, ["finite-cells"]), (1.2, ["tets", "finite-cells"])):
+        allowed = explicit_analyses(load(tmp_path, f"elements_per_wall = {per_wall}\n"), registry)
+        assert [analysis.name for analysis in allowed] == names
+    stated = 'analysis = "tets"\nelements_per_wall = 0.25\n'
+    assert [one.name for one in explicit_analyses(load(tmp_path, stated), registry)] == ["tets"]
+
+
 def test_what_an_analysis_of_a_plugin_raises_names_it(tmp_path):
     def solve(solid, resolution, say):
         raise ZeroDivisionError

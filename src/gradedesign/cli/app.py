@@ -11,6 +11,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -76,10 +77,23 @@ Resolution = Annotated[
 Poisson = Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")]
 
 
+def print_version(asked: bool) -> None:
+    """Print the version of the program and exit, if asked to."""
+    if asked:
+        typer.echo(f"gradedesign {version('gradedesign')}")
+        raise typer.Exit
+
+
 @app.callback()
 def common(
     debug: Annotated[
         bool, typer.Option(_DEBUG_FLAG, help="Show tracebacks and log lines.")
+    ] = False,
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=print_version, is_eager=True, help="Print the version and exit."
+        ),
     ] = False,
 ) -> None:
     """Options of every command, given before its name."""

@@ -21,6 +21,9 @@ AUTOMATIC = (STUFFED_TETS.name, FINITE_CELLS.name)
 def explicit_analyses(case: Case, registry: Registry) -> tuple[ExplicitAnalysis, ...]:
     """Analyses that ``[run] analysis`` allows, in the order of preference.
 
+    Of those that ``"auto"`` chooses from, the ones whose walls stay in one piece with the elements
+    that ``elements_per_wall`` states across them.
+
     Raises
     ------
     CaseError
@@ -30,7 +33,11 @@ def explicit_analyses(case: Case, registry: Registry) -> tuple[ExplicitAnalysis,
     """
     names = AUTOMATIC if case.run.analysis == "auto" else (case.run.analysis,)
     with locating(case, "run.analysis"):
-        return tuple(_blamed(lookup(registry, "analyses", name), registry) for name in names)
+        found = [_blamed(lookup(registry, "analyses", name), registry) for name in names]
+    stated = case.run.elements_per_wall
+    if stated is None or len(found) == 1:
+        return tuple(found)
+    return tuple(one for one in found if stated >= one.least_per_wall) or tuple(found[-1:])
 
 
 def _blamed(analysis: ExplicitAnalysis, registry: Registry) -> ExplicitAnalysis:

@@ -246,6 +246,9 @@ class ExplicitAnalysis:
         density, for the accuracy that a verdict needs.
     elements_per_layer : float
         Across skins and margins of passive regions.
+    least_per_wall : float
+        Elements across a wall below which its pieces lose touch: a case that states fewer has to
+        name the analysis.
     coarsest : float
         Largest spacing over the one that walls and layers ask for, where that does not fit the
         memory.
@@ -260,5 +263,6 @@ class ExplicitAnalysis:
     fitted_spacing: Callable[[PlannedSolid, float, float], float]
     elements_per_wall: Callable[[Cell, float], float]
     elements_per_layer: float
+    least_per_wall: float = 0.0
     coarsest: float = 1.0
     affordable: float = 0.0

@@ -185,5 +185,6 @@ STUFFED_TETS = ExplicitAnalysis(
     fitted_spacing=fitted_spacing,
     elements_per_wall=elements_per_wall,
     elements_per_layer=LAYER_ELEMENTS,
+    least_per_wall=LAYER_ELEMENTS / COARSEST,
     coarsest=COARSEST,
 )
