@@ -26,6 +26,7 @@ SLOW = {
     "hollow-sphere",
     "mbb-beam",
     "ramirez-cantilever",
+    "ramirez-whole",
     "size-graded",
     "step-part",
     "two-zones",

@@ -12,9 +12,10 @@ from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
 from gradedesign.part.signed_distance import surface_distance
+from gradedesign.verify import body_comparison
 from gradedesign.verify import wall_thickness as measuring
 from gradedesign.verify.body import measure_body
-from gradedesign.verify.body_comparison import compare_bodies, comparison_warnings
+from gradedesign.verify.body_comparison import comparison_warnings
 from gradedesign.verify.printed_body import measure_printed, phase_volumes
 from gradedesign.verify.wall_thickness import wall_thickness
 
@@ -66,6 +67,23 @@ def test_a_lattice_has_the_handles_of_its_graph():
 
     found = measure_body(extract_surface(frame, [-3] * 3, [3] * 3, 0.15))
     assert (found.components, found.cavities, found.handles) == (1, 0, 5)
+
+
+def compare_bodies(analysed, printed, element, elements_mm3=None):
+    """As for tetrahedra, whose surface encloses their volume, unless it is stated."""
+    volume = measure_body(analysed).volume_mm3 if elements_mm3 is None else elements_mm3
+    return body_comparison.compare_bodies(analysed, printed, element, volume)
+
+
+def test_a_contour_that_lacks_walls_is_no_evidence():
+    # Elements hold all of the 108 mm^3 that are printed; the contour lacks the stud of 8.
+    plate, stud = trimesh.creation.box((10, 10, 1)), box(2.0, (3.0, 2.0, 3.0))
+    found = compare_bodies(as_surface(plate), as_surface(plate, stud), 0.5, elements_mm3=108.0)
+    assert found.volume_difference == pytest.approx(0.0, abs=1e-12)
+    assert found.contour_loss == pytest.approx(-8 / 108)
+    (warning,) = comparison_warnings(found)
+    assert "contoured at 0.5 mm" in warning
+    assert "-7.4%" in warning
 
 
 def test_equal_bodies_give_no_warning():
@@ -168,7 +186,7 @@ def test_phases_share_the_volume_of_the_file():
     assert sum(volumes.values()) == pytest.approx(3456.0, rel=1e-12)
     plain = DesignDomain(distance=domain.distance, lower=domain.lower, upper=domain.upper)
     assert phase_volumes(surface, plain) == {"lattice": pytest.approx(3456.0)}
-    printed = measure_printed(surface, surface, 0.5, plain)
+    printed = measure_printed(surface, surface, 0.5, plain, elements_mm3=1.0)
     # 4.43e-9 t/mm^3 is 4.43e-3 g/mm^3
     assert printed.mass_g(4.43e-9) == pytest.approx(3456 * 4.43e-3)
     assert printed.mass_g(4.43e-9, "skin") == 0.0

@@ -139,12 +139,13 @@ class Announcer:
         What differs beyond its threshold is a warning of the result.
         """
         thin, both = body.thickness.percentiles_mm, body.comparison
+        apart = f" and surface up to {both.distance_mm:.2g} mm" if both.contoured else ""
         self.say(
             "printed",
             f"mass {body.mass_g(material.density):.4g} g by the file; 5 % of the surface has "
             f"less than {thin['5']:.3g} mm of solid behind it, half of it {thin['50']:.3g} mm; "
-            f"volume {both.volume_difference:+.1%} and surface up to {both.distance_mm:.2g} mm off "
-            f"the analysed solid{_joints(body.joints_mm3)}",
+            f"volume {both.volume_difference:+.1%}{apart} off the analysed solid"
+            f"{_joints(body.joints_mm3)}",
         )
 
     def submodel(self, result: SubmodelResult) -> None:

@@ -80,9 +80,9 @@ class Speed:
     start: float
 
 
-#: Measured in first iterations on two idle cores: sizing 2.2 to 4.6e-5, the mesher 0.8 to 2.8e-3.
+#: Measured in first iterations on two idle cores: sizing 0.6 to 1.9e-5, the mesher 0.8 to 2.8e-3.
 MEASURED = Speed(
-    sizing=2.6e-5,
+    sizing=1.1e-5,
     mesh=1.0,
     solve=1.0,
     tet=1.2e-3,

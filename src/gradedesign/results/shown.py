@@ -48,7 +48,11 @@ def shown_of(problem: Problem, rho: FloatArray, analysed: Analysed, surface: Sur
     solved = analysed.result.solved
     fields = solved.surface_fields(governing_load_case(analysed.result))
     printed = measure_printed(
-        surface, fields.surface, solved.division.surface_size, analysed.design.domain
+        surface,
+        fields.surface,
+        solved.division.surface_size,
+        analysed.design.domain,
+        elements_mm3=float(solved.volumes.sum()),
     )
     return Shown(
         rho=rho,

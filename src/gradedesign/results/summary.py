@@ -172,6 +172,7 @@ def printed_data(printed: PrintedBody) -> dict[str, Any]:
         "comparison": {
             **asdict(comparison),
             "volume_difference": comparison.volume_difference,
+            "contour_loss": comparison.contour_loss,
         },
     }
 

@@ -13,6 +13,9 @@ from gradedesign.verify.body import Body, measure_body
 
 #: Volumes that differ by more are a warning: stiffness goes at least with volume.
 VOLUME_WARNING = 0.02
+#: Volume of the analysed surface over that of the elements, less one, from which the surface is too
+#: coarse to stand for them: walls thinner than its grid are missing in it.
+CONTOUR_TOLERANCE = 0.05
 #: Largest distance over the element size of the analysis beyond which something is missing, not
 #: merely rounded: acute rims of gyroid sheets lay 1.3 and 1.7 elements apart (a short bar, mini).
 DISTANCE_WARNING = 2.5
@@ -25,6 +28,9 @@ class BodyComparison:
     Attributes
     ----------
     analysed, printed : Body
+        Of the analysed one its surface, which finite cells contour for the purpose.
+    elements_mm3 : float
+        Solid volume of the elements of the analysis, mm^3.
     distance_mm : float
         Largest distance of a sample of one surface to the other surface, both ways.
     at_mm : (float, float, float)
@@ -47,14 +53,27 @@ class BodyComparison:
     mean_distance_mm: float
     samples: int
     element_mm: float
+    elements_mm3: float
 
     @property
     def volume_difference(self) -> float:
-        """Printed volume over the analysed, less one."""
-        return self.printed.volume_mm3 / self.analysed.volume_mm3 - 1.0
+        """Printed volume over that of the elements of the analysis, less one."""
+        return self.printed.volume_mm3 / self.elements_mm3 - 1.0
+
+    @property
+    def contour_loss(self) -> float:
+        """Volume inside the analysed surface over that of the elements, less one."""
+        return self.analysed.volume_mm3 / self.elements_mm3 - 1.0
+
+    @property
+    def contoured(self) -> bool:
+        """Whether the analysed surface stands for the elements."""
+        return abs(self.contour_loss) <= CONTOUR_TOLERANCE
 
 
-def compare_bodies(analysed: SurfaceMesh, printed: SurfaceMesh, element: float) -> BodyComparison:
+def compare_bodies(
+    analysed: SurfaceMesh, printed: SurfaceMesh, element: float, elements_mm3: float
+) -> BodyComparison:
     """Compare two closed surfaces.
 
     Parameters
@@ -62,6 +81,8 @@ def compare_bodies(analysed: SurfaceMesh, printed: SurfaceMesh, element: float) 
     analysed, printed : SurfaceMesh
     element : float, mm
         Element size of the analysis.
+    elements_mm3 : float, mm^3
+        Solid volume of its elements.
     """
     surfaces = {"analysed": analysed, "printed": printed}
     total, count = 0.0, 0
@@ -82,6 +103,7 @@ def compare_bodies(analysed: SurfaceMesh, printed: SurfaceMesh, element: float) 
         mean_distance_mm=total / count,
         samples=count,
         element_mm=element,
+        elements_mm3=elements_mm3,
     )
 
 
@@ -92,10 +114,18 @@ def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
     if abs(comparison.volume_difference) > VOLUME_WARNING:
         warnings.append(
             f"the volume of the printed solid is {comparison.volume_difference:+.1%} off the "
-            f"analysed one ({printed.volume_mm3:.6g} against {analysed.volume_mm3:.6g} mm^3, more "
-            f"than {VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which "
+            f"analysed one ({printed.volume_mm3:.6g} against {comparison.elements_mm3:.6g} mm^3, "
+            f"more than {VOLUME_WARNING:.0%}): displacements of the explicit analysis, from which "
             f"sizing learns, are off by at least about as much"
         )
+    if not comparison.contoured:
+        warnings.append(
+            f"the surface of the analysed solid, contoured at {comparison.element_mm:.3g} mm, is "
+            f"{comparison.contour_loss:+.1%} off the volume of its elements: walls are thinner "
+            f"than that, pictures of stress and displacement lack them, and topology and distance "
+            f"from the printed surface are not compared"
+        )
+        return _with_advice(warnings)
     counts = {
         "components": (analysed.components, printed.components),
         "closed voids": (analysed.cavities, printed.cavities),
@@ -121,6 +151,10 @@ def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
             f"{comparison.element_mm:.3g} mm, so that a strut, a wall "
             f"or an acute rim is missing in one of them"
         )
+    return _with_advice(warnings)
+
+
+def _with_advice(warnings: list[str]) -> tuple[str, ...]:
     if warnings:
         warnings[-1] += "; state a larger [run] elements_per_wall with more memory"
     return tuple(warnings)

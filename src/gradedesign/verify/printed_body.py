@@ -49,7 +49,12 @@ class PrintedBody:
 
 
 def measure_printed(
-    surface: SurfaceMesh, analysed: SurfaceMesh, element: float, domain: DesignDomain
+    surface: SurfaceMesh,
+    analysed: SurfaceMesh,
+    element: float,
+    domain: DesignDomain,
+    *,
+    elements_mm3: float,
 ) -> PrintedBody:
     """Measure the surface of the printed file.
 
@@ -63,6 +68,8 @@ def measure_printed(
         Element size of that analysis.
     domain : DesignDomain
         Tells the phases apart.
+    elements_mm3 : float, mm^3
+        Solid volume of the elements of that analysis.
     """
     report_step("volumes of the printed solid")
     volumes = phase_volumes(surface, domain)
@@ -72,7 +79,7 @@ def measure_printed(
     return PrintedBody(
         volumes_mm3=volumes,
         thickness=thickness,
-        comparison=compare_bodies(analysed, surface, element),
+        comparison=compare_bodies(analysed, surface, element, elements_mm3),
     )
 
 
