@@ -45,8 +45,8 @@ from gradedesign.workspace.progress import report_step
 TETS_PER_GRID_CELL, DOFS_PER_TET = 14.0, 5.1
 #: Seconds for each element of the grid (sampling its field, stuffing, snapping), for each unknown
 #: (assembly, multigrid and the first load case), and what each further load case adds as a share of
-#: the latter; they are solved in pairs, on one hierarchy. Measured on two idle cores: 0.4 to 0.65e-4
-#: and 0.84 to 0.92e-5, from 0.16 M unknowns (cases/mini) over 0.36 M (cases/bracket) to 2.9 M.
+#: the latter; they are solved in pairs, on one hierarchy. Measured on two idle cores: 4 to
+#: 6.5e-5 and 8.4 to 9.2e-6, from 0.16 M unknowns (cases/mini) over 0.36 M (cases/bracket) to 2.9 M.
 GRID_CELL_S, UNKNOWN_S, MORE_CASES = 0.5e-4, 0.9e-5, 0.45
 
 
