@@ -186,7 +186,8 @@ def test_phases_share_the_volume_of_the_file():
     assert sum(volumes.values()) == pytest.approx(3456.0, rel=1e-12)
     plain = DesignDomain(distance=domain.distance, lower=domain.lower, upper=domain.upper)
     assert phase_volumes(surface, plain) == {"lattice": pytest.approx(3456.0)}
-    printed = measure_printed(surface, surface, 0.5, plain, elements_mm3=1.0)
+    printed = measure_printed(surface, surface, 0.5, plain, elements_mm3=3456.0)
+    assert printed.comparison.volume_difference == pytest.approx(0.0, abs=1e-12)
     # 4.43e-9 t/mm^3 is 4.43e-3 g/mm^3
     assert printed.mass_g(4.43e-9) == pytest.approx(3456 * 4.43e-3)
     assert printed.mass_g(4.43e-9, "skin") == 0.0
