@@ -1,13 +1,14 @@
 """Stress and displacement at points of finite cells, against plain array expressions."""
 
 import numpy as np
+import pytest
 
 from gradedesign.finite_cell.basis import gauss_places, gradients_at, shapes_at
-from gradedesign.finite_cell.elements import cut_elements, solid_fraction
+from gradedesign.finite_cell.elements import cut_elements, solid_fraction, solid_volume
 from gradedesign.finite_cell.grid import fit_grid
 from gradedesign.finite_cell.recovery import WELL_FILLED, recovered_stress
 from gradedesign.finite_cell.space import brick_space
-from gradedesign.finite_cell.stress import displacement_at, select_points, solid_points
+from gradedesign.finite_cell.stress import displacement_at, points_of, solid_parts, solid_points
 
 LAME, EXPANSION = (120e3, 80e3), 2e-4
 
@@ -45,7 +46,8 @@ def test_stress_and_displacement_equal_plain_expressions():
     u = np.random.default_rng(3).normal(size=(len(space.place), 3)) * 1e-3
     every = solid_points(elements)
     order = np.random.default_rng(4).permutation(every.volume.size)
-    for at in (every, select_points(every, order[:300]), select_points(every, order[:0])):
+    parts = solid_parts(elements)
+    for at in (every, points_of(parts, order[:300]), points_of(parts, order[:0])):
         found = recovered_stress(elements, space, u, LAME, at, EXPANSION)
         assert found.shape == (3, 3, at.volume.size)
         filled = solid_fraction(elements)[at.element] >= WELL_FILLED
@@ -59,3 +61,21 @@ def test_stress_and_displacement_equal_plain_expressions():
         wanted = np.einsum("ma,mac->cm", shapes, u[space.nodes[at.element]])
         np.testing.assert_allclose(moved, wanted, atol=1e-12)
     assert filled.size == 0
+
+
+def test_points_of_chosen_parts_are_those_of_all():
+    elements = cut_elements(ball, fit_grid([-1] * 3, [1, 1, 1.1], 0.25))
+    assert 0 < elements.whole < len(elements.position)
+    parts, every = solid_parts(elements), solid_points(elements)
+    chosen = np.random.default_rng(5).permutation(every.volume.size)[:500]
+    some = points_of(parts, chosen)
+    np.testing.assert_array_equal(some.points, every.points[:, chosen])
+    np.testing.assert_array_equal(some.volume, every.volume[chosen])
+    np.testing.assert_array_equal(some.element, every.element[chosen])
+    # Single precision of the shares; centroids of the solid lie within it or beside its facets.
+    assert every.volume.sum() == pytest.approx(solid_volume(elements), rel=1e-6)
+    mean = every.points @ every.volume / every.volume.sum()
+    np.testing.assert_allclose(mean, 0.0, atol=2e-3)
+    few = solid_parts(elements, 100)
+    assert few.number.size <= 100
+    assert np.isin(few.number, parts.number).all()

@@ -12,6 +12,9 @@ from gradedesign.finite_cell.elements import BLOCKS, Elements, element_volumes
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.surface import reference_of
 
+#: Sub-cells with a smaller share of their element's volume hold no sample point.
+LEAST_PART = 1e-9
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidPoints:
@@ -31,30 +34,56 @@ class SolidPoints:
     reference: FloatArray
 
 
-def solid_points(elements: Elements, most: int | None = None) -> SolidPoints:
-    """Sample points of stress, with the volume that each point stands for.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SolidParts:
+    """Sub-cells of elements that hold solid; their centroids are worked out when they are needed.
+
+    They are some twelve times as many as elements: kept as points they took more memory than the
+    displacements.
+
+    Attributes
+    ----------
+    elements : Elements
+    number : (m,) int array
+        Sub-cell of all elements, those of one element one after another.
+    """
+
+    elements: Elements
+    number: IntArray
+
+
+def solid_parts(elements: Elements, most: int | None = None) -> SolidParts:
+    """Sub-cells that hold solid.
 
     Parameters
     ----------
     elements : Elements
     most : int, optional
-        Take evenly spaced ones, so many at most; each still has its own volume only.
+        Take evenly spaced ones, so many at most.
     """
-    parts, whole = BLOCKS**3, elements.whole
+    parts = BLOCKS**3
+    first, total = elements.whole * parts, len(elements.position) * parts
+    held = first + np.flatnonzero(elements.share.ravel() > LEAST_PART)
+    number = np.concatenate([np.arange(first), held])
+    if most is not None:
+        number = number[:: max(1, -(-number.size // most))]
+    return SolidParts(elements=elements, number=number.astype(np.min_scalar_type(total)))
+
+
+def points_of(parts: SolidParts, chosen: slice | IntArray = slice(None)) -> SolidPoints:
+    """Centroids of the solid in some of the sub-cells, with the volume that each stands for."""
+    elements, count = parts.elements, BLOCKS**3
+    number = parts.number[chosen].astype(np.int64)
+    element, part = np.divmod(number, count)
     side = (np.arange(BLOCKS) + 0.5) / BLOCKS
     z, y, x = np.meshgrid(side, side, side, indexing="ij")
     middle = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-    share = np.concatenate(
-        [np.full(whole * parts, 1.0 / parts, np.float32), elements.share.ravel()]
-    )
-    used = np.flatnonzero(share > 1e-9)
-    if most is not None:
-        used = used[:: max(1, -(-used.size // most))]
-    share = share[used]
-    element, part = np.divmod(used, parts)
     reference = middle[part]
-    cut = element >= whole
-    reference[cut] = elements.centre.reshape(-1, 3)[used[cut] - whole * parts]
+    share = np.full(number.size, 1.0 / count, np.float32)
+    cut = np.flatnonzero(element >= elements.whole)
+    own = number[cut] - elements.whole * count
+    reference[cut] = elements.centre.reshape(-1, 3)[own]
+    share[cut] = elements.share.ravel()[own]
     reference = np.ascontiguousarray(reference.T)
     grid = elements.grid
     within = elements.position[element].T + elements.size[element] * reference
@@ -63,14 +92,9 @@ def solid_points(elements: Elements, most: int | None = None) -> SolidPoints:
     return SolidPoints(points=points, volume=volume, element=element, reference=reference)
 
 
-def select_points(at: SolidPoints, chosen: slice | IntArray) -> SolidPoints:
-    """Some of the points."""
-    return SolidPoints(
-        points=at.points[:, chosen],
-        volume=at.volume[chosen],
-        element=at.element[chosen],
-        reference=at.reference[:, chosen],
-    )
+def solid_points(elements: Elements, most: int | None = None) -> SolidPoints:
+    """Centroids of the solid in the sub-cells of elements, see `solid_parts` and `points_of`."""
+    return points_of(solid_parts(elements, most))
 
 
 def von_mises(stress: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +15,10 @@ from gradedesign.finite_cell.recovery import recovered_stress
 from gradedesign.finite_cell.result import FiniteCellResult, solution_of
 from gradedesign.finite_cell.space import node_points
 from gradedesign.finite_cell.stress import (
+    SolidParts,
     SolidPoints,
     displacement_at,
-    select_points,
+    points_of,
     von_mises,
 )
 from gradedesign.finite_cell.surface import element_table, locate, reference_of
@@ -32,7 +33,7 @@ from gradedesign.verify.analysis import (
 )
 from gradedesign.workspace.progress import report_step
 
-#: Sample points whose stress is worked out at once.
+#: Sample points whose stress or displacement is worked out at once.
 CHUNK = 2**18
 #: How far around points outside the solid its surface is looked for at first, in elements.
 REACH = 2.0
@@ -55,8 +56,8 @@ class FiniteCellFields:
     field : callable
         Of the solid, negative inside.
     division : Discretisation
-    at : SolidPoints
-        Where stress is sampled.
+    parts : SolidParts
+        Whose centroids are the sample points.
     bodies : int
         Connected components of the solid.
     """
@@ -64,7 +65,7 @@ class FiniteCellFields:
     result: FiniteCellResult
     field: Field
     division: Discretisation
-    at: SolidPoints
+    parts: SolidParts
     bodies: int
 
     @property
@@ -75,12 +76,12 @@ class FiniteCellFields:
     @property
     def points(self) -> FloatArray:
         """Centroids of the solid in the sub-cells of the elements, ``(3, n)``, mm."""
-        return self.at.points
+        return points_of(self.parts).points
 
     @property
     def volumes(self) -> FloatArray:
         """Solid that each of them stands for, ``(n,)``, mm^3."""
-        return self.at.volume
+        return points_of(self.parts).volume
 
     @property
     def work(self) -> dict[str, float]:
@@ -98,17 +99,16 @@ class FiniteCellFields:
 
     def von_mises(self, load_case: str) -> FloatArray:
         """Von Mises stress at the sample points, ``(n, 1)``, MPa."""
-        values = np.zeros(self.at.volume.size)
-        for k in range(0, values.size, CHUNK):
-            part = slice(k, k + CHUNK)
-            values[part] = von_mises(self._stress(load_case, select_points(self.at, part)))
+        values = np.zeros(self.parts.number.size)
+        for part in self._chunks():
+            values[part] = von_mises(self._stress(load_case, points_of(self.parts, part)))
         return values[:, None]
 
     def stress_within(self, load_case: str, lower: FloatArray, upper: FloatArray) -> StressSample:
         """Stress at the sample points in the box between two corners, mm."""
-        points = self.at.points
+        points = self.points
         inside = np.all((points >= lower[:, None]) & (points <= upper[:, None]), axis=0)
-        at = select_points(self.at, np.flatnonzero(inside))
+        at = points_of(self.parts, np.flatnonzero(inside))
         return StressSample(points=at.points, volumes=at.volume, stress=self._stress(load_case, at))
 
     def displacement_at(self, load_case: str, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -130,10 +130,13 @@ class FiniteCellFields:
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of the solid, mm: of its sample points and of the regions."""
         u = solution_of(self.result, load_case).u
-        sampled = displacement_at(
-            self.result.elements, self.result.space, u, self.at.element, self.at.points
-        )
-        largest = [float(np.linalg.norm(sampled, axis=0).max())]
+        largest = []
+        for part in self._chunks():
+            at = points_of(self.parts, part)
+            moved = displacement_at(
+                self.result.elements, self.result.space, u, at.element, at.points
+            )
+            largest.append(float(np.linalg.norm(moved, axis=0).max()))
         for region in self.result.places:
             moved = self.region_displacement(region, load_case)
             largest.append(float(np.linalg.norm(moved, axis=0).max()))
@@ -157,8 +160,8 @@ class FiniteCellFields:
     def volume_fields(self, sampled: Mapping[str, FloatArray]) -> VolumeFields:
         """Triquadratic hexahedra with nodal displacements and means of fields ``(n,)``."""
         result = self.result
-        fraction = solid_fraction(result.elements)
-        weight = np.bincount(self.at.element, weights=self.at.volume, minlength=fraction.size)
+        fraction, at = solid_fraction(result.elements), points_of(self.parts)
+        weight = np.bincount(at.element, weights=at.volume, minlength=fraction.size)
         # An element whose solid is too little for a sample point shows 0.
         weight = np.maximum(weight, np.finfo(float).tiny)
         return VolumeFields(
@@ -169,13 +172,15 @@ class FiniteCellFields:
             },
             element_data={"solid_volume_fraction [-]": fraction}
             | {
-                name: np.bincount(
-                    self.at.element, weights=values * self.at.volume, minlength=fraction.size
-                )
+                name: np.bincount(at.element, weights=values * at.volume, minlength=fraction.size)
                 / weight
                 for name, values in sampled.items()
             },
         )
+
+    def _chunks(self) -> Iterator[slice]:
+        """The sample points, some at once."""
+        return (slice(k, k + CHUNK) for k in range(0, self.parts.number.size, CHUNK))
 
     def _stress(self, load_case: str, at: SolidPoints) -> FloatArray:
         """Stress at points with their elements, ``(3, 3, m)``, MPa."""
@@ -206,8 +211,9 @@ class FiniteCellFields:
         element = locate(elements, element_table(elements), points)
         lost = element < 0
         if lost.any():
-            _, near = KDTree(self.at.points.T).query(points[:, lost].T)
-            element[lost] = self.at.element[near]
+            at = points_of(self.parts)
+            _, near = KDTree(at.points.T).query(points[:, lost].T)
+            element[lost] = at.element[near]
         return element
 
     def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:

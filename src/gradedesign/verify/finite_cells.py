@@ -10,7 +10,7 @@ import numpy as np
 
 from gradedesign.cell.cell import Cell
 from gradedesign.finite_cell.analysis import solve_divided
-from gradedesign.finite_cell.stress import solid_points
+from gradedesign.finite_cell.stress import solid_parts
 from gradedesign.verify.analysis import (
     AnalysisEstimate,
     Discretisation,
@@ -92,7 +92,7 @@ def solve_finite_cells(
             dropped_components=elements.dropped,
             seconds=seconds,
         ),
-        at=solid_points(elements),
+        parts=solid_parts(elements),
         bodies=problem.bodies,
     )
 
