@@ -112,7 +112,7 @@ def colour_patches(nodes: Any, weak: Any, colour: Any) -> None:
 def invert_factors(
     matrices: Any, free: Any, shift: Any, begin: Any, first: Any, scale: Any, height: Any, rows: Any
 ) -> None:  # fmt: skip
-    """Invert the Cholesky factors of symmetric matrices and round them to 16 bits.
+    """Invert the Cholesky factors of symmetric matrices and round them to 8 bits.
 
     With S the inverted roots of the diagonal, S A S = L L^T and A^-1 = S (L^-1)^T L^-1 S: a product
     that stays positive definite however its factor is rounded.
@@ -132,8 +132,8 @@ def invert_factors(
     scale : (n,) float32 array
         Written: S, zero for fixed unknowns.
     height : (n,) float32 array
-        Written: square of the step of 16 bits of each row of L^-1.
-    rows : (total,) int16 array
+        Written: square of the step of 8 bits of each row of L^-1.
+    rows : (total,) int8 array
         Written: rows of L^-1 up to the diagonal, in their steps.
     """
     width = matrices.shape[1]
@@ -174,9 +174,9 @@ def invert_factors(
             most = 0.0
             for j in range(i + 1):
                 most = max(most, abs(a[i, j]))
-            step = most / 32767.0
+            step = most / 127.0
             for j in range(i + 1):
-                rows[at + j] = np.int16(np.rint(a[i, j] / step))
+                rows[at + j] = np.int8(np.rint(a[i, j] / step))
             at += i + 1
             height[first[p] + i] = step * step
             scale[first[p] + i] = s[i]

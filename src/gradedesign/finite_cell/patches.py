@@ -64,9 +64,11 @@ class Patches:
         Inverted roots of the diagonals, zero for fixed unknowns.
     height : (u,) float32 array
         Square of the step of each row of the factors.
-    rows : (total,) int16 array
-        Inverted Cholesky factors, rows up to the diagonal: half the memory of inverses in single
-        precision. Rounded so, they take as many iterations (a gyroid sheet: 18 both ways).
+    rows : (total,) int8 array
+        Inverted Cholesky factors, rows up to the diagonal: a quarter of the memory of inverses in
+        single precision, symmetric and positive definite however they are rounded. Iterations on
+        gyroid sheets are as many with 16 bits (20 at density 0.3; 22 at 0.15, where two in three
+        elements hold weak nodes).
     """
 
     nodes: NDArray[np.int32]
@@ -77,7 +79,7 @@ class Patches:
     first: IntArray
     scale: NDArray[np.float32]
     height: NDArray[np.float32]
-    rows: NDArray[np.int16]
+    rows: NDArray[np.int8]
 
 
 def build_patches(
@@ -111,7 +113,7 @@ def build_patches(
     begin = np.concatenate([[0], np.cumsum(widths * (widths + 1) // 2)])
     first = np.concatenate([[0], np.cumsum(widths)])
     scale, height = np.zeros(first[-1], np.float32), np.zeros(first[-1], np.float32)
-    entries = np.zeros(begin[-1], np.int16)
+    entries = np.zeros(begin[-1], np.int8)
     start, near = _elements_of_weak(free.nodes, holding, weak)
     row_of = np.full(len(space.nodes), -1)
     reach = 1 if space.hanging is None else REACH
