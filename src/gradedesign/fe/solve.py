@@ -90,8 +90,8 @@ def solve_cases(
     """
     _require_matching(system.space, cases, rtol)
     groups = _equal_supports(cases)
-    known = {key for _, key in system.prepared}
-    fresh = {key: members for key, members in groups.items() if key not in known}
+    prepared_keys = {key for _, key in system.prepared}
+    fresh = {key: members for key, members in groups.items() if key not in prepared_keys}
     _require_all_held(system.space, fresh, cases)
     return _solve_groups(system, cases, groups, rtol)
 
@@ -273,9 +273,9 @@ def _require_sound(solutions: Sequence[Solution]) -> None:
 
 def _require_answer(solver: LinearSolver, answer: LinearAnswer, shape: tuple[int, int]) -> None:
     """Refuse what is no answer to the right-hand sides."""
-    got = answer.x.shape if isinstance(answer, LinearAnswer) else type(answer).__name__
-    if got != shape:
+    answer_shape = answer.x.shape if isinstance(answer, LinearAnswer) else type(answer).__name__
+    if answer_shape != shape:
         raise SolverError(
-            f"solver '{solver.name}' returned {got}, expected a LinearAnswer whose x has shape "
-            f"{shape}, as the right-hand sides"
+            f"solver '{solver.name}' returned {answer_shape}, expected a LinearAnswer whose x has "
+            f"shape {shape}, as the right-hand sides"
         )

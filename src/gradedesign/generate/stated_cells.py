@@ -209,7 +209,7 @@ def _weight_grid(case: GenerateCase, spec: TransitionSpec, domain: DesignDomain)
         domain.upper,
         spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
         window=(0.0, 1.0),
-        what="weight of the transition",
+        quantity="weight of the transition",
         memory_limit_bytes=case.run.memory,
     )
 
@@ -254,7 +254,7 @@ def parameter_share(
             domain.upper,
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
-            what=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
+            quantity=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
             memory_limit_bytes=case.run.memory,
         )
     return lambda points: evaluate(shares, points)

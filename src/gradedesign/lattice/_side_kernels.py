@@ -158,9 +158,9 @@ def take_out_edges(sides: NDArray[np.uint8]) -> int:
                     across = sides[i + u[0] + v[0], j + u[1] + v[1], k + u[2] + v[2]] != NEAR
                     if here != across:
                         continue
-                    one = sides[i + u[0], j + u[1], k + u[2]] != NEAR
-                    other = sides[i + v[0], j + v[1], k + v[2]] != NEAR
-                    if one != other or one == here:
+                    beside_u = sides[i + u[0], j + u[1], k + u[2]] != NEAR
+                    beside_v = sides[i + v[0], j + v[1], k + v[2]] != NEAR
+                    if beside_u != beside_v or beside_u == here:
                         continue
                     if here:
                         sides[i, j, k] = NEAR

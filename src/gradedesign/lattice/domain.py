@@ -143,9 +143,9 @@ def phase_at(
     """
     phase = np.full(np.shape(points)[1:], LATTICE, dtype=np.int64)
     if domain.skins:
-        known = domain.distance(points) if distance is None else distance
+        to_part = domain.distance(points) if distance is None else distance
         for skin in domain.skins:
-            phase[skin_value(skin, points, known) < 0] = SKIN
+            phase[skin_value(skin, points, to_part) < 0] = SKIN
     for filling in domain.fillings:
         open_ones = phase == LATTICE
         filled = filling.distance(np.asarray(points)[:, open_ones]) < 0

@@ -290,8 +290,8 @@ def _row(line: str, where: str, *, first: bool) -> list[float]:
     return row
 
 
-def _too_large(name: str, what: str, need: float, memory_limit_bytes: int) -> ResourceError:
+def _too_large(name: str, content: str, need: float, memory_limit_bytes: int) -> ResourceError:
     return ResourceError(
-        f"{name} has {what}, which take about {need / 1e9:.3g} GB; found run.memory of "
+        f"{name} has {content}, which take about {need / 1e9:.3g} GB; found run.memory of "
         f"{memory_limit_bytes / 1e9:.3g} GB; raise it or use fewer points"
     )

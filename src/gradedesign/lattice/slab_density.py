@@ -59,9 +59,9 @@ class SlabDensities:
             object.__setattr__(self, name, locked(getattr(self, name), (None,), name=name))
 
 
-def total(slabs: SlabDensities, what: str) -> float:
-    """Density of all slabs together; ``what`` is target, field or surface."""
-    values: FloatArray = getattr(slabs, what)
+def total(slabs: SlabDensities, quantity: str) -> float:
+    """Density of all slabs together; ``quantity`` is target, field or surface."""
+    values: FloatArray = getattr(slabs, quantity)
     return float(slabs.part_volume @ values / slabs.part_volume.sum())
 
 

@@ -87,12 +87,12 @@ def why_ended(
         )
     # The first iteration of all also compiles, so it is reserve enough for the second.
     needed = last * (TIME_RESERVE if len(iterations) > 1 else 1.0)
-    left = deadline.remaining()
-    if left < needed:
+    remaining = deadline.remaining()
+    if remaining < needed:
         return Ended(
             by="time",
             words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
-            f"{counted(len(iterations), 'iteration')}; about {_rounded(needed - left)} s more "
+            f"{counted(len(iterations), 'iteration')}; about {_rounded(needed - remaining)} s more "
             f"allow another iteration",
         )
     return None
@@ -137,9 +137,9 @@ def stuck(iterations: Sequence[DesignIteration]) -> bool:
     return bool(np.abs(iterations[-1].rho - iterations[-2].rho).max() < SAME_DENSITY)
 
 
-def counted(number: int, what: str) -> str:
+def counted(number: int, noun: str) -> str:
     """Number and noun: ``1 iteration``, ``2 iterations``."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _rounded(seconds: float) -> int:

@@ -208,12 +208,12 @@ def _best_left(
     stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
 ) -> Accepted | None:
     """Accept the lightest earlier design that held every limit, if there is one left."""
-    left = [
+    candidates = [
         i
         for i in iterations
         if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
     ]
-    for iteration in sorted(left, key=lambda i: i.summary.mass_g):
+    for iteration in sorted(candidates, key=lambda i: i.summary.mass_g):
         accepted = stages.accept(iteration, None)
         if accepted.holds:
             return accepted
@@ -255,14 +255,14 @@ def _lighter_left(
     lightest. Nothing is judged where there is no time for another iteration.
     """
     mass = accepted.iteration.summary.mass_g
-    left = [
+    candidates = [
         i
         for i in iterations
         if i.summary.number not in tried and i.summary.mass_g < mass and _is_ready(i, last.factors)
     ]
-    if not left or stages.why_ended(iterations[:-1], last.factors) is not None:
+    if not candidates or stages.why_ended(iterations[:-1], last.factors) is not None:
         return accepted, ended
-    latest = stages.accept(min(left, key=lambda i: i.summary.mass_g), None)
+    latest = stages.accept(min(candidates, key=lambda i: i.summary.mass_g), None)
     if not latest.holds:
         number = latest.iteration.summary.number
         return accepted, _enclosed(accepted, iterations, (number,)) or ended

@@ -69,15 +69,15 @@ class RunCost:
 
 def learned_cost(work: RunWork, first: DesignIteration) -> CostPrediction:
     """Predict a run from the seconds and the unknowns of its first iteration."""
-    it = first.summary
-    grown = it.dofs / work.explicit_dofs
+    summary = first.summary
+    grown = summary.dofs / work.explicit_dofs
     real = replace(
         work,
-        explicit_dofs=it.dofs,
+        explicit_dofs=summary.dofs,
         explicit_memory=int(grown * work.explicit_memory),
         explicit_solve_s=grown * work.explicit_solve_s,
         whole_s=grown * work.whole_s,
         mesher_tets=int(grown * work.mesher_tets),
     )
-    speed = learned_speed(real, it.sizing_iterations, it.timing_s)
+    speed = learned_speed(real, summary.sizing_iterations, summary.timing_s)
     return predict_cost(real, speed, learned=True)

@@ -54,8 +54,10 @@ def snap_feature_edges(mesh: TetMesh, first: Field, second: Field, spacing: floa
     points = np.array(mesh.points)
     snapped = np.zeros(points.shape[1], dtype=bool)
     for turn in range(ROUNDS):
-        left = crossing[~snapped[crossing].any(axis=1) & np.isfinite(near[crossing]).any(axis=1)]
-        movers = np.unique(left[np.arange(len(left)), np.argmin(near[left], axis=1)])
+        remaining = crossing[
+            ~snapped[crossing].any(axis=1) & np.isfinite(near[crossing]).any(axis=1)
+        ]
+        movers = np.unique(remaining[np.arange(len(remaining)), np.argmin(near[remaining], axis=1)])
         if len(movers) == 0:
             break
         if turn > 0:

@@ -135,7 +135,7 @@ def tetrahedralize(
     )
     cached = _from_cache(question, key) if cache else None
     if cached is None:
-        log.info("meshing %s", question.what)
+        log.info("meshing %s", question.subject)
         mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, mesher)
         log.info("meshed: %d tetrahedra in %.1f s", report.count, clock.elapsed())
     else:
@@ -161,7 +161,7 @@ def _attempt(
     """Ask in each way until an answer is sound."""
     attempts: list[str] = []
     for number, (way, options) in enumerate(mesher.ways, start=1):
-        clock.require(f"meshing {question.what}")
+        clock.require(f"meshing {question.subject}")
         start = clock.elapsed()
         report_step(f"mesher, way {number} of {len(mesher.ways)}: {way}")
         try:
@@ -174,7 +174,7 @@ def _attempt(
             )
             mesh, report = _checked(question, result.arrays, memory_limit_bytes)
         except ResourceError as cause:
-            raise ResourceError(f"meshing {question.what}: {cause}") from cause
+            raise ResourceError(f"meshing {question.subject}: {cause}") from cause
         except MeshError as cause:
             attempts.append(f"{way}: {cause}")
             log.warning("attempt %d at meshing failed: %s: %s", len(attempts), way, cause)
@@ -197,7 +197,7 @@ def _given_up(question: MeshQuestion, key: str, attempts: list[str]) -> MeshErro
     )
     tried = "; ".join(f"attempt {number}: {text}" for number, text in enumerate(attempts, start=1))
     return MeshError(
-        f"meshing {question.what} failed, attempts with the same tolerance: {len(attempts)}; "
+        f"meshing {question.subject} failed, attempts with the same tolerance: {len(attempts)}; "
         f"{tried}; repair the surface, choose another mesh size, or raise run.time; to reproduce: "
         f"{entry_path(_FAILED_KIND, key)}"
     )
@@ -234,7 +234,7 @@ def _sound(question: MeshQuestion, mesh: TetMesh) -> TetReport:
     """Check volume and orientation."""
     return require_sound(
         mesh,
-        what="the mesher's result",
+        subject="the mesher's result",
         expected_volume=question.volume,
         volume_tolerance=question.volume_tolerance,
     )

@@ -84,7 +84,7 @@ def read_vtu_pieces(path: Path, memory_limit_bytes: int) -> list[VtuPiece]:
             compressor=root.get("compressor"),
             appended=appended,
             encoding=encoding,
-            left=memory_limit_bytes - size * _BYTES_PER_BYTE,
+            remaining_bytes=memory_limit_bytes - size * _BYTES_PER_BYTE,
         )
         pieces = [_piece(file, piece) for piece in root.iterfind("UnstructuredGrid/Piece")]
     except Damaged as error:

@@ -40,7 +40,7 @@ class VtuFile:
     compressor: str | None
     appended: bytes
     encoding: str
-    left: int
+    remaining_bytes: int
 
 
 def whole(element: ElementTree.Element, key: str) -> int:
@@ -163,10 +163,10 @@ def _decompressed(compressor: str, part: bytes, length: int, name: str | None) -
 def _require_room(file: VtuFile, length: int, name: str | None) -> None:
     """Account for an array, in bytes as decoded, joined and as 8 byte numbers."""
     needed = 6 * length
-    if needed > file.left:
+    if needed > file.remaining_bytes:
         raise ResourceError(
             f"{file.name}: '{name}' states {length / 1e9:.3g} GB, which take about "
-            f"{needed / 1e9:.3g} GB to read; found {max(0, file.left) / 1e9:.3g} GB left of "
-            f"run.memory; raise it or write a coarser field"
+            f"{needed / 1e9:.3g} GB to read; found {max(0, file.remaining_bytes) / 1e9:.3g} GB "
+            f"left of run.memory; raise it or write a coarser field"
         )
-    file.left -= needed
+    file.remaining_bytes -= needed

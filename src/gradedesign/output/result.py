@@ -188,8 +188,8 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     KeyError, TypeError, ValueError
         If the data is of another layout.
     """
-    known = {entry.name for entry in fields(RunResult)}
-    plain = {name: value for name, value in data.items() if name in known}
+    field_names = {entry.name for entry in fields(RunResult)}
+    plain = {name: value for name, value in data.items() if name in field_names}
     for name in ("limits", "solid"):
         plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
     plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])

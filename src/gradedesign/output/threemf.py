@@ -93,9 +93,9 @@ def export_3mf_beams(path: Path, lattice: PrintedLattice) -> None:
         yield from _beam_object(2, lattice.name, beams)
 
     _write(path, lattice, content(), built=2, balls=len(beams.ball_nodes) > 0)
-    cut, found = read_back(path)
-    require_same_surface(path, cut, beams.clip)
-    require_same_beams(path, found, beams)
+    clip_read, beams_read = read_back(path)
+    require_same_surface(path, clip_read, beams.clip)
+    require_same_beams(path, beams_read, beams)
 
 
 def _write(

@@ -91,17 +91,17 @@ def _require_same(
     """Compare count, closedness and volume of the file with what was meant."""
     raw = read(path)
     corners = raw.corners * UNIT_MM[raw.unit or "mm"]
-    meant = enclosed_volume(lattice.surface)
+    volume = enclosed_volume(lattice.surface)
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
     enclosed = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
     closed = edge_balance(raw.corners) == 0
     if (
         len(corners) != len(lattice.surface.faces)
         or not closed
-        or not abs(enclosed - meant) <= VOLUME_TOLERANCE * abs(meant)
+        or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
     ):
         raise ResourceError(
             f"{path} reads back as {len(corners)} triangles that {'' if closed else 'do not '}"
             f"close, {enclosed:g} mm^3; expected {len(lattice.surface.faces)} that close, "
-            f"{meant:g} mm^3 within 0.1 %; check the disk and write it again"
+            f"{volume:g} mm^3 within 0.1 %; check the disk and write it again"
         )

@@ -46,8 +46,8 @@ def split_region(clusters: Clusters, members: list[int]) -> list[Piece]:
     whole = _classify(clusters, members)
     if whole[0] != "other":
         return [whole]
-    pieces, left = _grow_cylinders(clusters, members)
-    for group in connected_sets(clusters, left):
+    pieces, remaining = _grow_cylinders(clusters, members)
+    for group in connected_sets(clusters, remaining):
         piece = _classify(clusters, group)
         pieces += [piece] if piece[0] != "other" else _split_planes(clusters, group)
     return pieces

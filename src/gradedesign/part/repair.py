@@ -189,9 +189,9 @@ def cleaned(
     return vertices, faces, counts
 
 
-def _require_option(key: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise CaseError(f"part.{key} = {value!r} is unknown; use {' or '.join(map(repr, known))}")
+def _require_option(key: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise CaseError(f"part.{key} = {value!r} is unknown; use {' or '.join(map(repr, choices))}")
 
 
 def _size_warnings(points: FloatArray, diagonal: float, source: str) -> list[str]:

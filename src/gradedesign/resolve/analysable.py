@@ -250,13 +250,13 @@ def _refusal(
     best = int(np.argmin(need))
     larger = (need[best] / case.run.memory) ** (1 / 3)
     governed = spacings[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
-    what = (
+    cause = (
         f"solid layers of {layers:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
         if governed
         else f"walls of {walls[best]:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
     )
     return (
-        f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {what}, "
+        f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {cause}, "
         f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory, or make "
         f"{'these layers' if governed else 'the cells'} {larger:.2f} times as large"
     )

@@ -66,9 +66,9 @@ class Needs:
     def fits(self) -> BoolArray:
         """Densities that the budgets hold: judged; or iterated, where none can be; or in memory."""
         for fit in (Need.judged, Need.iterated):
-            held = np.array([fit(need, self.memory, self.time) for need in self.needs])
-            if held.any():
-                return held
+            affordable = np.array([fit(need, self.memory, self.time) for need in self.needs])
+            if affordable.any():
+                return affordable
         return np.asarray(self.bytes <= self.memory)
 
 

@@ -113,7 +113,7 @@ def wall_factors(
     unknown: list[str] = []
     reasons: list[str] = []
     # The last entry stands for no wall.
-    known = np.full(len(kinds) + 1, -1)
+    class_of_kind = np.full(len(kinds) + 1, -1)
     for number, wall in enumerate(counted(kinds, "wall", len(kinds))):
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(wall)}")
         try:
@@ -123,8 +123,8 @@ def wall_factors(
             unknown.append(f"{_words(wall)} near ({', '.join(f'{v:.3g}' for v in at)}) mm")
             reasons.append(str(error))
         else:
-            known[number] = len(classes) - 1
-    kind = known[kind]
+            class_of_kind[number] = len(classes) - 1
+    kind = class_of_kind[kind]
     corners = cell_map(mesh.points)[:, mesh.tets]
     sample_points = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]

@@ -190,7 +190,7 @@ def _new_variables(
     new[active] = optimality_step(
         x[active],
         felt.cost[active],
-        analysed.held / problem.target,
+        analysed.governing / problem.target,
         collected(problem.filter, analysed.gradients * felt.slope / problem.target)[:, active],
         lower[active],
         upper[active],
@@ -221,7 +221,7 @@ class _Analysed:
     state : SolvedState
     utilisations : tuple of float
         Of every limit.
-    held : (k,) array
+    governing : (k,) array
         Utilisations at the points that govern limits by gradient.
     gradients : (k, M) array
         Theirs by every density.
@@ -229,7 +229,7 @@ class _Analysed:
 
     state: SolvedState
     utilisations: tuple[float, ...]
-    held: FloatArray
+    governing: FloatArray
     gradients: FloatArray
 
 
@@ -255,13 +255,15 @@ def _analyse(
             predicted, memories[k] = limit.responses(state, memories[k])
             responses += predicted
             allowed += [limit.allowed] * len(predicted)
-    held = np.array([response.value for response in responses]) / np.array(allowed)
-    reach = _in_reach(held)
+    ratios = np.array([response.value for response in responses]) / np.array(allowed)
+    reach = _in_reach(ratios)
     near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
     adjoints = solve_adjoints(model, system, near)
     gradients = response_gradients(state, near, adjoints) / np.array(allowed)[reach][:, None]
     recent.append(tuple(s.displacement for s in (*state.solutions.values(), *adjoints)))
-    return _Analysed(state=state, utilisations=utilisations, held=held[reach], gradients=gradients)
+    return _Analysed(
+        state=state, utilisations=utilisations, governing=ratios[reach], gradients=gradients
+    )
 
 
 def _mean_exponent(model: HomogenisedModel, rho: FloatArray) -> float:

@@ -149,8 +149,8 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
     before = np.array(samples[:-1]).reshape(-1, 2)
     run = np.log(before[:, 0] / last_rho)
     rise = np.log(before[:, 1] / last_factor)
-    known = float(run @ run) / SCATTER**2
-    exponent = (float(run @ rise) / SCATTER**2 + prior / SPREAD**2) / (known + 1 / SPREAD**2)
+    precision = float(run @ run) / SCATTER**2
+    exponent = (float(run @ rise) / SCATTER**2 + prior / SPREAD**2) / (precision + 1 / SPREAD**2)
     return float(np.clip(exponent, -0.5, 4.0))
 
 
