@@ -85,7 +85,7 @@ def solve_direct(matrix: bsr_matrix, keep: BoolArray, right: FloatArray) -> tupl
 def _refined(
     matrix: csr_matrix, solve: Callable[[FloatArray], FloatArray], f: FloatArray
 ) -> FloatArray:
-    """Solve, and once more for what rounding left over."""
+    """Solve, with one step of iterative refinement."""
     x = solve(f)
     return x + solve(f - matrix @ x)
 

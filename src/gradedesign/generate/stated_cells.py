@@ -65,7 +65,7 @@ class BuiltCells:
         Points ``(3, ...)`` mm to cell coordinates, with the weight as fourth if there are two
         families.
     transition : mapping
-        What was measured of the transition, or of the parameter, for the result; else empty.
+        Measures of the transition, or of the parameter, for the result; else empty.
     """
 
     shape: Callable[..., FloatArray]
@@ -146,7 +146,7 @@ def build_cells(
     cell_map : callable
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
     density : DensityGrid or float
-        At the least a transition must hold together; a parameter may follow it.
+        A transition must be connected at its least value; a parameter may follow it.
     domain : DesignDomain
 
     Raises

@@ -38,7 +38,7 @@ def stated_density(
     window: tuple[float, float],
     level_of: Callable[[FloatArray | float], FloatArray],
 ) -> DensityGrid | float:
-    """Density of a case, checked against what is allowed.
+    """Density of a case, checked against its allowed range.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _source(
     spec: DensityMapSpec | None,
     domain: DesignDomain,
 ) -> DensitySource:
-    """Read what the map names."""
+    """Read the density source that the map names."""
     size, memory = case.lattice.cell_size, case.run.memory
     if spec is None:
         raise CaseError("there is neither a density nor a map")

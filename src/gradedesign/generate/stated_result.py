@@ -1,4 +1,4 @@
-"""The result record of a lattice of stated density, before what is measured of its surface."""
+"""The result record of a lattice of stated density, without the measures of its surface."""
 
 from __future__ import annotations
 

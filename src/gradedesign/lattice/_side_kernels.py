@@ -145,7 +145,7 @@ def flood_unknown(sides: NDArray[np.uint8], start: int, value: int) -> None:
 
 @njit(cache=True, nogil=True)
 def take_out_edges(sides: NDArray[np.uint8]) -> int:
-    """Make near one of two other cubes that share an edge and no neighbour that is not near."""
+    """Mark near one of each two cubes that meet in an edge between two near cubes."""
     taken = 0
     nx, ny, nz = sides.shape
     for axis in range(3):

@@ -14,12 +14,12 @@ from gradedesign.lattice.banded_distance import banded_distance
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.sample import grid_points
 
-#: Relative density of points (3, ...) in mm, ``(...)``. Only asked inside the part and near it.
+#: Relative density of points (3, ...) in mm, ``(...)``. Evaluated only inside the part and near it.
 DensitySource: TypeAlias = Field
 
 #: Nodes of the largest density grid.
 MOST_NODES = 64_000_000
-#: Memory for a node: its place twice, distance, density twice, the nearest node that is known.
+#: Memory for a node: its place twice, distance, density twice, the nearest node with a value.
 _BYTES_PER_NODE = 100
 #: Nodes this many spacings outside the part still share in the density inside.
 _REACH = 2.0
@@ -40,8 +40,8 @@ def sample_density(
     """Sample a density source on a grid that covers a part, and check it.
 
     Inside the part every value must be finite and inside the window. Beyond the part, where only
-    trimmed material lies, the density goes on as the source says within the range that it has
-    inside; where the source says nothing, with what is nearest.
+    trimmed material lies, the density is the source's, clipped to its range inside the part; where
+    the source is not finite, that of the nearest node with a value.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _require_window(
 
 
 def _continued(values: FloatArray, inside: BoolArray) -> FloatArray:
-    """Fill what is not known with what is nearest, within the range inside."""
+    """Fill nodes without a finite value from the nearest one, within the range inside the part."""
     low, high = float(values[inside].min()), float(values[inside].max())
     finite = np.isfinite(values)
     if not finite.all():

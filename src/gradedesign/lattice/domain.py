@@ -1,4 +1,4 @@
-"""The design domain: the part, and which of it is skin, passive solid or lattice."""
+"""The design domain: the part, divided into skin, passive solid and lattice."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PassiveRegion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Filling:
-    """A place that is solid for the shape of the room that skins leave.
+    """A place below the skins that is solid because of its shape, such as a small cavity.
 
     Attributes
     ----------

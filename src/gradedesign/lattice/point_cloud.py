@@ -19,9 +19,9 @@ from gradedesign.part.npy_file import read_npy
 
 log = logging.getLogger(__name__)
 
-#: Pairs of node and point that are held at once.
+#: Pairs of node and point in memory at once.
 _MOST_PAIRS = 4_000_000
-#: Pairs that are looked at, some minutes of work.
+#: Most pairs that are evaluated, some minutes of work.
 _MOST_WORK = 20_000_000_000
 #: Characters of the longest line, and memory for every character: its share of four numbers.
 _LONGEST_LINE, _BYTES_PER_CHARACTER = 1000, 16

@@ -256,7 +256,7 @@ def _cut_at_box(field: Field, lower: FloatArray, upper: FloatArray) -> Field:
 
     def boxed(points: FloatArray) -> FloatArray:
         values = np.array(field(points), dtype=np.float64, order="C")
-        if values.shape == points.shape[1:]:  # else it is refused by whoever asks
+        if values.shape == points.shape[1:]:  # else the caller refuses it
             flat = np.ascontiguousarray(points, dtype=np.float64).reshape(3, -1)
             cut_at_box(values.reshape(-1), flat, middle, half)
         return values

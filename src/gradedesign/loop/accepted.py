@@ -39,9 +39,9 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the surface size of the explicit analysis.
 SURFACE_PER_SPACING = 0.5
-#: Where stress is used to this share of its limit, submodels teach the next design something.
+#: Utilisation of stress from which submodels give the next design a useful factor.
 NEARLY = 0.85
-#: Submodels are left out: the design is refused for what they do not judge.
+#: Reason to leave submodels out: a limit that they do not evaluate is broken.
 NOT_NEEDED = Acceptance(scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=())
 
 

@@ -137,7 +137,7 @@ class Announcer:
     def printed(self, body: PrintedBody, material: Material) -> None:
         """Report the printed file: its mass, its thinnest walls, and how far the analysed one is.
 
-        What differs beyond its threshold is a warning of the result.
+        A difference beyond its threshold is a warning of the result.
         """
         thin, both = body.thickness.percentiles_mm, body.comparison
         apart = f" and surface up to {both.distance_mm:.2g} mm" if both.contoured else ""

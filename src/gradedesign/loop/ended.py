@@ -1,7 +1,7 @@
 """Reason why the loop ended, and advice on how to go further.
 
-Budgets end a run and say so; they do not steer it. So the clock is read here only, and the only
-answer that it gives is that no further iteration is begun.
+Budgets end a run with a stated reason; they do not steer it. So the clock is read here only, and
+only to decide that no further iteration is begun.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can f
 def why_ended(
     setup: Setup, iterations: Sequence[DesignIteration], factors: Factors, deadline: Deadline
 ) -> Ended | None:
-    """Say what ends the loop before another iteration, or None.
+    """Reason to end the loop before another iteration, or None.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ class RunCost:
         announce.cost(self.before, self.budget)
 
     def learn(self, iterations: Sequence[DesignIteration], announce: Announcer) -> None:
-        """Predict anew from the first iteration, once it is there."""
+        """Repeat the prediction with the times of the first iteration, once it has finished."""
         if len(iterations) != 1 or self.work is None:
             return
         self.after = learned_cost(self.work, iterations[0])

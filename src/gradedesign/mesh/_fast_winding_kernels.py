@@ -127,10 +127,10 @@ def winding(tri, turn, right, first, count, moments, x, y, z, stack):
 
 @njit(cache=True, parallel=True, nogil=True)
 def find_rises(tri, turn, right, first, count, moments, share, suspect, rise):
-    """Fill how much more the others wind in front of a triangle than behind, where it is asked.
+    """Fill the rise of the other triangles' winding number from behind each suspect to its front.
 
-    ``share`` of the radius of the circle in the triangle is how far before and behind its middle
-    the others are met; 0 of a triangle without area.
+    It is taken at ``share`` of the inscribed circle's radius before and behind the triangle's
+    middle; 0 for a triangle without area.
     """
     m = len(tri)
     for chunk in prange((m + CHUNK - 1) // CHUNK):

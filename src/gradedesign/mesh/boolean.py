@@ -37,7 +37,7 @@ def intersection(
     solids = _manifold(first, subject), _manifold(second, subject)
     report_step("intersection", blocking=True)
     common = solids[0] ^ solids[1]
-    empty = common.is_empty()  # the kernel computes when it is asked
+    empty = common.is_empty()  # the kernel evaluates lazily
     if shortest > 0 and not empty:
         report_step("collapsing short edges", blocking=True)
         common = common.as_original().simplify(shortest)
@@ -69,7 +69,7 @@ class CutPiece:
 def cut_capped(
     vertices: FloatArray, faces: IntArray, caps: int, second: SurfaceMesh, *, subject: str
 ) -> CutPiece:
-    """Intersection of a solid with another that leaves some of its triangles alone.
+    """Intersection of a solid with another that keeps some of its triangles unchanged.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ def mesh_question(
     epsilon: float,
     volume_tolerance: float,
 ) -> MeshQuestion:
-    """Check what would crash the mesher or make its answer meaningless; move to the origin.
+    """Refuse surfaces that would crash the mesher or give a meaningless mesh; move to the origin.
 
     Raises
     ------

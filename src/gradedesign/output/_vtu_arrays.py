@@ -1,4 +1,4 @@
-"""The arrays of a VTU file, decoded within a budget of memory and checked against what it says.
+"""The arrays of a VTU file, decoded within a memory budget and checked against its header.
 
 Inline and appended data, as text, base64 or raw bytes, plain or compressed with zlib or lzma, are
 read (VTK file formats, kitware, "XML file formats").

@@ -61,7 +61,7 @@ def decoded(file: VtuFile, array: ElementTree.Element) -> NDArray[Any]:
     elif how in ("binary", "appended"):
         data, encoding = file.appended, file.encoding
         if how == "binary":
-            # Anything but ASCII is refused by what decodes it.
+            # The decoder refuses anything but ASCII.
             data, encoding = (array.text or "").strip().encode("utf-8"), "base64"
         else:
             data = data[whole(array, "offset") :]
@@ -81,7 +81,7 @@ def decoded(file: VtuFile, array: ElementTree.Element) -> NDArray[Any]:
 
 def _from_text(text: str, dtype: np.dtype[Any], name: str | None) -> NDArray[Any]:
     with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # how numpy reports what is no number
+        warnings.simplefilter("error", DeprecationWarning)  # numpy's remark on bad numbers
         try:
             return np.fromstring(text, dtype.newbyteorder("="), sep=" ")
         except (ValueError, DeprecationWarning) as error:
@@ -119,7 +119,7 @@ def _numbers(file: VtuFile, head: bytes, count: int) -> list[int]:
 def _require_present(
     data: memoryview, start: int, length: int, is_text: bool, name: str | None
 ) -> int:
-    """Compare what is stated with what there is; return the characters of so many bytes."""
+    """Refuse a stated length beyond the data; return the characters that encode so many bytes."""
     chars = 4 * -(-length // 3) if is_text else length
     if start + chars > len(data):
         raise Damaged(

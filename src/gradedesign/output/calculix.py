@@ -205,7 +205,7 @@ def _printable(text: str) -> str:
 
 
 def _read_back(path: Path, deck: Deck) -> None:
-    """Compare nodes, elements and total loads of the file with what was meant."""
+    """Compare nodes, elements and total loads of the file with those of the deck."""
     nodes, elements, loads, card = 0, 0, [], ""
     middle = np.zeros(3)
     with path.open(encoding="utf-8") as handle:

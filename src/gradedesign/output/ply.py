@@ -19,7 +19,7 @@ _BATCH = 1 << 15
 
 
 def export_ply(path: Path, lattice: PrintedLattice) -> None:
-    """Write the printed lattice as binary PLY, in mm, what is known of it as comments.
+    """Write the printed lattice as binary PLY, in mm, with its metadata as comments.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def _header(lattice: PrintedLattice) -> str:
 
 
 def _read_back(path: Path, header: bytes, surface: SurfaceMesh) -> None:
-    """Compare size, count, closedness and volume of the file with what was meant."""
+    """Compare size, count, closedness and volume of the file with those of the surface."""
     volume, middle = enclosed_volume(surface), surface.vertices.mean(axis=0)
     places = 12 * len(surface.vertices)
     triangles, balance, enclosed = 0, 0, 0.0

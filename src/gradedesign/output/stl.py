@@ -157,7 +157,7 @@ def _blocks(vertices: FloatArray, faces: IntArray, first_records: bytes) -> Iter
 
 
 def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> None:
-    """Compare size, count, closedness and volume of the file with what was meant."""
+    """Compare size, count, closedness and volume of the file with the expected ones."""
     size = path.stat().st_size
     triangles, enclosed, balance = -1, 0.0, 0
     if size == 84 + 50 * count:

@@ -1,4 +1,4 @@
-"""A 3MF file that was written here, read element by element and held against what was meant."""
+"""A 3MF file that was written here, read element by element and compared with the lattice."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _object(tables: Mapping[str, array[float]]) -> ObjectRead:
 
 
 def require_same_surface(path: Path, stored: ObjectRead, expected: SurfaceMesh) -> None:
-    """Compare count, closedness and volume of triangles with what was meant."""
+    """Compare count, closedness and volume of triangles with those of the surface."""
     volume = enclosed_volume(expected)
     surface = SurfaceMesh(vertices=stored.vertices, faces=stored.faces)
     enclosed = enclosed_volume(surface)
@@ -116,7 +116,7 @@ def require_same_surface(path: Path, stored: ObjectRead, expected: SurfaceMesh) 
 
 
 def require_same_beams(path: Path, stored: ObjectRead, expected: BeamLattice) -> None:
-    """Compare every strut, radius and ball with what was meant."""
+    """Compare every strut, radius and ball with those of the lattice."""
     same = np.array_equal(stored.beams, expected.beams) and len(stored.balls) == len(
         expected.ball_nodes
     )

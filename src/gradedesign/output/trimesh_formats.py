@@ -21,7 +21,7 @@ _DIGITS = 9
 
 
 def export_obj(path: Path, lattice: PrintedLattice) -> None:
-    """Write the printed lattice as OBJ, in mm, what is known of it as comments.
+    """Write the printed lattice as OBJ, in mm, with its metadata as comments.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _encoded(
 def _require_same(
     path: Path, lattice: PrintedLattice, read: Callable[[Path], RawTriangles]
 ) -> None:
-    """Compare count, closedness and volume of the file with what was meant."""
+    """Compare count, closedness and volume of the file with those of the lattice."""
     raw = read(path)
     corners = raw.corners * UNIT_MM[raw.unit or "mm"]
     volume = enclosed_volume(lattice.surface)

@@ -1,4 +1,4 @@
-"""Smooth faces of a part whose file knows the surface of every face: taken over, not fitted.
+"""Smooth faces of a part whose file states the surface of every face: taken over, not fitted.
 
 Faces of the file that share an edge and a surface are one, as the two halves of a hole are.
 """

@@ -274,7 +274,7 @@ def _snapped(part: FacedPart, corners: FloatArray, box: BoxSpec) -> tuple[FloatA
 def _without_edges(
     part: FacedPart, corners: FloatArray, triangles: IntArray
 ) -> tuple[FloatArray, IntArray]:
-    """Drop what a box leaves of faces that it only touches: pieces as thin as its tolerance."""
+    """Drop slivers of faces that a box only touches: pieces as thin as its tolerance."""
     owner = part.faces.label[triangles]
     keep = np.ones(len(triangles), dtype=bool)
     for face in np.unique(owner).tolist():
