@@ -47,8 +47,7 @@ class Stages:
     accept : callable
         An iteration, and its analysis where that is at hand, to the acceptance of its design.
     why_ended : callable
-        Finished iterations and factors to the reason to end the loop before another iteration, or
-        None.
+        Finished iterations and factors to the reason to end before another iteration, or None.
     store_iteration : callable
         Keeps the last of the finished iterations for a run that is resumed.
     store_acceptance : callable

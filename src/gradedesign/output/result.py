@@ -108,8 +108,7 @@ class RunResult:
         One sentence for a person.
     ended_by : str
         ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: a design was
-        accepted, and one of at most 1 % less mass was refused. ``iterations``, ``time``: that
-        budget.
+        accepted, and one of at most 1 % less mass refused. ``iterations``, ``time``: that budget.
         ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
         hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
         breaks a limit. ``stop_after``: as the case asks. ``error``.

@@ -17,7 +17,7 @@ from gradedesign.part.part import Part
 def require_supported(case: Case, part: Part) -> None:
     """Refuse load cases whose supports leave a body of the part free to move.
 
-    The mesh is asked again for its own pieces; this is known before there is one.
+    The same check is made again with the pieces of the mesh; this one needs no mesh.
 
     Raises
     ------

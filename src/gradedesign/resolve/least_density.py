@@ -89,10 +89,10 @@ def need_of(
 def least_fitting(
     look: Callable[[float, int], Needs], wanted: Callable[[int], float]
 ) -> tuple[int, float, Needs] | None:
-    """Least density that fits with the elements that its own walls want, and these.
+    """Least density that fits with as many elements as its walls need, this number and the needs.
 
-    How many elements a wall wants changes with density by steps, up and down: the fewest are tried
-    first, and a density found with them counts where it wants no more.
+    The number of elements that a wall needs changes with density in steps, up and down: the fewest
+    are tried first, and a density that fits with them counts if its walls need no more.
     """
     to_try, tried = sorted({wanted(0), wanted(SAMPLES // 2)}), set[float]()
     while to_try:

@@ -110,7 +110,7 @@ def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]
             f"{case.where('lattice.skin')}: the solid part carries no stress that a skin could "
             f"follow; expected a load that strains it, or a thickness without follows"
         )
-    # A skin is as thick as the surface above it asks: inside, the stress of bending falls.
+    # The surface above a skin sets its thickness: inside, the stress of bending falls.
     outer = np.unique(boundary_facets(mesh)[1])
     grid = density_grid_from_elements(
         TetMesh(points=mesh.points, tets=mesh.tets[:, outer]),

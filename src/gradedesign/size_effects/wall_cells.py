@@ -224,7 +224,7 @@ def _ratios(cells: WallMaterial, wall: WallKind, before: Callable[[], None]) -> 
 
 
 def _samples(cells: WallMaterial) -> FloatArray:
-    """Values of the cell on a coarse grid, which tell it from others."""
+    """Values of the cell on a coarse grid, which identify it."""
     points = cells.cell.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
     return evaluate_shape(cells.cell.family, cells.cell.parameters, points)
 

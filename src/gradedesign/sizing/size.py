@@ -48,7 +48,7 @@ from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
-#: Iterations over those asked for, while a limit is used beyond its aim.
+#: Iterations beyond the stated number, while a limit is used beyond its aim.
 INSISTENCE = 3
 #: Designs before, from whose displacements the next solves start.
 RECENT = 2
@@ -214,7 +214,7 @@ def _density_floor(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Analysed:
-    """One design analysed: every limit, and what governs those by gradient that are in reach.
+    """One analysed design: every limit, and the governing values by gradient that are in reach.
 
     Attributes
     ----------
@@ -241,7 +241,7 @@ def _analyse(
 ) -> _Analysed:
     """Solve a design for every limit and its gradient.
 
-    ``memories`` are what limits remember of earlier designs, ``recent`` the displacements under
+    ``memories`` are those of the limits from earlier designs, ``recent`` the displacements under
     loads and adjoint loads of the last of them; both are brought up to date.
     """
     model, limits = problem.model, problem.limits

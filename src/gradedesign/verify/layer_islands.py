@@ -95,7 +95,7 @@ def layer_islands(solid: BoolArray, grid: VoxelGrid) -> LayerIslands:
 
 
 def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: int) -> IntArray:
-    """Owner of every pixel of a layer: -1 what is held, n the n-th island, 0 nothing."""
+    """Owner of every pixel of a layer: -1 supported, n in the n-th island, 0 in voids."""
     regions, count = label(layer, structure=_TOUCHING)
     supported = np.zeros(count + 1, dtype=bool)
     supported[np.unique(regions[binary_dilation(before == -1, structure=_TOUCHING)])] = True

@@ -1,4 +1,4 @@
-"""The two resolutions at which acceptance analyses a whole printed solid, and what they take."""
+"""The two resolutions at which acceptance analyses a whole printed solid, and their cost."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class WholeJudgement:
     refused : tuple of str
         Resolutions that could not be analysed, and why.
     undecided : tuple of str
-        Limits that lie in a wide band, with what a finer analysis would take.
+        Limits that lie in a wide band, with the cost of a finer analysis.
     """
 
     result: ExplicitResult
@@ -129,7 +129,7 @@ class _Analyses:
     result: ExplicitResult | None = None
 
     def attempt(self, spacing: float, *, first: bool = False) -> bool:
-        """Analyse at a spacing that the budgets hold; whether that says something new."""
+        """Analyse at a spacing that the budgets hold; True where it gave a new resolution."""
         fits, need = self.stage.need(spacing)
         if not fits and not first:
             self.refused.append(f"elements of {spacing:.3g} mm are out of budget: {need}")
