@@ -125,7 +125,7 @@ def densities_for_sizes(
     wall: float,
     sizes: tuple[float, float],
 ) -> tuple[float, float]:
-    """Densities at which walls of one thickness ask for a size within limits.
+    """Densities at which walls of one thickness give a cell size within limits.
 
     Parameters
     ----------

@@ -201,7 +201,7 @@ class StatedLimit:
     allowed : str
         Such as ``"2 mm"`` or ``"2 x solid"``.
     region : str
-        Region of the part that it speaks about, or empty.
+        Region of the part that it applies to, or empty.
     by_gradient : bool
         It costs sizing an adjoint solve.
     """

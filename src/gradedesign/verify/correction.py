@@ -160,7 +160,7 @@ def kept_share(discrepancies: Sequence[Discrepancy]) -> float:
     A correction is valid near the design it was found for: a trust region. The first sizings may go
     anywhere. From the third on, the more the last prediction was off, the less may be taken away;
     after a prediction that was right, twice as much as before. One such prediction of a design
-    nearby says little about designs far away.
+    nearby is not valid for designs far away.
     """
     taken = 1.0
     for discrepancy in discrepancies[1:]:

@@ -1,4 +1,4 @@
-"""Files of arrays that know whether they are whole: an ``.npz`` ending in its own SHA-256."""
+"""Files of arrays with an integrity check: an ``.npz`` ending in its own SHA-256."""
 
 from __future__ import annotations
 
