@@ -52,7 +52,7 @@ def draw(path: Path, field: Field, upper: Box, h: float) -> None:
     """Surface of a field in the box from the origin to ``upper``, as a small picture."""
     # Contoured beyond the box and cut by it, as what is printed, so that edges are sharp.
     raw = extract_surface(field, (-2 * h,) * 3, [edge + 2 * h for edge in upper], h)
-    surface = intersection(raw, box_surface(upper), what="the picture")
+    surface = intersection(raw, box_surface(upper), subject="the picture")
     layer = Layer(vertices=surface.vertices, faces=surface.faces, colour="#7f9fbf")
     image = Image.open(io.BytesIO(draw_opengl(Scene(title="", layers=(layer,))))).convert("RGB")
     pixels = np.array(image)

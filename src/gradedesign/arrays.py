@@ -55,10 +55,11 @@ def locked(
     ValueError
         If the shape differs, or a float array holds NaN or infinity.
     """
-    held = isinstance(value, np.ndarray) and value.flags.owndata and not value.flags.writeable
-    array = np.array(value, dtype=dtype, order="C", copy=None if held else True)
+    is_locked = isinstance(value, np.ndarray) and value.flags.owndata and not value.flags.writeable
+    array = np.array(value, dtype=dtype, order="C", copy=None if is_locked else True)
     if array.ndim != len(shape) or any(
-        want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
+        expected is not None and expected != size
+        for expected, size in zip(shape, array.shape, strict=True)
     ):
         raise ValueError(f"{name} has shape {array.shape}, expected {shape} (None = any)")
     if array.dtype.kind == "f" and not np.isfinite(array).all():

@@ -72,12 +72,12 @@ class PluginError(GradeDesignError):
 
 
 @contextmanager
-def blaming(what: str, *, always: bool = True) -> Iterator[None]:
+def blaming(subject: str, *, always: bool = True) -> Iterator[None]:
     """Run code of a plugin; whatever it raises names the plugin.
 
     Parameters
     ----------
-    what : str
+    subject : str
         Name of the code and its owner, such as ``cell 'acme-cube'``.
     always : bool
         Whether errors that the code raised on purpose name it too, or pass as they are.
@@ -95,10 +95,10 @@ def blaming(what: str, *, always: bool = True) -> Iterator[None]:
     except GradeDesignError as error:
         if not always:
             raise
-        raise type(error)(f"{what}: {error}") from error
+        raise type(error)(f"{subject}: {error}") from error
     except (KeyboardInterrupt, Interrupted, MemoryError):
         raise
     except BaseException as error:
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise
-        raise PluginError(f"{what} failed: {type(error).__name__}: {error}") from error
+        raise PluginError(f"{subject} failed: {type(error).__name__}: {error}") from error

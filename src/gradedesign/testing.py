@@ -88,12 +88,12 @@ def check_cell_family(family: CellFamily, *, on_step: Callable[[str], None] | No
     points = family.period * rng.uniform(-2.0, 2.0, size=(3, 500))
 
     @contextmanager
-    def step(what: str) -> Iterator[None]:
+    def step(title: str) -> Iterator[None]:
         if on_step is not None:
-            on_step(f"{family.name}: {what}")
+            on_step(f"{family.name}: {title}")
         began = time.perf_counter()
         yield
-        log.info("%s: %s, %.1f s", family.name, what, time.perf_counter() - began)
+        log.info("%s: %s, %.1f s", family.name, title, time.perf_counter() - began)
 
     with step("output and period"):
         values = _check_output(family, points)

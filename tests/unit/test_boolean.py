@@ -16,7 +16,7 @@ def _moved(surface, by):
 
 def test_common_volume_of_two_boxes():
     """Moved by (2, 1, 1) mm, two 6 x 4 x 4 boxes share 4 x 3 x 3 mm^3."""
-    common = intersection(BOX, _moved(BOX, (2.0, 1.0, 1.0)), what="test")
+    common = intersection(BOX, _moved(BOX, (2.0, 1.0, 1.0)), subject="test")
     assert open_edge_count(common) == 0
     assert enclosed_volume(common) == pytest.approx(36.0, rel=1e-12)
 
@@ -24,9 +24,9 @@ def test_common_volume_of_two_boxes():
 def test_an_open_surface_is_refused():
     broken = SurfaceMesh(vertices=BOX.vertices, faces=BOX.faces[1:])
     with pytest.raises(MeshError, match="closed and manifold"):
-        intersection(BOX, broken, what="test")
+        intersection(BOX, broken, subject="test")
 
 
 def test_nothing_in_common_is_an_error():
     with pytest.raises(MeshError, match="no material in common"):
-        intersection(BOX, _moved(BOX, (100.0, 0.0, 0.0)), what="test")
+        intersection(BOX, _moved(BOX, (100.0, 0.0, 0.0)), subject="test")

@@ -130,7 +130,7 @@ def test_a_density_grid_counts_against_the_memory():
             [100, 100, 100],
             spacing=0.5,
             window=(0.1, 0.5),
-            what="test",
+            quantity="test",
             memory_limit_bytes=GB // 10,
         )
 

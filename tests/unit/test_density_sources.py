@@ -34,7 +34,7 @@ def box_distance(p):
 
 def sampled(source, window=(0.05, 0.6), spacing=1.25):
     return sample_density(
-        source, box_distance, [0, 0, 0], BOX, spacing=spacing, window=window, what="test"
+        source, box_distance, [0, 0, 0], BOX, spacing=spacing, window=window, quantity="test"
     )
 
 

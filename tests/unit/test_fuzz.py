@@ -275,7 +275,7 @@ def test_altered_density_maps(tmp_path, bases, number):
                 UPPER,
                 spacing=1.0,
                 window=(0.05, 0.9),
-                what="map",
+                quantity="map",
                 memory_limit_bytes=MEMORY,
             )
             assert found.values.min() >= 0.05 - 1e-9

@@ -135,7 +135,7 @@ def test_contact_in_an_edge_or_a_vertex_is_no_connection():
 
 def test_a_sound_mesh_is_counted():
     report = require_sound(
-        kuhn((3, 4, 5)), what="the box", expected_volume=60.0, volume_tolerance=1e-12, pieces=1,
+        kuhn((3, 4, 5)), subject="the box", expected_volume=60.0, volume_tolerance=1e-12, pieces=1,
         min_dihedral=44.9,
     )  # fmt: skip
     assert (report.count, report.inverted, report.crowded) == (360, 0, 0)
@@ -159,24 +159,24 @@ def test_every_fault_is_named_with_its_number():
     tets = box.tets.copy()
     tets[:2, 0] = tets[1::-1, 0]
     with pytest.raises(MeshError, match="the box is refused: 1 of 12 tetrahedra have no positive"):
-        require_sound(TetMesh(points=box.points, tets=tets), what="the box")
+        require_sound(TetMesh(points=box.points, tets=tets), subject="the box")
     double = TetMesh(points=box.points, tets=np.concatenate([box.tets, box.tets], axis=1))
     with pytest.raises(MeshError, match="facets have more than two tetrahedra"):
-        require_sound(double, what="the box")
+        require_sound(double, subject="the box")
     with pytest.raises(MeshError, match=r"2 mm\^3, expected 2\.03 mm\^3 within 0.01"):
-        require_sound(box, what="the box", expected_volume=2.03)
-    require_sound(box, what="the box", expected_volume=2.019)
+        require_sound(box, subject="the box", expected_volume=2.03)
+    require_sound(box, subject="the box", expected_volume=2.019)
     with pytest.raises(MeshError, match=r"has 2 pieces .* expected 1"):
-        require_sound(joined(box, box), what="the box", pieces=1)
+        require_sound(joined(box, box), subject="the box", pieces=1)
     with pytest.raises(MeshError, match="is 45 degrees, expected at least 46;"):
-        require_sound(box, what="the box", min_dihedral=46.0)
+        require_sound(box, subject="the box", min_dihedral=46.0)
     with pytest.raises(MeshError, match=r"volume .*; and .*pieces"):
-        require_sound(box, what="the box", expected_volume=3.0, pieces=4)
+        require_sound(box, subject="the box", expected_volume=3.0, pieces=4)
 
 
 def test_no_tetrahedra_is_an_error():
     with pytest.raises(MeshError, match="no tetrahedra"):
-        require_sound(TetMesh(points=CORNER, tets=np.zeros((4, 0), dtype=int)), what="nothing")
+        require_sound(TetMesh(points=CORNER, tets=np.zeros((4, 0), dtype=int)), subject="nothing")
 
 
 def test_unbalanced_edges_of_open_closed_and_touching_shells():

@@ -184,7 +184,7 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     case = load_case(written(tmp_path, thin))
     found = check_case(case, build_registry())
     assert "the passive solid 'plate', 0.4 mm" in found.run.grid.set_by
-    known = found.known
+    known = found.resolved
     (mark,) = (m for m in region_marks(case, known.part, known.domain) if m.role == "passive")
     assert mark.name == "plate"
     # 0.04 mm, a tenth of its thickness, below the faces.

@@ -186,7 +186,7 @@ def test_surfaces_of_the_cross_check(name) -> None:
             continue
         fill = lowest(value, rho)
         c = solve_periodic(fill, rtol=1e-3).stiffness
-        require_bounds(c, float(fill.mean()), 0.3, what=name)
+        require_bounds(c, float(fill.mean()), 0.3, subject=name)
         assert engineering_constants(c).youngs[0] == pytest.approx(along[k], rel=0.02)
         assert youngs_along(c, np.ones(3)) == pytest.approx(diagonal[k], rel=0.02)
         ratio = {0: zener[0], 2: zener[1]}.get(k)

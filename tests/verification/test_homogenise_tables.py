@@ -154,7 +154,7 @@ def test_every_computed_law_keeps_the_bounds(registry) -> None:
         rho = np.linspace(*law.window, 60)
         stiffness = np.moveaxis(law.stiffness(rho), -1, 0)
         for r, c in zip(rho, stiffness, strict=True):
-            require_bounds(c, float(r), 0.3, what=law.name)
+            require_bounds(c, float(r), 0.3, subject=law.name)
         assert (np.linalg.eigvalsh(np.diff(stiffness, axis=0)) > 0).all()
         strength = law.strength(rho)
         assert (np.diff(strength) > 0).all()

@@ -62,7 +62,7 @@ def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
                     message=f"region {shown(name)} is not defined",
                     word=name,
                     choices=regions,
-                    what="defined",
+                    label="defined",
                 )
     yield from _cycles(data, regions)
     cases = list(_texts(data, ("load_case", _ANY, "name")))
@@ -79,7 +79,7 @@ def reference_problems(data: Mapping[str, Any]) -> Iterator[Problem]:
                 message=f"load case {shown(name)} is not defined",
                 word=name,
                 choices=tuple(counts),
-                what="defined",
+                label="defined",
             )
 
 
@@ -125,7 +125,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             message=f"load case {shown(orientation.load_case)} is not defined",
             word=orientation.load_case,
             choices=names,
-            what="defined",
+            label="defined",
         )
     yield from cell_map_problems(file.lattice, file.region)
     yield from _zone_problems(file)
@@ -155,7 +155,7 @@ def cell_map_problems(lattice: CellsSpec, regions: Mapping[str, Any]) -> Iterato
                 message=f"region {shown(name)} is not defined",
                 word=name,
                 choices=tuple(regions),
-                what="defined",
+                label="defined",
             )
 
 
@@ -222,9 +222,9 @@ def case_warnings(file: CaseFile) -> Iterator[str]:
             f"{strength:g} MPa; the analysis is linear elastic"
         )
     for case in file.load_case:
-        held = {fix.region for fix in case.fix if None not in fix.displacement}
+        fixed_regions = {fix.region for fix in case.fix if None not in fix.displacement}
         for load in case.load:
-            if load.region in held:
+            if load.region in fixed_regions:
                 yield (
                     f"load case {shown(case.name)} loads region {shown(load.region)}, which it "
                     "also holds in every direction; that load does nothing"

@@ -119,14 +119,15 @@ class DensityMapSpec(Table):
 
     @model_validator(mode="after")
     def _one_source(self) -> DensityMapSpec:
-        given = [name for name in _SOURCES if getattr(self, name) is not None]
-        if len(given) != 1:
-            stated = "none" if not given else " and ".join(given)
+        source_keys = [name for name in _SOURCES if getattr(self, name) is not None]
+        if len(source_keys) != 1:
+            stated = "none" if not source_keys else " and ".join(source_keys)
             raise Refused(f"found {stated}; expected exactly one of {', '.join(_SOURCES)}")
         for key, sources in _BELONGS.items():
-            if key in self.model_fields_set and given[0] not in sources:
+            if key in self.model_fields_set and source_keys[0] not in sources:
                 raise key_error(
-                    key, f"has no meaning with {given[0]}; it belongs to {' and '.join(sources)}"
+                    key,
+                    f"has no meaning with {source_keys[0]}; it belongs to {' and '.join(sources)}",
                 )
         if self.outside is not None and not self.oversize:
             raise key_error("outside", "needs oversize = true")

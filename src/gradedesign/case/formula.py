@@ -255,8 +255,8 @@ class _Parser:
         elif word in FUNCTIONS:
             self.call(word, depth)
         else:
-            known = (*self.variables, *CONSTANTS, *FUNCTIONS)
-            raise CaseError(f"found the unknown name {shown(word)}; {instead(word, known)}")
+            names = (*self.variables, *CONSTANTS, *FUNCTIONS)
+            raise CaseError(f"found the unknown name {shown(word)}; {instead(word, names)}")
 
     def call(self, word: str, depth: int) -> None:
         _, least, most = FUNCTIONS[word]

@@ -62,9 +62,9 @@ class OrientationSpec(Table):
 
     @model_validator(mode="after")
     def _one_source(self) -> OrientationSpec:
-        given = [key for key in _SOURCES if getattr(self, key) is not None]
-        if len(given) != 1:
-            stated = " and ".join(given) or "none"
+        source_keys = [key for key in _SOURCES if getattr(self, key) is not None]
+        if len(source_keys) != 1:
+            stated = " and ".join(source_keys) or "none"
             raise Refused(f"found {stated}; expected exactly one of {', '.join(_SOURCES)}")
         if self.field is not None and self.vtu is None:
             raise key_error("field", "belongs to vtu")

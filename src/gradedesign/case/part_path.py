@@ -43,7 +43,7 @@ def resolve_part_file(text: str, *, folder: Path, allow_outside: bool) -> Path:
             f"says how it is read"
         )
     if not exists:
-        near = instead(text, _beside(folder), what="files in the folder of the case")
+        near = instead(text, _beside(folder), label="files in the folder of the case")
         raise ValueError(f"found {shown(text)}, which does not exist; {near}")
     if not is_file:
         raise ValueError(f"found {shown(text)}, which is not a regular file")
@@ -90,8 +90,8 @@ def resolve_data_folder(text: str, *, folder: Path, allow_outside: bool) -> Path
     """
     path, exists, is_file = _followed(text, folder=folder, allow_outside=allow_outside)
     if not exists or is_file:
-        what = "a file" if exists else "which does not exist"
-        raise ValueError(f"found {shown(text)}, {what}; expected a folder")
+        description = "a file" if exists else "which does not exist"
+        raise ValueError(f"found {shown(text)}, {description}; expected a folder")
     return path
 
 
@@ -178,4 +178,4 @@ def _beside(folder: Path) -> list[str]:
 
 def _neighbours(text: str, folder: Path, suffixes: tuple[str, ...]) -> str:
     names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes)
-    return instead(text, names, what="such files in the folder of the case")
+    return instead(text, names, label="such files in the folder of the case")

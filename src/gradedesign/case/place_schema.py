@@ -147,7 +147,7 @@ def require_one(table: Table, keys: tuple[str, ...]) -> None:
     ------
     Refused
     """
-    given = [key for key in keys if getattr(table, key) is not None]
-    if len(given) != 1:
-        stated = "none" if not given else " and ".join(given)
+    stated_keys = [key for key in keys if getattr(table, key) is not None]
+    if len(stated_keys) != 1:
+        stated = "none" if not stated_keys else " and ".join(stated_keys)
         raise Refused(f"found {stated}; expected exactly one of {', '.join(keys)}")

@@ -34,7 +34,7 @@ class Problem:
         The wrong word to compare with ``choices``.
     choices : tuple of str
         Words that could be meant.
-    what : str
+    label : str
         Heading of the list of choices.
     """
 
@@ -42,13 +42,13 @@ class Problem:
     message: str
     word: str = ""
     choices: tuple[str, ...] = ()
-    what: str = ""
+    label: str = ""
 
     def text(self) -> str:
         """The message with the nearest spelling and the choices."""
-        if not self.what:
+        if not self.label:
             return self.message
-        return f"{self.message}; {instead(self.word, self.choices, what=self.what)}"
+        return f"{self.message}; {instead(self.word, self.choices, label=self.label)}"
 
 
 def dotted(key: Key) -> str:
@@ -71,10 +71,10 @@ def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]
     CaseError
         A summary line, then one line per problem: file, line, key, message.
     """
-    known = dict(lines)
-    ordered = sorted(problems, key=lambda p: line_of(known, p.key))
+    lines_by_key = dict(lines)
+    ordered = sorted(problems, key=lambda p: line_of(lines_by_key, p.key))
     listed = [
-        f"{path.name}:{line_of(known, p.key)}: {dotted(p.key)}: {p.text()}"
+        f"{path.name}:{line_of(lines_by_key, p.key)}: {dotted(p.key)}: {p.text()}"
         for p in ordered[:_MOST_LISTED]
     ]
     if len(ordered) > _MOST_LISTED:
@@ -118,7 +118,7 @@ def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
             message="unknown key",
             word=str(key[-1]),
             choices=tuple(_fields(_table_at(layout, key[:-1]))),
-            what="valid keys",
+            label="valid keys",
         )
     if kind == "missing":
         return missing(key, _fields(_table_at(layout, key[:-1])).get(str(key[-1])))

@@ -191,8 +191,8 @@ def _named_entries(
     What is installed beside them does not change the identity of a case.
     """
     limits = data.get("limits")
-    known = {field.alias or name for name, field in LimitsSpec.model_fields.items()}
-    more = set(limits) - known if isinstance(limits, dict) else set()
+    core_names = {field.alias or name for name, field in LimitsSpec.model_fields.items()}
+    more = set(limits) - core_names if isinstance(limits, dict) else set()
     if not more:
         return {}
     brought = entries()
@@ -212,7 +212,7 @@ def case_file(path: Path) -> Path:
         if not file.exists():
             beside = file.parent.iterdir() if file.parent.is_dir() else ()
             names = sorted(p.name for p in beside if p.suffix == ".toml")
-            guess = instead(file.name, names, what="case files there")
+            guess = instead(file.name, names, label="case files there")
             raise CaseError(f"{file}: no such case file; {guess}")
         if not file.is_file():
             raise CaseError(f"{file}: not a regular file; expected a case file in TOML")
@@ -261,8 +261,8 @@ def _syntax_message(message: str, text: str, file: Path) -> str:
     start = max(0, column - 60)
     shown_row = "".join(c if c.isprintable() else " " for c in rows[row - 1][start : start + 100])
     caret = " " * (column - 1 - start) + "^"
-    what = message[: match.start()]
-    return f"{file}:{row}:{column}: not valid TOML: {what}\n    {shown_row}\n    {caret}"
+    reason = message[: match.start()]
+    return f"{file}:{row}:{column}: not valid TOML: {reason}\n    {shown_row}\n    {caret}"
 
 
 def _validate(
@@ -291,11 +291,15 @@ def _validate(
 
 
 def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[Problem]:
-    known = tuple(layout.model_fields)
+    section_names = tuple(layout.model_fields)
     for name in data:
-        if name not in known:
+        if name not in section_names:
             yield Problem(
-                key=(name,), message="unknown table", word=name, choices=known, what="valid tables"
+                key=(name,),
+                message="unknown table",
+                word=name,
+                choices=section_names,
+                label="valid tables",
             )
 
 

@@ -181,8 +181,10 @@ class PlaneSpec(Table):
 
     @model_validator(mode="after")
     def _complete(self) -> PlaneSpec:
-        given = tuple(v is not None for v in (self.axis, self.position, self.point, self.normal))
-        if given not in ((True, True, False, False), (False, False, True, True)):
+        is_stated = tuple(
+            v is not None for v in (self.axis, self.position, self.point, self.normal)
+        )
+        if is_stated not in ((True, True, False, False), (False, False, True, True)):
             raise Refused(f"not a complete plane; expected {_PLANE_EXAMPLE}")
         return self
 
@@ -292,16 +294,16 @@ class RegionSpec(Table):
 
     @model_validator(mode="after")
     def _meaningful(self) -> RegionSpec:
-        given = self.model_fields_set
-        if not given & {*_SELECTING, "not_"}:
-            raise Refused(f"the region selects nothing; {instead('', _SELECTING, what='use')}")
-        if "angle" in given and self.facing is None:
+        stated_keys = self.model_fields_set
+        if not stated_keys & {*_SELECTING, "not_"}:
+            raise Refused(f"the region selects nothing; {instead('', _SELECTING, label='use')}")
+        if "angle" in stated_keys and self.facing is None:
             raise key_error("angle", 'has no meaning without facing; add e.g. facing = "+x"')
         if self.angle > 90.0:
             raise key_error("angle", f"found {self.angle:g} deg; expected at most 90 deg")
         if self.clip and self.box is None:
             raise key_error("clip", "has no meaning without box; add box = {lower, upper}")
-        if "area_tolerance" in given and self.area is None:
+        if "area_tolerance" in stated_keys and self.area is None:
             raise key_error("area_tolerance", "has no meaning without area")
         return self
 

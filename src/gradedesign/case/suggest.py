@@ -73,7 +73,7 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
     return by_lower[matches[0]] if matches else None
 
 
-def instead(word: str, choices: Iterable[str], *, what: str = "available") -> str:
+def instead(word: str, choices: Iterable[str], *, label: str = "available") -> str:
     """Say what to write instead of a wrong word.
 
     Returns
@@ -83,7 +83,7 @@ def instead(word: str, choices: Iterable[str], *, what: str = "available") -> st
     """
     every = list(choices)
     if not every:
-        return f"{what}: none"
+        return f"{label}: none"
     guess = nearest(word, every)
     question = f'did you mean "{guess}"? ' if guess is not None else ""
-    return f"{question}{what}: {listed(every)}"
+    return f"{question}{label}: {listed(every)}"

@@ -185,16 +185,16 @@ class Flag(Reader):
 class Text(Reader):
     """A short printable text."""
 
-    what: str = "a name"
+    noun: str = "a name"
     longest: int = 120
 
     def read(self, value: object) -> str:
         """Accept a TOML string of 1 to ``longest`` printable characters."""
         if not isinstance(value, str):
-            raise Refused(f"found {shown(value)}; expected {self.what} in quotes")
+            raise Refused(f"found {shown(value)}; expected {self.noun} in quotes")
         if not value.strip() or len(value) > self.longest or not value.isprintable():
             raise Refused(
-                f"found {shown(value)}; expected {self.what} of 1 to {self.longest} printable "
+                f"found {shown(value)}; expected {self.noun} of 1 to {self.longest} printable "
                 "characters on one line"
             )
         return value
@@ -229,19 +229,19 @@ class Choice(Reader):
 class Words(Reader):
     """One text or a list of texts, kept as a tuple."""
 
-    what: str = "a name"
+    noun: str = "a name"
 
     def read(self, value: object) -> tuple[str, ...]:
         """Convert ``"a"`` or ``["a", "b"]``."""
         if isinstance(value, str):
-            return (Text(self.what).read(value),)
+            return (Text(self.noun).read(value),)
         if not isinstance(value, list) or not value:
-            raise Refused(f"found {shown(value)}; expected {self.what} or a list of them")
-        return tuple(_entry(Text(self.what), i, v) for i, v in enumerate(value))
+            raise Refused(f"found {shown(value)}; expected {self.noun} or a list of them")
+        return tuple(_entry(Text(self.noun), i, v) for i, v in enumerate(value))
 
     def json_schema(self) -> JsonSchema:
         """A string or an array of strings."""
-        text = Text(self.what).json_schema()
+        text = Text(self.noun).json_schema()
         return {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}]}
 
 

@@ -1,4 +1,4 @@
-"""Content key of a cell: its field at points of a period says more than its name."""
+"""Content key of a cell: its field at points of a period, since names may be equal."""
 
 from __future__ import annotations
 

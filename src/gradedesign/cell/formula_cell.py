@@ -61,9 +61,9 @@ def formula_cell(
     >>> cell.shape(np.array([[0.5], [0.5], [0.5]]))
     array([-3.])
     """
-    for key, value, known in (("kind", kind, KINDS), ("symmetry", symmetry, SYMMETRIES)):
-        if value not in known:
-            raise _wrong(key, f"found {shown(value)}; {instead(str(value), known)}")
+    for key, value, allowed in (("kind", kind, KINDS), ("symmetry", symmetry, SYMMETRIES)):
+        if value not in allowed:
+            raise _wrong(key, f"found {shown(value)}; {instead(str(value), allowed)}")
     defaults = _defaults(parameters)
     if not isinstance(formula, str):
         raise _wrong("formula", f'found {shown(formula)}; expected a text such as "cos(2*pi*x)"')

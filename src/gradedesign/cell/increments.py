@@ -121,9 +121,9 @@ def cell_increments(
         If the increments have no density in common.
     """
     if parameter not in family.parameters:
-        known = ", ".join(sorted(family.parameters)) or "none"
+        names = ", ".join(sorted(family.parameters)) or "none"
         raise CaseError(
-            f"cell '{family.name}' has no parameter '{parameter}'; its parameters: {known}"
+            f"cell '{family.name}' has no parameter '{parameter}'; its parameters: {names}"
         )
     if count < 2 or ends[0] == ends[1] or not np.isfinite(ends).all():
         raise CaseError(

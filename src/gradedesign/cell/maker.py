@@ -74,7 +74,7 @@ def make_cell(
         if key not in maker.options:
             raise CaseError(
                 f"lattice.own_cell.{key}: the maker '{maker.name}' has no such option; "
-                f"{instead(key, maker.options, what='its options')}"
+                f"{instead(key, maker.options, label='its options')}"
             )
     for key in maker.required:
         if key not in options:
@@ -89,9 +89,9 @@ def make_cell(
             f"lattice.own_cell.file: found {stated}; the maker '{maker.name}' reads "
             f"{', '.join(maker.suffixes)}"
         )
-    given = dict(options) if file is None else {**options, "file": file}
+    arguments = dict(options) if file is None else {**options, "file": file}
     try:
-        made = maker.make(name, **given)
+        made = maker.make(name, **arguments)
     except (GradeDesignError, KeyboardInterrupt, Interrupted, MemoryError):
         raise
     except BaseException as error:

@@ -102,7 +102,7 @@ def map_report(
     weights : (n,) array, optional
         Volume that each point stands for; equal by default.
     wanted : callable or float, optional, mm
-        Size of the cells that was asked for.
+        Specified size of the cells.
     axes : (3, 3) array_like, optional
         Columns are the directions that the cell axes should have; those of the coordinates by
         default.

@@ -41,7 +41,7 @@ class Neck:
     first_width, second_width : float, cells
         The same of the pure families.
     area : float
-        Smallest area of solid in a plane across the bar, over the density asked for.
+        Smallest area of solid in a plane across the bar, over the specified density.
     place : float, cells
         Where that plane lies, from the begin of the transition.
     """
@@ -129,7 +129,7 @@ def joining_shift(
     """Shift of the second family, in cells, with which the transition is one connected component.
 
     None where that joins them well: a neck of at least half the thinner family's, through planes
-    with at least `LEAST_AREA` of the solid asked for. Else the one of half or quarter cells with
+    with at least `LEAST_AREA` of the specified solid. Else the one of half or quarter cells with
     the widest neck.
 
     Raises

@@ -24,9 +24,9 @@ def complete_parameters(
     stated = dict(parameters or {})
     unknown = sorted(set(stated) - set(family.parameters))
     if unknown:
-        known = ", ".join(sorted(family.parameters)) or "none"
+        names = ", ".join(sorted(family.parameters)) or "none"
         raise CaseError(
-            f"cell '{family.name}' has no parameter {', '.join(unknown)}; its parameters: {known}"
+            f"cell '{family.name}' has no parameter {', '.join(unknown)}; its parameters: {names}"
         )
     merged = {**family.parameters, **stated}
     return {name: float(merged[name]) for name in sorted(merged)}

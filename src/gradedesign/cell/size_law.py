@@ -125,7 +125,7 @@ def densities_for_sizes(
     wall: float,
     sizes: tuple[float, float],
 ) -> tuple[float, float]:
-    """Densities at which walls of one thickness ask for a size within limits.
+    """Densities at which walls of one thickness give a cell size within limits.
 
     Parameters
     ----------
@@ -199,10 +199,10 @@ def _within(values: FloatArray, limits: tuple[float, float]) -> bool:
     return bool(((values >= limits[0] - slack) & (values <= limits[1] + slack)).all())
 
 
-def _require_within(values: FloatArray, limits: tuple[float, float], what: str) -> None:
+def _require_within(values: FloatArray, limits: tuple[float, float], quantity: str) -> None:
     """Refuse values outside a range."""
     if not _within(values, limits):
         raise DensityError(
-            f"{what} goes from {values.min():.4g} to {values.max():.4g}, expected "
+            f"{quantity} goes from {values.min():.4g} to {values.max():.4g}, expected "
             f"{limits[0]:.4g} to {limits[1]:.4g}; narrow the densities"
         )

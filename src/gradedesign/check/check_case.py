@@ -51,7 +51,7 @@ class CaseCheck:
 
     Attributes
     ----------
-    known : ResolvedCase
+    resolved : ResolvedCase
     holes : tuple of CylinderGroup
     thickness : Thickness
     run : PredictedRun
@@ -60,7 +60,7 @@ class CaseCheck:
     warnings : tuple of str
     """
 
-    known: ResolvedCase
+    resolved: ResolvedCase
     holes: tuple[CylinderGroup, ...]
     thickness: Thickness
     run: PredictedRun
@@ -76,31 +76,33 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     GradeDesignError
         As `resolve_case`.
     """
-    known = resolve_case(case, registry)
-    case = known.case
-    remarks = [*known.warnings, *known.narrowed]
-    for zone in stated_zones(known):
+    resolved = resolve_case(case, registry)
+    case = resolved.case
+    remarks = [*resolved.warnings, *resolved.narrowed]
+    for zone in stated_zones(resolved):
         if zone.law.voxels == 0:
             # Taken from the registry: nothing is computed.
             remarks += resolve_law(
                 zone.case,
                 registry,
                 zone.cell,
-                poissons_ratio=known.material.poissons_ratio,
+                poissons_ratio=resolved.material.poissons_ratio,
             )[1]
-    inside = inner_points(known.domain)
-    thickness = part_thickness(known, inside)
-    run = predicted_run(known, inside.shape[1])
-    law_kind = "computed" if known.law.voxels else registry.scaling_laws[known.law.name].kind
-    periodic = why_periodic(case, law_kind, known.cell, run.bounds[0], known.part, known.layout)
+    inside = inner_points(resolved.domain)
+    thickness = part_thickness(resolved, inside)
+    run = predicted_run(resolved, inside.shape[1])
+    law_kind = "computed" if resolved.law.voxels else registry.scaling_laws[resolved.law.name].kind
+    periodic = why_periodic(
+        case, law_kind, resolved.cell, run.bounds[0], resolved.part, resolved.layout
+    )
     remarks += [
-        *periodic_warnings(case, known.part, known.layout, periodic),
-        *_left_out(known),
-        *budget_warnings(known, run),
+        *periodic_warnings(case, resolved.part, resolved.layout, periodic),
+        *_left_out(resolved),
+        *budget_warnings(resolved, run),
     ]
     return CaseCheck(
-        known=known,
-        holes=cylinder_groups(known.part.faces),
+        resolved=resolved,
+        holes=cylinder_groups(resolved.part.faces),
         thickness=thickness,
         run=run,
         periodic=periodic,
@@ -108,25 +110,25 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     )
 
 
-def part_thickness(known: ResolvedCase, inside: np.ndarray) -> Thickness:
+def part_thickness(resolved: ResolvedCase, inside: np.ndarray) -> Thickness:
     """Thickness of the part along the axes of its cells, at points ``(3, n)`` inside it."""
     every = max(inside.shape[1] // _THICKNESS_PLACES, 1)
-    axes = turned_axes(known.case.lattice.rotation)
-    lengths = local_thickness(known.part.surface, inside[:, ::every], axes)
+    axes = turned_axes(resolved.case.lattice.rotation)
+    lengths = local_thickness(resolved.part.surface, inside[:, ::every], axes)
     values = np.percentile(lengths, THICKNESS_SHARES) if lengths.size else np.zeros(0)
     return Thickness(
         shares=THICKNESS_SHARES,
         thickness=tuple(float(v) for v in values),
-        cells=tuple(float(v) / known.layout.least for v in values),
+        cells=tuple(float(v) / resolved.layout.least for v in values),
     )
 
 
-def _left_out(known: ResolvedCase) -> tuple[str, ...]:
+def _left_out(resolved: ResolvedCase) -> tuple[str, ...]:
     """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
-    case, points = known.case, known.layout.points
-    if allowed_stress(case, known.material) is None or not points.size:
+    case, points = resolved.case, resolved.layout.points
+    if allowed_stress(case, resolved.material) is None or not points.size:
         return ()
     radius = exclusion_radius(case)
     names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
-    clamped = tuple(region_distance(known.part.regions[name].corners) for name in names)
+    clamped = tuple(region_distance(resolved.part.regions[name].corners) for name in names)
     return share_warnings(1.0 - float(evaluated_at(points, clamped, radius).mean()), radius)

@@ -67,7 +67,7 @@ class FirstAnswer:
 
     @property
     def governing(self) -> ConstantDensity | None:
-        """The limit that asks for the greatest density; None where one cannot be met."""
+        """The limit that needs the greatest density; None where one cannot be met."""
         if not self.constant or any(answer.density is None for answer in self.constant):
             return None
         return max(self.constant, key=lambda answer: answer.density or 0.0)
@@ -117,7 +117,7 @@ def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     if row.unfavourable == "low":
         reason = "no rule gives the density at which a least value holds; sizing finds it"
         return ConstantDensity(row=row, density=None, mass_g=None, reason=reason)
-    # What sizing knows by gradient, displacements and work, falls as one over the stiffness.
+    # Values of limits by gradient, displacements and work, fall as one over the stiffness.
     stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
     least = density_for_stiffness if row.key.kind in stiff else density_for_strength
     try:

@@ -88,12 +88,12 @@ class PredictedRun:
         return self.cost.iteration_s
 
 
-def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
+def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
     """Predict unknowns, memory and time of a run.
 
     Parameters
     ----------
-    known : ResolvedCase
+    resolved : ResolvedCase
     inside : int
         How many of the points that fill the part's box lie in it; `ResolvedCase.layout` has those
         of the lattice.
@@ -102,20 +102,20 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     -------
     PredictedRun
     """
-    case = known.case
-    share = known.layout.points.shape[1] / max(inside, 1)
+    case = resolved.case
+    share = resolved.layout.points.shape[1] / max(inside, 1)
     able = analysable_lattice(
-        known,
-        [zone.bounds for zone in stated_zones(known)],
-        latticed=known.part.volume * share,
-        solid=known.part.volume * (1.0 - share),
+        resolved,
+        [zone.bounds for zone in stated_zones(resolved)],
+        latticed=resolved.part.volume * share,
+        solid=resolved.part.volume * (1.0 - share),
     )
     low, high = able.bounds
     density = low + (high - low) * EXPECTED_SHARE
-    grid = predicted_grid(known, density, able)
-    solid = known.part.volume * (1.0 - share + share * density)
+    grid = predicted_grid(resolved, density, able)
+    solid = resolved.part.volume * (1.0 - share + share * density)
     explicit = case.run.stop_after == "verdict"
-    x, y, z = np.ptp(_corners(known), axis=0).tolist()
+    x, y, z = np.ptp(_corners(resolved), axis=0).tolist()
     planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
     fine = small_solid_spacing(able.analysis, planned, grid.spacing, case.run)
     if fine < grid.spacing:
@@ -123,12 +123,12 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
     first = min(
         first_spacing(able.analysis, grid.spacing, stated.cell, zone.bounds[0])
-        for stated, zone in zip(stated_zones(known), able.zones or (able,), strict=True)
+        for stated, zone in zip(stated_zones(resolved), able.zones or (able,), strict=True)
     )
     work = RunWork(
-        part_dofs=predicted_part_dofs(case, known.part),
+        part_dofs=predicted_part_dofs(case, resolved.part),
         load_cases=len(case.load_case),
-        adjoint_solves=sum(limit.by_gradient for limit in known.limits),
+        adjoint_solves=sum(limit.by_gradient for limit in resolved.limits),
         explicit_dofs=size.unknowns,
         explicit_memory=size.memory_bytes,
         explicit_mesh_s=size.mesh_s,
@@ -139,7 +139,7 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
             else 0.0
         ),
         mesher_tets=remeshed_tets(
-            case.run, size.surface_tets, planned, density, known.layout.typical
+            case.run, size.surface_tets, planned, density, resolved.layout.typical
         ),
         iterations=case.run.max_iterations if explicit else 1,
     )
@@ -151,22 +151,22 @@ def predicted_run(known: ResolvedCase, inside: int) -> PredictedRun:
         raised=(*able.warnings, *((able.refusal,) if able.refusal else ())),
         cost=predict_cost(work),
         explicit=explicit,
-        law_s=60.0 * laws_minutes(known),
+        law_s=60.0 * laws_minutes(resolved),
     )
 
 
-def laws_minutes(known: ResolvedCase) -> float:
+def laws_minutes(resolved: ResolvedCase) -> float:
     """Minutes, at most, of computing the laws of all cells that have none yet."""
-    laws = {id(zone.cell): zone.law for zone in stated_zones(known)}
+    laws = {id(zone.cell): zone.law for zone in stated_zones(resolved)}
     return sum(law.minutes[1] for law in laws.values())
 
 
-def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
+def predicted_grid(resolved: ResolvedCase, density: float, able: Analysable) -> PredictedGrid:
     """Explicit grid for a mean density; graded designs reach the least density somewhere."""
-    case = known.case
-    size = case.lattice.size[-1] if case.lattice.graded_size else known.layout.least
+    case = resolved.case
+    size = case.lattice.size[-1] if case.lattice.graded_size else resolved.layout.least
     finest = []
-    for stated, zone in zip(stated_zones(known), able.zones or (able,), strict=True):
+    for stated, zone in zip(stated_zones(resolved), able.zones or (able,), strict=True):
         low = density if case.lattice.grading == "uniform" else zone.bounds[0]
         thickness = case.lattice.wall or float(wall_mm(stated.cell, low, size))
         finest.append((thickness / zone.elements_per_wall, thickness, low))
@@ -175,7 +175,7 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     spacings = {f"the thinnest wall or strut, {wall:.3g} mm at density {thin:.3g}": element}
     for skin in case.lattice.skin:
         spacings[f"the skin, {skin.thickness[0]:g} mm"] = skin.thickness[0] / layer
-    passive = known.domain.layers[len(case.lattice.skin) :]
+    passive = resolved.domain.layers[len(case.lattice.skin) :]
     for number, (keep, thick) in enumerate(zip(case.keep, passive, strict=True)):
         spacings[f"the passive solid {keep_words(keep, number)}, {thick:.4g} mm"] = thick / layer
     set_by = min(spacings, key=spacings.__getitem__)
@@ -185,9 +185,9 @@ def predicted_grid(known: ResolvedCase, density: float, able: Analysable) -> Pre
     return PredictedGrid(spacing=spacing, set_by=set_by, wall=wall)
 
 
-def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
+def budget_warnings(resolved: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
     """Say where a run is predicted to exceed the budgets of its case."""
-    limits, remarks = known.case.run, list(run.raised)
+    limits, remarks = resolved.case.run, list(run.raised)
     if run.explicit and run.cost.memory_bytes > limits.memory:
         factor = (run.cost.memory_bytes / limits.memory) ** (1 / 3)
         remarks.append(
@@ -204,5 +204,5 @@ def budget_warnings(known: ResolvedCase, run: PredictedRun) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _corners(known: ResolvedCase) -> np.ndarray:
-    return known.part.surface.vertices
+def _corners(resolved: ResolvedCase) -> np.ndarray:
+    return resolved.part.surface.vertices

@@ -77,9 +77,9 @@ Resolution = Annotated[
 Poisson = Annotated[float, typer.Option("--nu", help="Poisson's ratio of the base material.")]
 
 
-def print_version(asked: bool) -> None:
+def print_version(requested: bool) -> None:
     """Print the version of the program and exit, if asked to."""
-    if asked:
+    if requested:
         typer.echo(f"gradedesign {version('gradedesign')}")
         raise typer.Exit
 

@@ -94,7 +94,7 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
 def picture_path(checked: CaseCheck) -> Path:
     """Path of the picture, beside the run folder, which stays as it is."""
-    folder = default_folder(checked.known.case)
+    folder = default_folder(checked.resolved.case)
     return folder.with_name(f"{folder.name}-check") / PICTURE
 
 
@@ -113,23 +113,23 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
             f"cannot make {path.parent} for the picture: {error.strerror}; choose another file "
             f"with -o, or leave it out with --no-picture"
         ) from error
-    known = checked.known
+    resolved = checked.resolved
     return picture_loads(
         path,
-        known.part.surface,
-        region_marks(known.case, known.part, known.domain),
-        action_marks(known.case, known.part),
-        title=f"Loading of {known.case.name}",
-        note=warming_note(known.case),
+        resolved.part.surface,
+        region_marks(resolved.case, resolved.part, resolved.domain),
+        action_marks(resolved.case, resolved.part),
+        title=f"Loading of {resolved.case.name}",
+        note=warming_note(resolved.case),
     )
 
 
 def print_check(checked: CaseCheck) -> None:
     """Print a checked case for a person."""
-    known = checked.known
+    resolved = checked.resolved
     for line in _part_lines(checked):
         print_text(line, hang=2)
-    regions = sorted(known.part.regions.items())
+    regions = sorted(resolved.part.regions.items())
     print_table(
         "Regions",
         ("region", "faces", "area mm^2", "centroid mm"),
@@ -152,24 +152,24 @@ def print_check(checked: CaseCheck) -> None:
 
 
 def _part_lines(checked: CaseCheck) -> Iterator[str]:
-    known = checked.known
-    part = known.part
+    resolved = checked.resolved
+    part = resolved.part
     edges = np.ptp(part.surface.vertices, axis=0)
     unit = "" if part.units is None else f", read in {part.units}"
     if part.chord_tolerance is not None:
         unit += f", triangles within {part.chord_tolerance:.2g} mm of its faces"
-    mass = known.material.density * part.volume * 1e6
-    yield f"case: {known.case.name}"
+    mass = resolved.material.density * part.volume * 1e6
+    yield f"case: {resolved.case.name}"
     yield (
         f"part: {part.source}{unit}, {' x '.join(f'{edge:.4g}' for edge in edges)} mm, "
-        f"{part.volume:.6g} mm^3, {mass:.4g} g if solid in {known.material.name}"
+        f"{part.volume:.6g} mm^3, {mass:.4g} g if solid in {resolved.material.name}"
     )
     made = part.report.changes
     yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
 
 
 def _print_file_faces(checked: CaseCheck) -> None:
-    rows = file_faces(checked.known.part)
+    rows = file_faces(checked.resolved.part)
     if not rows:
         return
     print_table(
@@ -218,7 +218,7 @@ def _print_holes(checked: CaseCheck) -> None:
 
 def _print_loads(checked: CaseCheck) -> None:
     rows = []
-    for balance in checked.known.balances:
+    for balance in checked.resolved.balances:
         rows += [
             (balance.load_case, row.source, _triple(row.force), _triple(row.moment), "")
             for row in balance.rows
@@ -240,11 +240,11 @@ def _zone_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
-    known, plan = checked.known, checked.known.law
+    resolved, plan = checked.resolved, checked.resolved.law
     low, high = checked.run.bounds
     yield (
-        f"cell: {known.cell.name}, {known.case.lattice.size_words}; it exists from density "
-        f"{known.cell.window[0]:.3g} to {known.cell.window[1]:.3g}"
+        f"cell: {resolved.cell.name}, {resolved.case.lattice.size_words}; it exists from density "
+        f"{resolved.cell.window[0]:.3g} to {resolved.cell.window[1]:.3g}"
     )
     thick = checked.thickness
     if thick.thickness:
@@ -258,7 +258,7 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
     holds = f"for densities {plan.window[0]:.3g} to {plan.window[1]:.3g}"
     if not plan.voxels:
         yield f"law: {plan.name}, installed, {holds}"
-    elif plan.known:
+    elif plan.tabulated:
         yield f"law: {plan.name}, computed before, in the cache, {holds}"
     else:
         least, most = plan.minutes
@@ -275,9 +275,9 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _cost_lines(checked: CaseCheck) -> Iterator[str]:
-    run, budget = checked.run, checked.known.case.run
+    run, budget = checked.run, checked.resolved.case.run
     cost = run.cost
-    exact = "" if checked.known.case.part.bricks is not None else "about "
+    exact = "" if checked.resolved.case.part.bricks is not None else "about "
     yield f"mesh of the part: {exact}{cost.part_dofs} unknowns at {_mesh_size(checked)}"
     yield f"explicit grid: {run.grid.spacing:.3g} mm, set by {run.grid.set_by}"
     if run.explicit:
@@ -298,7 +298,7 @@ def _cost_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _mesh_size(checked: CaseCheck) -> str:
-    return f"{checked.known.case.part.element_size:g} mm"
+    return f"{checked.resolved.case.part.element_size:g} mm"
 
 
 def _duration(seconds: float) -> str:

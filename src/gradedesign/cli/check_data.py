@@ -18,9 +18,9 @@ from gradedesign.part.part import Part
 
 def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]) -> dict[str, Any]:
     """Plain data of a checked case; lengths in mm, forces in N, moments in N mm."""
-    known = checked.known
+    resolved = checked.resolved
     return {
-        "case": known.case.name,
+        "case": resolved.case.name,
         "part": _part(checked),
         "regions": [
             {
@@ -29,7 +29,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
                 "area_mm2": region.area,
                 "centroid_mm": _rounded(region.centroid),
             }
-            for name, region in sorted(known.part.regions.items())
+            for name, region in sorted(resolved.part.regions.items())
         ],
         "passive_solids": passive_solids(checked),
         "holes": [
@@ -50,8 +50,8 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
             for name, load_case, allowed in stated_limits(checked)
         ],
         "free_rigid_motions": [],
-        "cell": known.cell.name,
-        "law": known.law.name,
+        "cell": resolved.cell.name,
+        "law": resolved.law.name,
         "lattice": _lattice(checked),
         "prediction": _prediction(checked),
         "picture": None if picture is None else str(picture),
@@ -61,16 +61,18 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
 
 def passive_solids(checked: CaseCheck) -> list[dict[str, Any]]:
     """Names of the passive solids, how thick they are in the part, and their volumes in it."""
-    known = checked.known
-    domain, inside = known.domain, inner_points(known.domain)
+    resolved = checked.resolved
+    domain, inside = resolved.domain, inner_points(resolved.domain)
     return [
         {
             "name": keep_words(keep, number),
             "thickness_mm": region.thickness,
-            "volume_mm3": known.part.volume
+            "volume_mm3": resolved.part.volume
             * float((region.distance(inside) < region.margin).mean()),
         }
-        for number, (keep, region) in enumerate(zip(known.case.keep, domain.passive, strict=True))
+        for number, (keep, region) in enumerate(
+            zip(resolved.case.keep, domain.passive, strict=True)
+        )
     ]
 
 
@@ -79,18 +81,18 @@ def stated_limits(checked: CaseCheck) -> list[tuple[str, str, str]]:
 
     Those relative to the solid part are not in its unit yet.
     """
-    return [(limit.name, limit.load_case, limit.allowed) for limit in checked.known.limits]
+    return [(limit.name, limit.load_case, limit.allowed) for limit in checked.resolved.limits]
 
 
 def _part(checked: CaseCheck) -> dict[str, Any]:
-    part = checked.known.part
+    part = checked.resolved.part
     return {
         "source": part.source,
         "units": part.units,
         "chord_tolerance_mm": part.chord_tolerance,
         "size_mm": _rounded(np.ptp(part.surface.vertices, axis=0)),
         "volume_mm3": part.volume,
-        "solid_mass_g": checked.known.material.density * part.volume * 1e6,
+        "solid_mass_g": checked.resolved.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
         "repairs": part.report.changes,
         "file_faces": file_faces(part),
@@ -135,20 +137,20 @@ def _loads(checked: CaseCheck) -> list[dict[str, Any]]:
             "moment_N_mm": _rounded(balance.moment),
             "cancels": balance.cancels,
         }
-        for balance in checked.known.balances
+        for balance in checked.resolved.balances
     ]
 
 
 def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
     """Every zone of the case by its name; none without zones."""
-    zones = checked.known.zones
+    zones = checked.resolved.zones
     if zones is None:
         return {}
     return {
         zone.name: {
             "cell": zone.cell.name,
             "law": zone.law.name,
-            "to_be_computed": not zone.law.known,
+            "to_be_computed": not zone.law.tabulated,
             "density_window": list(zone.bounds),
             "share_of_lattice": share,
         }
@@ -157,11 +159,11 @@ def zone_data(checked: CaseCheck) -> dict[str, dict[str, Any]]:
 
 
 def _lattice(checked: CaseCheck) -> dict[str, Any]:
-    known, plan = checked.known, checked.known.law
+    resolved, plan = checked.resolved, checked.resolved.law
     return {
-        "size_mm": list(known.case.lattice.size),
-        "cell_window": list(known.cell.window),
-        "density_window": list(known.bounds),
+        "size_mm": list(resolved.case.lattice.size),
+        "cell_window": list(resolved.cell.window),
+        "density_window": list(resolved.bounds),
         "zones": zone_data(checked),
         "size_effects": {"mode": "periodic", "reason": checked.periodic}
         if checked.periodic
@@ -169,7 +171,7 @@ def _lattice(checked: CaseCheck) -> dict[str, Any]:
         "law": {
             "name": plan.name,
             "window": list(plan.window),
-            "to_be_computed": not plan.known,
+            "to_be_computed": not plan.tabulated,
             "minutes": list(plan.minutes),
             "voxels": plan.voxels or None,
         },
@@ -183,9 +185,9 @@ def _lattice(checked: CaseCheck) -> dict[str, Any]:
 
 
 def _prediction(checked: CaseCheck) -> dict[str, Any]:
-    run, budget = checked.run, checked.known.case.run
+    run, budget = checked.run, checked.resolved.case.run
     return {
-        "density": list(checked.known.bounds),
+        "density": list(checked.resolved.bounds),
         "mean_density": run.density,
         "thinnest_wall_mm": run.grid.wall,
         "spacing_mm": run.grid.spacing,

@@ -79,7 +79,7 @@ def homogenise(
             "--conductivity": conductivity,
             "--buckling": buckling is not None,
         }
-        require_boundary(boundary, [option for option, given in unused.items() if given])
+        require_boundary(boundary, [option for option, is_set in unused.items() if is_set])
         with ProgressLines("homogenise", err=True):
             block = apparent_stiffness(
                 calibrate(family, values),

@@ -24,8 +24,8 @@ def require_boundary(boundary: str, unused: Sequence[str]) -> None:
     CaseError
     """
     if boundary not in BOUNDARIES:
-        known = (PERIODIC, *BOUNDARIES)
-        raise CaseError(f"--boundary {boundary} is unknown; {instead(boundary, known)}")
+        conditions = (PERIODIC, *BOUNDARIES)
+        raise CaseError(f"--boundary {boundary} is unknown; {instead(boundary, conditions)}")
     if unused:
         raise CaseError(
             f"{' and '.join(unused)} need --boundary {PERIODIC}: of a finite block only the "

@@ -38,9 +38,9 @@ def known_window(family: CellFamily) -> list[float] | None:
 
 def density_window(family: CellFamily) -> list[float]:
     """Densities over which a family exists; calibrated once and then kept in the user's cache."""
-    known = known_window(family)
-    if known is not None:
-        return known
+    stored = known_window(family)
+    if stored is not None:
+        return stored
     window = np.array(calibrate(family).window)
     store_arrays(_WINDOW_KIND, _window_key(family), window=window)
     return [round(float(v), 4) for v in window]
@@ -127,7 +127,9 @@ def _fit_data(law: ScalingLaw) -> dict[str, Any]:
     """Power laws fitted to a computed law; others state their own coefficients."""
     if law.kind != "computed":
         return {}
-    return {what: None if fit is None else asdict(fit) for what, fit in power_fits(law).items()}
+    return {
+        quantity: None if fit is None else asdict(fit) for quantity, fit in power_fits(law).items()
+    }
 
 
 def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
@@ -209,13 +211,13 @@ def _print_family(family: Mapping[str, Any]) -> None:
         typer.echo(f"law {law['name']} ({law['kind']}), density {low:g} to {high:g}")
         for name, value in law["coefficients"].items():
             typer.echo(f"  {name} = {value:g}")
-        for what, fit in law["power_fits"].items():
+        for quantity, fit in law["power_fits"].items():
             if fit is None:
-                typer.echo(f"  {what}: no power law follows it within {MOST_RESIDUAL:.0%}")
+                typer.echo(f"  {quantity}: no power law follows it within {MOST_RESIDUAL:.0%}")
                 continue
             low, high = fit["window"]
             typer.echo(
-                f"  {_FITTED[what]} = {fit['c']:.3f} rho^{fit['n']:.3f} within "
+                f"  {_FITTED[quantity]} = {fit['c']:.3f} rho^{fit['n']:.3f} within "
                 f"{fit['residual']:.1%}, density {low:.3g} to {high:.3g}"
             )
         typer.echo(f"  {law['source']}; {law['test']}")

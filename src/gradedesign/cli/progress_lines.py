@@ -199,12 +199,12 @@ def status_text(steps: Sequence[Step], values: dict[str, float]) -> str:
     """
     share = steps[-1].fraction
     done = "" if share is None else f", {100 * min(max(share, 0.0), 1.0):.0f} %"
-    left = ""
+    remaining = ""
     if share is not None and LEAST_SHARE <= share <= 1.0 and values["step_s"] >= LEAST_SECONDS:
-        left = f", {values['step_s'] * (1.0 - share) / share:.0f} s left"
+        remaining = f", {values['step_s'] * (1.0 - share) / share:.0f} s left"
     budget = f" of {clock(values['budget_s'])}" if "budget_s" in values else " in all"
     return (
-        f"{': '.join(step.text for step in steps)}{done}, {values['step_s']:.0f} s{left}; "
+        f"{': '.join(step.text for step in steps)}{done}, {values['step_s']:.0f} s{remaining}; "
         f"{clock(values['elapsed_s'])}{budget}; {values['memory_GB']:.1f} GB"
     )
 

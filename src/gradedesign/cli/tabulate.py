@@ -107,10 +107,10 @@ def with_critical_stresses(table: PropertyTable, earlier: Path) -> PropertyTable
         return table
     before = read_property_table(earlier.read_text(encoding="utf-8"))
     same = (before.family, dict(before.parameters)) == (table.family, dict(table.parameters))
-    known = before.buckling if same else None
-    if known is None or known.poissons_ratio != table.poissons_ratio:
+    buckling = before.buckling if same else None
+    if buckling is None or buckling.poissons_ratio != table.poissons_ratio:
         return table
-    return replace(table, buckling=known)
+    return replace(table, buckling=buckling)
 
 
 def make_folder(output: Path) -> None:

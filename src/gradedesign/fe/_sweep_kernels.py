@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 FAST = {"contract"}
 
 #: Inner rows: start ``(n + 1,)``, columns and blocks of the lower triangle inside pieces.
-#: Outer rows: the same of what couples to other pieces.
+#: Outer rows: the same of the blocks that couple to other pieces.
 Rows = tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]
 
 

@@ -80,11 +80,11 @@ def conjugate_gradients(
         r = right - _product(matrix, keep, x)
         if not _iterate(matrix, keep, x, r, precondition, goal, done, max_iterations):
             break
-    left = norms(right - _product(matrix, keep, x))
+    residual_norm = norms(right - _product(matrix, keep, x))
     return Iterate(
         x=x,
         iterations=done,
-        residual=np.divide(left, size, out=np.zeros_like(size), where=size > 0),
+        residual=np.divide(residual_norm, size, out=np.zeros_like(size), where=size > 0),
     )
 
 
@@ -110,7 +110,7 @@ def _iterate(
     rz = dots(r, z)
     q = np.zeros_like(x)
     first = norms(r)
-    left = first.copy()
+    residual_norm = first.copy()
     while True:
         multiply(matrix.indptr, matrix.indices, matrix.data, p, keep, 0.0, q)
         curvature = dots(p, q)
@@ -120,11 +120,11 @@ def _iterate(
                 active[k] = False
                 continue
             alpha = rz[k] / curvature[k]
-            left[k] = np.sqrt(descend(x[k], r[k], p[k], q[k], alpha))
-            active[k] = left[k] > goal[k] and done[k] < limit
+            residual_norm[k] = np.sqrt(descend(x[k], r[k], p[k], q[k], alpha))
+            active[k] = residual_norm[k] > goal[k] and done[k] < limit
         if not active.any():
             return True
-        report_step("multigrid", _share_done(first, left, goal, active))
+        report_step("multigrid", _share_done(first, residual_norm, goal, active))
         z = precondition(r)
         for k in np.flatnonzero(active):
             turn(p[k], z[k], -dots(z[k : k + 1], q[k : k + 1])[0] / curvature[k])

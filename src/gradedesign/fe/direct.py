@@ -85,7 +85,7 @@ def solve_direct(matrix: bsr_matrix, keep: BoolArray, right: FloatArray) -> tupl
 def _refined(
     matrix: csr_matrix, solve: Callable[[FloatArray], FloatArray], f: FloatArray
 ) -> FloatArray:
-    """Solve, and once more for what rounding left over."""
+    """Solve, with one step of iterative refinement."""
     x = solve(f)
     return x + solve(f - matrix @ x)
 
@@ -142,11 +142,11 @@ def _require_memory(solver: Any, unknowns: int) -> None:
     kibibytes = max(
         int(solver.get_iparm(15)), int(solver.get_iparm(16)) + int(solver.get_iparm(17))
     )
-    need, left = 1024 * kibibytes, available_memory_bytes()
-    if need > MEMORY_SHARE * left:
+    need, available = 1024 * kibibytes, available_memory_bytes()
+    if need > MEMORY_SHARE * available:
         raise ResourceError(
             f"the direct factorisation of {unknowns} unknowns needs {need / 2**30:.2f} GiB, but "
-            f"{left / 2**30:.2f} GiB are left; use a coarser mesh or a larger machine"
+            f"{available / 2**30:.2f} GiB are left; use a coarser mesh or a larger machine"
         )
 
 

@@ -91,7 +91,7 @@ def extreme_values(
     Raises
     ------
     SolverError
-        If the solver does not converge, or returns what is no end of this problem.
+        If the solver does not converge, or returns a value that is no extreme one of this problem.
     """
     ends = solver.solve(problem)
     expected = [ExtremeValue, ExtremeValue if problem.both else type(None)]

@@ -66,7 +66,7 @@ class LinearAnswer:
     iterations : (k,) int array or None
         None for a solver that does not iterate.
     method : str
-        What solved it, where that is more than the solver's name says.
+        Name of the method, where the solver's name does not determine it.
     """
 
     x: FloatArray
@@ -88,16 +88,16 @@ class LinearSolver:
     name : str
         Lower case with dashes.
     prepare : callable
-        ``prepare(system)`` does once what later right-hand sides share, such as a factorisation,
-        and returns ``solve(right, start, rtol)``, which returns a `LinearAnswer`.
+        ``prepare(system)`` does the work that later right-hand sides share, such as a
+        factorisation, and returns ``solve(right, start, rtol)``, which returns a `LinearAnswer`.
     assemble : callable, optional
         ``assemble(space, stiffness)`` returns the matrix of a `LinearSystem`, for a solver with a
         discretisation of its own.
     most_unknowns : int, optional
         Larger systems are refused before anything is assembled.
     other : LinearSolver, optional
-        Takes over what this one does not bring to the residual, and systems with fewer free
-        unknowns than `least_unknowns`.
+        Solves the load cases in which this solver does not reach the residual, and systems with
+        fewer free unknowns than `least_unknowns`.
     least_unknowns : int
     """
 

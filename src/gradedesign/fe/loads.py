@@ -113,7 +113,7 @@ def resultant_load(
 
     Without a moment the traction is uniform, so the force acts through the centroid of the
     facets. With one, the traction is ``a + b x (p - c)``, the distribution of a rigid stamp
-    on an elastic bed, and total force and moment both come out as asked.
+    on an elastic bed, and its resultant force and moment are the given ones.
 
     Parameters
     ----------

@@ -155,13 +155,13 @@ def free_modes(points: FloatArray, fixed: BoolArray) -> tuple[str, ...]:
     """
     if not fixed.any():
         return ("without any support",)
-    held = points[:, fixed.any(axis=0)]
-    centre = held.mean(axis=1)
-    modes = rigid_body_modes(held)
+    fixed_points = points[:, fixed.any(axis=0)]
+    centre = fixed_points.mean(axis=1)
+    modes = rigid_body_modes(fixed_points)
     seen = modes[fixed[:, fixed.any(axis=0)].T]
     values, vectors = np.linalg.eigh(seen.T @ seen / len(seen))
     null = vectors[:, values < DEPENDENT * values[-1]]
-    size = float(np.sqrt(((held - centre[:, None]) ** 2).sum(axis=0).mean())) or 1.0
+    size = float(np.sqrt(((fixed_points - centre[:, None]) ** 2).sum(axis=0).mean())) or 1.0
     return _describe(null, size, centre)
 
 

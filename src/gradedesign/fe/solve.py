@@ -1,6 +1,6 @@
 """Solve linear elasticity for several load cases, and check every answer.
 
-Load cases with the same fixed components share one matrix and what a solver prepares for it.
+Load cases with the same fixed components share one matrix and its preconditioner or factors.
 Whatever solver it is, nothing is accepted unchecked: rigid motions are looked for before, residual,
 balance of forces and moments, and energy after.
 """
@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 #: Rounding may leave the true residual this much above the tolerance; more is no convergence.
 STALLED = 10.0
-#: Tightening of the tolerance, and how often, where balance needs more than the residual asked.
+#: Factor on the tolerance, and how often it is applied, where equilibrium needs a smaller residual.
 TIGHTER, TIGHTENINGS = 1e-2, 2
 #: Peak bytes per unknown by order, from benchmarks/bench_fe.py, with the mesh; plus a base.
 BYTES_PER_UNKNOWN = {1: 2800, 2: 1750}
@@ -90,8 +90,8 @@ def solve_cases(
     """
     _require_matching(system.space, cases, rtol)
     groups = _equal_supports(cases)
-    known = {key for _, key in system.prepared}
-    fresh = {key: members for key, members in groups.items() if key not in known}
+    prepared_keys = {key for _, key in system.prepared}
+    fresh = {key: members for key, members in groups.items() if key not in prepared_keys}
     _require_all_held(system.space, fresh, cases)
     return _solve_groups(system, cases, groups, rtol)
 
@@ -168,7 +168,7 @@ def _solve_group(
         return solutions
     poor = [k for k, s in enumerate(solutions) if s.residual > STALLED * rtol or defects(s)]
     if poor:
-        replaced = _instead(
+        replaced = _solve_by_other(
             system, solver.other, key, [cases[k] for k in poor], right[poor],
             [solutions[k] for k in poor], rtol,
         )  # fmt: skip
@@ -185,7 +185,7 @@ def _iterated(
     right: FloatArray,
     rtol: float,
 ) -> list[Solution]:
-    """Solve to the residual, and further while balance asks for it; the caller judges."""
+    """Solve to the residual, and further where equilibrium needs it; the caller checks it."""
     if (solver.name, key) not in system.prepared:
         system.prepared[solver.name, key] = solver.prepare(
             LinearSystem(
@@ -227,7 +227,7 @@ def _iterated(
     return [solved[k] for k in range(len(cases))]
 
 
-def _instead(
+def _solve_by_other(
     system: ElasticSystem,
     solver: LinearSolver,
     key: bytes,
@@ -236,7 +236,7 @@ def _instead(
     stopped: Sequence[Solution],
     rtol: float,
 ) -> list[Solution]:
-    """Solve by another solver what the first did not; keep its answers if they are good enough."""
+    """Solve the cases in which a solver stopped by another one; keep its solutions if sound."""
     worst = max(stopped, key=lambda s: s.residual)
     first = worst.method
     log.warning(
@@ -272,10 +272,10 @@ def _require_sound(solutions: Sequence[Solution]) -> None:
 
 
 def _require_answer(solver: LinearSolver, answer: LinearAnswer, shape: tuple[int, int]) -> None:
-    """Refuse what is no answer to the right-hand sides."""
-    got = answer.x.shape if isinstance(answer, LinearAnswer) else type(answer).__name__
-    if got != shape:
+    """Refuse an answer that does not have the shape of the right-hand sides."""
+    answer_shape = answer.x.shape if isinstance(answer, LinearAnswer) else type(answer).__name__
+    if answer_shape != shape:
         raise SolverError(
-            f"solver '{solver.name}' returned {got}, expected a LinearAnswer whose x has shape "
-            f"{shape}, as the right-hand sides"
+            f"solver '{solver.name}' returned {answer_shape}, expected a LinearAnswer whose x has "
+            f"shape {shape}, as the right-hand sides"
         )

@@ -166,7 +166,7 @@ def moment_coefficients(stiffness: GaussStiffness | MomentStiffness) -> FloatArr
 def known_at(
     stiffness: Stiffness, at: Where
 ) -> IsotropicStiffness | AnisotropicStiffness | GaussStiffness:
-    """The stiffness, refused where it is not known at the points asked for.
+    """The stiffness; an error where it has no values at the points ``at``.
 
     Raises
     ------

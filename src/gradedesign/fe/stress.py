@@ -93,7 +93,7 @@ def von_mises(stress: FloatArray) -> FloatArray:
 def nodal_average(
     space: TetSpace, values: FloatArray, weights: ArrayLike | None = None
 ) -> FloatArray:
-    """Average at each vertex what its elements say there.
+    """Weighted mean at each vertex of the values of the elements around it.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def nodal_average(
     values : (..., M, 4) array
         At the vertices of every element, as from ``element_stress(..., at="vertices")``.
     weights : (M,) array, optional
-        Weight of every element; its volume if not given. An element without weight has no say.
+        Weight of every element; its volume if not given. An element of weight 0 does not count.
 
     Returns
     -------

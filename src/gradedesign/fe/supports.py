@@ -118,9 +118,9 @@ def _refuse_conflict(
 ) -> None:
     """Raise if a node is already held at another displacement in this component."""
     index = np.asarray(nodes, dtype=np.int64)
-    held = value[component, index]
-    scale = np.maximum(np.abs(held), abs(stated))
-    clash = fixed[component, index] & (np.abs(held - stated) > AGREEMENT * scale)
+    fixed_value = value[component, index]
+    scale = np.maximum(np.abs(fixed_value), abs(stated))
+    clash = fixed[component, index] & (np.abs(fixed_value - stated) > AGREEMENT * scale)
     if clash.any():
         node = int(index[np.argmax(clash)])
         x, y, z = space.nodes[:, node]

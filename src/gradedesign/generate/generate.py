@@ -64,7 +64,7 @@ MOST_STEPS_PER_CELL = 96.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Generated:
-    """A lattice of stated density, and what was measured of it.
+    """A lattice of stated density with its measures.
 
     Attributes
     ----------

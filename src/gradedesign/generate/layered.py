@@ -1,4 +1,4 @@
-"""A lattice of which layers alone are asked for: none of its surface is made."""
+"""A lattice written as layers only, without contouring its surface."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from gradedesign.resolve.lattice_files import LatticeFile, printed_lattice, writ
 from gradedesign.results.files import RESULT_NAME, write_result
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Keys of ``[print]`` that layers need; any other one asks for the surface.
+#: Keys of ``[print]`` that layers need; any other one needs the surface.
 _OF_LAYERS = {"layer_height", "pixel_size", "build_direction", "build_volume"}
-#: What the result says instead of what is measured on the surface.
+#: Note in the result in place of the measures of the surface.
 NO_SURFACE = (
     "layers alone are asked for, so no surface was made: thickness, overhangs, islands, closed "
     "voids and the picture are left out; add stl to [output] formats for them"
@@ -33,10 +33,10 @@ NO_SURFACE = (
 
 
 def layers_alone(case: GenerateCase, formats: Sequence[LatticeFile]) -> bool:
-    """Whether nothing that a case asks for needs the surface of the lattice.
+    """Whether a case needs no surface of the lattice.
 
-    Every format reads the field alone, and ``[print]`` states nothing but layers and the room of
-    the printer.
+    True where every format reads the field only, and ``[print]`` has no keys but those of layers
+    and of the build volume.
     """
     return (
         bool(formats)

@@ -65,7 +65,7 @@ class BuiltCells:
         Points ``(3, ...)`` mm to cell coordinates, with the weight as fourth if there are two
         families.
     transition : mapping
-        What was measured of the transition, or of the parameter, for the result; else empty.
+        Measures of the transition, or of the parameter, for the result; else empty.
     """
 
     shape: Callable[..., FloatArray]
@@ -146,7 +146,7 @@ def build_cells(
     cell_map : callable
         Points ``(3, ...)`` mm to ``(3, ...)`` cell coordinates.
     density : DensityGrid or float
-        At the least a transition must hold together; a parameter may follow it.
+        A transition must be connected at its least value; a parameter may follow it.
     domain : DesignDomain
 
     Raises
@@ -209,7 +209,7 @@ def _weight_grid(case: GenerateCase, spec: TransitionSpec, domain: DesignDomain)
         domain.upper,
         spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
         window=(0.0, 1.0),
-        what="weight of the transition",
+        quantity="weight of the transition",
         memory_limit_bytes=case.run.memory,
     )
 
@@ -254,7 +254,7 @@ def parameter_share(
             domain.upper,
             spacing=case.lattice.cell_size / WEIGHT_NODES_PER_CELL,
             window=(0.0, 1.0),
-            what=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
+            quantity=f"formula of {increments.parameter}, with {first:g} as 0 and {last:g} as 1,",
             memory_limit_bytes=case.run.memory,
         )
     return lambda points: evaluate(shares, points)

@@ -38,7 +38,7 @@ def stated_density(
     window: tuple[float, float],
     level_of: Callable[[FloatArray | float], FloatArray],
 ) -> DensityGrid | float:
-    """Density of a case, checked against what is allowed.
+    """Density of a case, checked against its allowed range.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ def stated_density(
             level_of(low)
             _require_floor(low, window)
         return low
-    what = "function"
+    source_kind = "function"
     key = "lattice.density_map"
     if source is None and spec.density_map is not None:
-        what = spec.density_map.source
-        key = f"{key}.{what}"
+        source_kind = spec.density_map.source
+        key = f"{key}.{source_kind}"
     with locating(case, key):
         if source is None:
             source = _source(case, spec.density_map, domain)
@@ -80,7 +80,7 @@ def stated_density(
             domain.upper,
             spacing=case.lattice.cell_size / NODES_PER_CELL,
             window=(max(low, window[0]), min(high, window[1])),
-            what=f"density {what}",
+            quantity=f"density {source_kind}",
             memory_limit_bytes=case.run.memory,
         )
 
@@ -98,7 +98,7 @@ def _source(
     spec: DensityMapSpec | None,
     domain: DesignDomain,
 ) -> DensitySource:
-    """Read what the map names."""
+    """Read the density source that the map names."""
     size, memory = case.lattice.cell_size, case.run.memory
     if spec is None:
         raise CaseError("there is neither a density nor a map")

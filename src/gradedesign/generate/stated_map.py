@@ -1,4 +1,4 @@
-"""The map from mm to cell coordinates of a stated lattice, and what cells it makes."""
+"""The map from mm to cell coordinates of a stated lattice, and the sizes of its cells."""
 
 from __future__ import annotations
 

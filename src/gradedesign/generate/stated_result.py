@@ -1,4 +1,4 @@
-"""The result record of a lattice of stated density, before what is measured of its surface."""
+"""The result record of a lattice of stated density, without the measures of its surface."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class StatedLattice:
 
 
 def stated_result(
-    asked: tuple[GenerateCase, Registry],
+    request: tuple[GenerateCase, Registry],
     stated: StatedLattice,
     slabs: Sequence[SlabDensities],
     printed: tuple[float, int],
@@ -55,7 +55,7 @@ def stated_result(
 
     Parameters
     ----------
-    asked : (GenerateCase, Registry)
+    request : (GenerateCase, Registry)
     stated : StatedLattice
     slabs : sequence of SlabDensities
         Across x, y and z.
@@ -63,7 +63,7 @@ def stated_result(
         Volume that is printed, mm^3, and how many disconnected components were left out.
     material : Material or None
     """
-    (case, registry), (volume, dropped) = asked, printed
+    (case, registry), (volume, dropped) = request, printed
     warnings = [*stated.part.report.warnings, *registry.notes, *stated.report["warnings"]]
     if dropped:
         warnings.append(f"{dropped} floating islands were removed")

@@ -132,11 +132,11 @@ def _free(block: Block, condition: Condition, case: int) -> BoolArray:
     if condition == "traction":
         return free
     for axis, count in enumerate(block.shape):
-        held = (0, 1, 2) if condition == "displacement" else _HELD[case][axis]
+        components = (0, 1, 2) if condition == "displacement" else _HELD[case][axis]
         for place in (0, count):
             face: list[slice | int] = [slice(None)] * 3
             face[axis] = place
-            for component in held:
+            for component in components:
                 free[(component, *face)] = False
     return free
 

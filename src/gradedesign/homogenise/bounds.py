@@ -92,7 +92,7 @@ def check_bounds(stiffness: FloatArray, rho: float, poissons_ratio: float) -> li
 
 
 def require_bounds(
-    stiffness: FloatArray, rho: float, poissons_ratio: float, *, what: str = "the cell"
+    stiffness: FloatArray, rho: float, poissons_ratio: float, *, subject: str = "the cell"
 ) -> None:
     """Refuse a stiffness that no solid of this density can have, see `check_bounds`.
 
@@ -102,17 +102,17 @@ def require_bounds(
         Naming the bound, the value and the limit.
     """
     if not np.allclose(stiffness, stiffness.T, rtol=0, atol=1e-8):
-        raise SolverError(f"the stiffness of {what} is not symmetric")
+        raise SolverError(f"the stiffness of {subject} is not symmetric")
     least = float(np.linalg.eigvalsh(stiffness)[0])
     if least <= 0:
         raise SolverError(
-            f"the stiffness of {what} at density {rho:g} has an eigenvalue of {least:g}, expected "
-            f"only positive ones: the cell has a mechanism or the solve failed"
+            f"the stiffness of {subject} at density {rho:g} has an eigenvalue of {least:g}, "
+            f"expected only positive ones: the cell has a mechanism or the solve failed"
         )
     for bound in check_bounds(stiffness, rho, poissons_ratio):
         if not bound.holds:
             raise SolverError(
-                f"the stiffness of {what} at density {rho:g} breaks a bound ({bound.name}): "
+                f"the stiffness of {subject} at density {rho:g} breaks a bound ({bound.name}): "
                 f"{bound.value:.6g} of the solid's modulus, expected {bound.lower:.6g} to "
                 f"{bound.upper:.6g}; the density or the analysis is wrong"
             )

@@ -172,7 +172,7 @@ def computed_law(
     edges : (3,) sequence
         Of the cell, up to a factor: a cell of unequal edges is stiffer along the longer ones.
     density : (float, float), optional
-        Range that is asked of the law. It need not cover it, but one that the law will not meet is
+        Range of interest. The law need not cover all of it, but a range outside the law's is
         refused before anything is computed.
     on_row : callable, optional
         As `compute_table`, where the law is computed.

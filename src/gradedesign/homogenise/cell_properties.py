@@ -148,7 +148,7 @@ def cell_properties(
         uncertainty = np.maximum(uncertainty, np.abs(extrapolated - symmetric))
         extrapolated = symmetric
     report_step("strength surface")
-    require_bounds(extrapolated, rho, poissons_ratio, what=f"cell '{cell.name}'")
+    require_bounds(extrapolated, rho, poissons_ratio, subject=f"cell '{cell.name}'")
     return CellProperties(
         density=rho,
         resolution=fine,

@@ -143,7 +143,13 @@ def _merge(components: IntArray, count: int) -> tuple[IntArray, IntArray]:
                     place[b] = there
                     waiting.append(b)
                 else:
-                    known = place[b]
-                    windings.append((there[0] - known[0], there[1] - known[1], there[2] - known[2]))
+                    first_offset = place[b]
+                    windings.append(
+                        (
+                            there[0] - first_offset[0],
+                            there[1] - first_offset[1],
+                            there[2] - first_offset[2],
+                        )
+                    )
         directions[seed] = np.linalg.matrix_rank(np.array(sorted(set(windings))))
     return group, directions

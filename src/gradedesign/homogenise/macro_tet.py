@@ -115,9 +115,9 @@ def macro_tet(
         )
     block = padded_block(crop_to_tet(fill, corners), poissons_ratio)
     nodes = block_nodes(block)
-    held = face_distance(corners, nodes) <= TOLERANCE
-    free = np.broadcast_to(~held, (3, *held.shape))
-    shapes = shape_values(corners, nodes) * held
+    on_surface = face_distance(corners, nodes) <= TOLERANCE
+    free = np.broadcast_to(~on_surface, (3, *on_surface.shape))
+    shapes = shape_values(corners, nodes) * on_surface
     tests = unit_strain_tests(corners)
     forces, worst = np.zeros((12, 6)), 0.0
     for case in range(6):

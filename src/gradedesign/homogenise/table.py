@@ -160,7 +160,7 @@ def compute_buckling(
     DensityError, LatticeError, SolverError
         As `critical_stress`; `DensityError` also if fewer than two densities are left.
     """
-    given = densities is not None
+    is_stated = densities is not None
     finest = resolution or BUCKLING_RESOLUTIONS[-1]
     chosen = (
         densities
@@ -180,7 +180,7 @@ def compute_buckling(
                 edges=edges,
             )
         except SolverError as error:
-            if given:
+            if is_stated:
                 raise
             refused = f"; at {rho:g}: {error}"
             log.warning("buckling of %s at density %g is left out: %s", cell.name, rho, error)

@@ -233,16 +233,20 @@ def fitted_normals(
             a[m] = off[m, 0] * frame[0, 0] + off[m, 1] * frame[0, 1] + off[m, 2] * frame[0, 2]
             b[m] = off[m, 0] * frame[1, 0] + off[m, 1] * frame[1, 1] + off[m, 2] * frame[1, 2]
             height[m] = off[m, 0] * frame[2, 0] + off[m, 1] * frame[2, 1] + off[m, 2] * frame[2, 2]
-        found = _slopes(a, b, height, every)
-        smooth = not np.isnan(found[0])
+        coefficients = _slopes(a, b, height, every)
+        smooth = not np.isnan(coefficients[0])
         for m in range(every):
-            left = height[m] - found[0] * a[m] - found[1] * b[m]
-            left -= found[2] * a[m] * a[m] + found[3] * a[m] * b[m] + found[4] * b[m] * b[m]
-            smooth &= abs(left) <= _SMOOTH
+            misfit = height[m] - coefficients[0] * a[m] - coefficients[1] * b[m]
+            misfit -= (
+                coefficients[2] * a[m] * a[m]
+                + coefficients[3] * a[m] * b[m]
+                + coefficients[4] * b[m] * b[m]
+            )
+            smooth &= abs(misfit) <= _SMOOTH
         if smooth:
-            size = np.sqrt(1.0 + found[0] ** 2 + found[1] ** 2)
+            size = np.sqrt(1.0 + coefficients[0] ** 2 + coefficients[1] ** 2)
             for x in range(3):
-                slope = found[0] * frame[0, x] + found[1] * frame[1, x]
+                slope = coefficients[0] * frame[0, x] + coefficients[1] * frame[1, x]
                 normals[v, x] = (frame[2, x] - slope) / size
     return normals
 

@@ -42,7 +42,7 @@ def square_case(values: FloatArray, i: int, j: int, k: int) -> int:
 def count_slab(
     values: FloatArray, first: int, counts: NDArray[np.int8], sides: NDArray[np.uint8]
 ) -> tuple[int, int, int, int, int, int]:
-    """Largest numbers of what `march_slab` finds in a slab whose first node plane is ``first``.
+    """Largest counts of `march_slab` in a slab whose first node plane is ``first``.
 
     Triangles in deep, near and other cubes, grid edges whose ends differ in sign, and faces with a
     node inside between near cubes and deep ones, and between near cubes and others.

@@ -145,7 +145,7 @@ def flood_unknown(sides: NDArray[np.uint8], start: int, value: int) -> None:
 
 @njit(cache=True, nogil=True)
 def take_out_edges(sides: NDArray[np.uint8]) -> int:
-    """Make near one of two other cubes that share an edge and no neighbour that is not near."""
+    """Mark near one of each two cubes that meet in an edge between two near cubes."""
     taken = 0
     nx, ny, nz = sides.shape
     for axis in range(3):
@@ -158,9 +158,9 @@ def take_out_edges(sides: NDArray[np.uint8]) -> int:
                     across = sides[i + u[0] + v[0], j + u[1] + v[1], k + u[2] + v[2]] != NEAR
                     if here != across:
                         continue
-                    one = sides[i + u[0], j + u[1], k + u[2]] != NEAR
-                    other = sides[i + v[0], j + v[1], k + v[2]] != NEAR
-                    if one != other or one == here:
+                    beside_u = sides[i + u[0], j + u[1], k + u[2]] != NEAR
+                    beside_v = sides[i + v[0], j + v[1], k + v[2]] != NEAR
+                    if beside_u != beside_v or beside_u == here:
                         continue
                     if here:
                         sides[i, j, k] = NEAR

@@ -191,10 +191,10 @@ def _pieces(design: LatticeDesign, ends: FloatArray, size: float) -> int:
     pieces = 1
     while pieces <= MOST_PIECES:
         step = 2 * MOST_PIECES // pieces
-        known = radius[:, ::step]
+        end_radius = radius[:, ::step]
         at = np.minimum(np.arange(len(s)) // step, pieces - 1)
         share = (np.arange(len(s)) - at * step) / step
-        linear = known[:, at] * (1 - share) + known[:, at + 1] * share
+        linear = end_radius[:, at] * (1 - share) + end_radius[:, at + 1] * share
         if (np.abs(linear - radius) <= RADIUS_ERROR * radius).all():
             return pieces
         pieces *= 2
@@ -235,6 +235,6 @@ def _solids(design: LatticeDesign, part: SurfaceMesh) -> SurfaceMesh | None:
         return np.maximum(distance, np.minimum.reduce(solids))
 
     raw = extract_surface(field, domain.lower - step, domain.upper + step, step)
-    trimmed = intersection(raw, part, what="solid regions", shortest=SHORTEST * step)
+    trimmed = intersection(raw, part, subject="solid regions", shortest=SHORTEST * step)
     require_closed(trimmed)
     return trimmed

@@ -99,6 +99,6 @@ def void_at(voids: ClosedVoids, points: FloatArray) -> IntArray:
     index = np.rint((points - voids.lower[:, None]) / voids.spacing).astype(np.int64)
     shape = np.array(voids.label.shape)[:, None]
     inside = ((index >= 0) & (index < shape)).all(axis=0)
-    found = np.zeros(points.shape[1], dtype=np.int64)
-    found[inside] = voids.label[tuple(index[:, inside])]
-    return found
+    numbers = np.zeros(points.shape[1], dtype=np.int64)
+    numbers[inside] = voids.label[tuple(index[:, inside])]
+    return numbers

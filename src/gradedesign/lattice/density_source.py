@@ -14,12 +14,12 @@ from gradedesign.lattice.banded_distance import banded_distance
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.sample import grid_points
 
-#: Relative density of points (3, ...) in mm, ``(...)``. Only asked inside the part and near it.
+#: Relative density of points (3, ...) in mm, ``(...)``. Evaluated only inside the part and near it.
 DensitySource: TypeAlias = Field
 
 #: Nodes of the largest density grid.
 MOST_NODES = 64_000_000
-#: Memory for a node: its place twice, distance, density twice, the nearest node that is known.
+#: Memory for a node: its place twice, distance, density twice, the nearest node with a value.
 _BYTES_PER_NODE = 100
 #: Nodes this many spacings outside the part still share in the density inside.
 _REACH = 2.0
@@ -34,14 +34,14 @@ def sample_density(
     *,
     spacing: float,
     window: tuple[float, float],
-    what: str,
+    quantity: str,
     memory_limit_bytes: int = 8_000_000_000,
 ) -> DensityGrid:
     """Sample a density source on a grid that covers a part, and check it.
 
     Inside the part every value must be finite and inside the window. Beyond the part, where only
-    trimmed material lies, the density goes on as the source says within the range that it has
-    inside; where the source says nothing, with what is nearest.
+    trimmed material lies, the density is the source's, clipped to its range inside the part; where
+    the source is not finite, that of the nearest node with a value.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def sample_density(
     spacing : float, mm
     window : (float, float)
         Densities that are allowed.
-    what : str
+    quantity : str
         Names the source in messages, such as ``"density formula"``.
     memory_limit_bytes : int
         What the grid may take.
@@ -92,13 +92,13 @@ def sample_density(
         inside = depth <= reach
     near = (depth <= reach) | inside
     values = np.full(points.shape[1], np.nan)
-    values[near] = _asked(source, points[:, near], what)
-    _require_window(values, inside, points, window, what)
+    values[near] = _source_values(source, points[:, near], quantity)
+    _require_window(values, inside, points, window, quantity)
     values = _continued(values.reshape(x, y, z), inside.reshape(x, y, z))
     return DensityGrid(origin=start, spacing=spacing, values=values)
 
 
-def _asked(source: DensitySource, points: FloatArray, what: str) -> FloatArray:
+def _source_values(source: DensitySource, points: FloatArray, quantity: str) -> FloatArray:
     """Values of a source, batch by batch."""
     result = np.zeros(points.shape[1])
     for low in range(0, points.shape[1], _BATCH):
@@ -106,7 +106,7 @@ def _asked(source: DensitySource, points: FloatArray, what: str) -> FloatArray:
         value = np.asarray(source(points[:, part]), dtype=np.float64)
         if value.shape != result[part].shape:
             raise DensityError(
-                f"the {what} returned shape {value.shape} for points "
+                f"the {quantity} returned shape {value.shape} for points "
                 f"{points[:, part].shape}, expected {result[part].shape}"
             )
         result[part] = value
@@ -118,7 +118,7 @@ def _require_window(
     inside: BoolArray,
     points: FloatArray,
     window: tuple[float, float],
-    what: str,
+    quantity: str,
 ) -> None:
     """Refuse a density that is not finite or not allowed somewhere inside the part."""
     within, where = values[inside], points[:, inside]
@@ -126,7 +126,7 @@ def _require_window(
     if not finite.all():
         x, y, z = where[:, int(np.argmin(finite))]
         raise DensityError(
-            f"the {what} is not finite at {np.count_nonzero(~finite)} of {finite.size} "
+            f"the {quantity} is not finite at {np.count_nonzero(~finite)} of {finite.size} "
             f"points inside the part, first at ({x:g}, {y:g}, {z:g}) mm"
         )
     low, high = window
@@ -137,16 +137,16 @@ def _require_window(
         x, y, z = where[:, int(at)]
         ends.append(f"{name} {within[at]:.4g} at ({x:.4g}, {y:.4g}, {z:.4g}) mm")
     raise DensityError(
-        f"the {what} asks for {', '.join(ends)}; allowed are {low:.4g} to {high:.4g}; "
+        f"the {quantity} asks for {', '.join(ends)}; allowed are {low:.4g} to {high:.4g}; "
         f"change the map or take another cell"
     )
 
 
 def _continued(values: FloatArray, inside: BoolArray) -> FloatArray:
-    """Fill what is not known with what is nearest, within the range inside."""
+    """Fill nodes without a finite value from the nearest one, within the range inside the part."""
     low, high = float(values[inside].min()), float(values[inside].max())
-    known = np.isfinite(values)
-    if not known.all():
-        i, j, k = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    finite = np.isfinite(values)
+    if not finite.all():
+        i, j, k = distance_transform_edt(~finite, return_distances=False, return_indices=True)
         values = values[i, j, k]
     return np.clip(values, low, high)

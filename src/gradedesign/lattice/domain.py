@@ -1,4 +1,4 @@
-"""The design domain: the part, and which of it is skin, passive solid or lattice."""
+"""The design domain: the part, divided into skin, passive solid and lattice."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PassiveRegion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Filling:
-    """A place that is solid for the shape of the room that skins leave.
+    """A place below the skins that is solid because of its shape, such as a small cavity.
 
     Attributes
     ----------
@@ -143,9 +143,9 @@ def phase_at(
     """
     phase = np.full(np.shape(points)[1:], LATTICE, dtype=np.int64)
     if domain.skins:
-        known = domain.distance(points) if distance is None else distance
+        to_part = domain.distance(points) if distance is None else distance
         for skin in domain.skins:
-            phase[skin_value(skin, points, known) < 0] = SKIN
+            phase[skin_value(skin, points, to_part) < 0] = SKIN
     for filling in domain.fillings:
         open_ones = phase == LATTICE
         filled = filling.distance(np.asarray(points)[:, open_ones]) < 0

@@ -17,8 +17,8 @@ def formula_field(formula: Formula, distance: Field) -> DensitySource:
     formula : Formula
         In x, y, z and d, mm.
     distance : callable
-        Signed distance of the part; d is the depth below its surface, 0 outside. Only asked if
-        the formula speaks of d.
+        Signed distance of the part; d is the depth below its surface, 0 outside. Evaluated only if
+        the formula contains d.
 
     Returns
     -------

@@ -106,7 +106,7 @@ def joined(
 
 
 def _slope(function: _Values, points: FloatArray, step: float) -> FloatArray:
-    """Gradient by forward differences, which ask for fewer values than central ones, ``(3, n)``."""
+    """Gradient by forward differences, which take fewer values than central ones, ``(3, n)``."""
     base, shifts = function(points), step * np.eye(3)[:, :, None]
     return np.stack([function(points + shift) - base for shift in shifts]) / step
 

@@ -135,7 +135,7 @@ def body_field(design: LatticeDesign) -> Field:
 def uncut_field(design: LatticeDesign, *, band: float, single: bool = False) -> Field:
     """`lattice_field` for a contour that the part cuts afterwards.
 
-    Where no skin, passive region, net or filling asks for the part's distance, it is that of the
+    Where no skin, passive region, net or filling needs the part's distance, it is the field of the
     cells less drain holes, which go on beyond the part.
     """
     domain = design.domain

@@ -19,9 +19,9 @@ from gradedesign.part.npy_file import read_npy
 
 log = logging.getLogger(__name__)
 
-#: Pairs of node and point that are held at once.
+#: Pairs of node and point in memory at once.
 _MOST_PAIRS = 4_000_000
-#: Pairs that are looked at, some minutes of work.
+#: Most pairs that are evaluated, some minutes of work.
 _MOST_WORK = 20_000_000_000
 #: Characters of the longest line, and memory for every character: its share of four numbers.
 _LONGEST_LINE, _BYTES_PER_CHARACTER = 1000, 16
@@ -290,8 +290,8 @@ def _row(line: str, where: str, *, first: bool) -> list[float]:
     return row
 
 
-def _too_large(name: str, what: str, need: float, memory_limit_bytes: int) -> ResourceError:
+def _too_large(name: str, content: str, need: float, memory_limit_bytes: int) -> ResourceError:
     return ResourceError(
-        f"{name} has {what}, which take about {need / 1e9:.3g} GB; found run.memory of "
+        f"{name} has {content}, which take about {need / 1e9:.3g} GB; found run.memory of "
         f"{memory_limit_bytes / 1e9:.3g} GB; raise it or use fewer points"
     )

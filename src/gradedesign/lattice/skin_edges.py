@@ -218,13 +218,13 @@ def _subdivided(faces: IntArray, new: IntArray, centre: IntArray, points: FloatA
     """Triangles after division of their sides; ``new[:, c]`` lies between corners c and c + 1."""
     fine = [faces[(new < 0).all(axis=1)]]
     for c in range(3):
-        one = (new[:, c] >= 0) & (new[:, (c + 1) % 3] < 0) & (new[:, (c + 2) % 3] < 0)
-        i, j, k, m = *faces[one][:, [c, (c + 1) % 3, (c + 2) % 3]].T, new[one, c]
+        one_side = (new[:, c] >= 0) & (new[:, (c + 1) % 3] < 0) & (new[:, (c + 2) % 3] < 0)
+        i, j, k, m = *faces[one_side][:, [c, (c + 1) % 3, (c + 2) % 3]].T, new[one_side, c]
         fine += [np.stack([i, m, k], axis=1), np.stack([m, j, k], axis=1)]
         # The sides on both sides of corner i are divided, the one across is not.
-        two = (new[:, c] >= 0) & (new[:, (c + 2) % 3] >= 0) & (new[:, (c + 1) % 3] < 0)
-        i, j, k = faces[two][:, [c, (c + 1) % 3, (c + 2) % 3]].T
-        m, n = new[two, c], new[two, (c + 2) % 3]
+        two_sides = (new[:, c] >= 0) & (new[:, (c + 2) % 3] >= 0) & (new[:, (c + 1) % 3] < 0)
+        i, j, k = faces[two_sides][:, [c, (c + 1) % 3, (c + 2) % 3]].T
+        m, n = new[two_sides, c], new[two_sides, (c + 2) % 3]
         fine.append(np.stack([i, m, n], axis=1))
         ahead = np.linalg.norm(points[m] - points[k], axis=1)
         back = np.linalg.norm(points[n] - points[j], axis=1)

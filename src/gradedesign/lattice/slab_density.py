@@ -1,4 +1,4 @@
-"""The density a lattice really has, slab by slab of one cell, beside the one that was asked for."""
+"""Density of a built lattice in slabs of one cell, beside the specified density."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class SlabDensities:
     part_volume : (n,) array, mm^3
         Of the part in every slab.
     target : (n,) array
-        Mean of the density asked for; skin and passive regions count as solid.
+        Mean of the specified density; skin and passive regions count as solid.
     field : (n,) array
         Share of the part inside the lattice's field, by evenly spread points.
     surface : (n,) array
@@ -59,9 +59,9 @@ class SlabDensities:
             object.__setattr__(self, name, locked(getattr(self, name), (None,), name=name))
 
 
-def total(slabs: SlabDensities, what: str) -> float:
-    """Density of all slabs together; ``what`` is target, field or surface."""
-    values: FloatArray = getattr(slabs, what)
+def total(slabs: SlabDensities, quantity: str) -> float:
+    """Density of all slabs together; ``quantity`` is target, field or surface."""
+    values: FloatArray = getattr(slabs, quantity)
     return float(slabs.part_volume @ values / slabs.part_volume.sum())
 
 
@@ -187,7 +187,7 @@ def layered_density(
     *,
     thickness: float,
 ) -> tuple[SlabDensities, ...]:
-    """Density of slabs across x, y and z of a lattice of which there are layers, no surface.
+    """Density of slabs across x, y and z of a lattice that is built as layers, without a surface.
 
     Parameters
     ----------

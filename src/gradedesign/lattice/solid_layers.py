@@ -156,9 +156,9 @@ def _passive(region: PassiveRegion, solid: Field, part: Field) -> SolidLayer:
         return lambda points, _: solid(points)
 
     def volume(points: FloatArray, distance: FloatArray | None) -> FloatArray:
-        known = part(points) if distance is None else distance
+        to_part = part(points) if distance is None else distance
         # Where they are flush the distance to the volume is that beyond the face: less than twice.
-        return np.asarray(solid(points) - 2.0 * np.maximum(known + start, 0.0))
+        return np.asarray(solid(points) - 2.0 * np.maximum(to_part + start, 0.0))
 
     return volume
 

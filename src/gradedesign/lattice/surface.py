@@ -95,8 +95,8 @@ def extract_surface(
         If the field has no solid on the grid, is not finite, or the surface is not closed.
     """
     grid = boxed_grid(lower, upper, h)
-    found = contour(field, grid, nodes=nodes)
-    surface = SurfaceMesh(vertices=found.vertices, faces=found.near.astype(np.int64))
+    mesh = contour(field, grid, nodes=nodes)
+    surface = SurfaceMesh(vertices=mesh.vertices, faces=mesh.near.astype(np.int64))
     report_step("checking the surface")
     require_closed(surface)
     return surface
@@ -210,12 +210,12 @@ def contour(
     del vertices, corners
     flips = _with_better_diagonals(places, triangles, ends[:2], grid)
     deep, near, _ = np.split(triangles, ends[:2])
-    found = Contour(vertices=places, deep=deep, near=near, inner=inner, outer=outer)
+    result = Contour(vertices=places, deep=deep, near=near, inner=inner, outer=outer)
     log.info(
         "surface: %d x %d x %d nodes at %g mm, %d triangles, %d diagonals flipped, %.1f s",
-        *(*grid.shape, h, found.count, flips, perf_counter() - began),
+        *(*grid.shape, h, result.count, flips, perf_counter() - began),
     )
-    return found
+    return result
 
 
 def _with_better_diagonals(
@@ -256,7 +256,7 @@ def _cut_at_box(field: Field, lower: FloatArray, upper: FloatArray) -> Field:
 
     def boxed(points: FloatArray) -> FloatArray:
         values = np.array(field(points), dtype=np.float64, order="C")
-        if values.shape == points.shape[1:]:  # else it is refused by whoever asks
+        if values.shape == points.shape[1:]:  # else the caller refuses it
             flat = np.ascontiguousarray(points, dtype=np.float64).reshape(3, -1)
             cut_at_box(values.reshape(-1), flat, middle, half)
         return values

@@ -101,11 +101,11 @@ def with_skin_edges(
     open_ones &= part(vertices.T) < -OVERHANG * step - 1e-6
     for _ in range(ROUNDS):
         moved = moved_onto_skins(vertices, open_ones, skins, field, step)
-        fine, found, corners = _divided(moved, faces, open_ones, skins, field, step)
+        fine, triangles, corners = _divided(moved, faces, open_ones, skins, field, step)
         if not len(corners):
             # What has been collapsed may be divided again.
-            again = _divided(fine, found, open_ones, skins, field, step)
-            return (fine, found) if len(again[2]) else again[:2]
+            again = _divided(fine, triangles, open_ones, skins, field, step)
+            return (fine, triangles) if len(again[2]) else again[:2]
         log.info(
             "%d triangles would cross at inner edges of a skin: left as contoured", len(corners)
         )
@@ -123,18 +123,18 @@ def _divided(
     step: float,
 ) -> tuple[FloatArray, NDArray[np.int32], FloatArray]:
     """The surface with divided edges, folds of it collapsed, and triangles that still cross."""
-    fine, found = divided_skin_edges(vertices, faces, open_ones, skins, field, step)
+    fine, triangles = divided_skin_edges(vertices, faces, open_ones, skins, field, step)
     to_skin = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins])
     inner = to_skin <= 0.01 * step
     inner[: len(open_ones)] &= open_ones
-    corners = _crossing(fine, found, to_skin <= 2 * step)
+    corners = _crossing(fine, triangles, to_skin <= 2 * step)
     for share in FOLDS:
         if not len(corners):
             break
         there = inner & _inside_any(fine, corners, share * step)
-        found = without_short_edges(fine, found.copy(), share * step, there)
-        corners = _crossing(fine, found, to_skin <= 2 * step)
-    return fine, found, corners
+        triangles = without_short_edges(fine, triangles.copy(), share * step, there)
+        corners = _crossing(fine, triangles, to_skin <= 2 * step)
+    return fine, triangles, corners
 
 
 def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -> FloatArray:
@@ -160,7 +160,7 @@ def _alone(layer: SolidLayer) -> Field:
 def _cut(raw: Contour, part: SurfaceMesh) -> tuple[FloatArray, NDArray[np.int32]]:
     """Cut the triangles near the part's surface, and join those deep inside to them again."""
     near = np.concatenate([raw.near, raw.outer, raw.inner])
-    cut = cut_capped(raw.vertices, near, len(raw.inner), part, what="printed surface")
+    cut = cut_capped(raw.vertices, near, len(raw.inner), part, subject="printed surface")
     number = np.where(cut.source >= 0, cut.source, len(raw.vertices) + np.arange(len(cut.source)))
     vertices = np.concatenate([raw.vertices, cut.vertices])
     return vertices, np.concatenate([raw.deep, number[cut.faces].astype(np.int32)])

@@ -61,7 +61,7 @@ def cell_layout(
     edges : (3,) sequence, mm
         Of the cell that the law describes.
     wanted : callable, optional, mm
-        Size that was asked for.
+        Nominal size.
 
     Returns
     -------

@@ -166,8 +166,8 @@ def _placed(
     for depth in depths[::-1]:
         hit = void_at(voids, points + depth * inward) == number
         reached[hit] = depth
-    known = np.flatnonzero(np.isfinite(reached))
-    points, inward, reached = points[:, known], inward[:, known], reached[known]
+    reachable = np.flatnonzero(np.isfinite(reached))
+    points, inward, reached = points[:, reachable], inward[:, reachable], reached[reachable]
     # The bottom of the hole lies free in the void where that is possible.
     bottom = lattice_field(design)(points + (reached + radius) * inward)
     room = np.where(bottom > 0, np.minimum(bottom, radius), 0.0)

@@ -109,15 +109,17 @@ def _small(domain: DesignDomain, diameter: float, where: str) -> Filling:
             f"regions has {max(largest, default=0.0):.3g} mm, so all of the part would be solid; "
             f"expected less"
         )
-    left = surface_distance(_together([c for c, fit in zip(cavities, fits, strict=True) if fit]))
+    to_large = surface_distance(
+        _together([c for c, fit in zip(cavities, fits, strict=True) if fit])
+    )
     small = [cavity for cavity, fit in zip(cavities, fits, strict=True) if not fit]
     if not small:
         # Those that the grid does not show.
-        return Filling(distance=lambda points: step - left(points))
-    gone = surface_distance(_together(small))
+        return Filling(distance=lambda points: step - to_large(points))
+    to_small = surface_distance(_together(small))
 
     def distance(points: FloatArray) -> FloatArray:
-        near, away = gone(points), left(points)
+        near, away = to_small(points), to_large(points)
         # Beyond a step from what is left, and nearer to it where a small cavity is nearer still.
         return np.minimum(step - away, np.maximum(near - step, 0.5 * (near - away)))
 

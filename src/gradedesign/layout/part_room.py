@@ -24,7 +24,7 @@ _NODES_PER_CELL = 4
 
 
 def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
-    """Question the unit of a part that is smaller or larger than what is printed."""
+    """Warnings for a part smaller or larger than printed parts are: its unit may be wrong."""
     edges = np.ptp(part.surface.vertices, axis=0)
     low, high = USUAL_EDGE
     if low <= edges.max() <= high:

@@ -88,7 +88,7 @@ def require_no_stress(case: GenerateCase) -> None:
 
 
 def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -> tuple[str, ...]:
-    """Say where skins meet across the part, so that it is solid there, and what is filled."""
+    """Warnings where skins meet across the part and make it solid, and on filled cavities."""
     warnings = [filling.note for filling in domain.fillings if filling.note]
     closed = [spec for spec in case.lattice.skin if not spec.net]
     for spec, skin in zip(closed, domain.skins, strict=True):

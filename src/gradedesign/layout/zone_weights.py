@@ -136,7 +136,7 @@ def _border(case: Case, zone: ZoneSpec, part: Part, distance: Field) -> Field:
 
 def _formula_border(case: Case, zone: ZoneSpec, distance: Field) -> Field:
     """Value of a formula over the length of its gradient: a distance to first order, mm."""
-    number = next(k for k, other in enumerate(case.zone) if other is zone)
+    number = next(k for k, entry in enumerate(case.zone) if entry is zone)
     with locating(case, f"zone[{number}].formula"):
         value = formula_field(parse_formula(zone.formula or ""), distance)
     step = _STEP * case.lattice.cell_size

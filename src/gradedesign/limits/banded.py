@@ -12,7 +12,7 @@ from gradedesign.errors import CaseError
 #: Spacing of the elements, mm, and the value found with them.
 ValueAtSize: TypeAlias = tuple[float, float]
 
-#: Spacings nearer than this say nothing about their difference.
+#: Least ratio of two spacings whose values can be compared.
 LEAST_RATIO = 1.05
 #: Order with which the error is taken to fall where none is known: the volume that chamfers and
 #: missed struts lose goes with the square of the element.
@@ -26,9 +26,9 @@ LEAST_UNKNOWN = 0.04
 #: errors are largest, for 15 blocks of 12 cells in compression, shear and bending: 0.39 at most at
 #: the resolutions that judge, above 0.3 for one of them; docs/finite-cells.md.
 RESIDUAL_FACTORS = (0.18, 0.25, 0.4)
-#: An order that three resolutions show is believed where it leaves this share of the residual.
+#: An observed order counts where the remaining error is at least this share of the residual.
 LEAST_REST = 0.05
-#: Residuals tell the factor where the finer one has fallen to this share of the other or less.
+#: The factor is fitted where the finer residual is at most this share of the coarser one.
 TELLING = 0.75
 #: Two values that agree better than this, over the value, do not make a band of nothing.
 LEAST_FALL = 0.005
@@ -135,7 +135,7 @@ def banded(
     seen = observed_order(values)
     rest = 0.0 if seen is None else change / (ratio**seen - 1.0)
     if seen is not None and min(orders) <= seen <= max(orders):
-        # What is missing makes the value larger: an order of values that fall tells of the solid.
+        # Refinement raises the magnitude on a fixed solid; where it falls, the solid has changed.
         missing = math.copysign(1.0, value) * rest
         if residuals is None or missing >= LEAST_REST * residuals[-1] * abs(value):
             ends = (value, value + SAFETY * rest)
@@ -155,10 +155,10 @@ def banded(
 
 
 def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[float, float]) -> Banded:
-    """Band from what tractions out of balance say is missing, with what the last two values add.
+    """Band from the residual of the tractions and the change between the last two values.
 
-    Where the value rises while the residual falls well, both tell the factor between them. Where it
-    falls, the solid of the coarse one was too thin, by an error that falls with order 2.
+    Where the value rises while the residual falls well, the factor is fitted to both. Where the
+    value falls, the coarse solid was too thin, by an error that falls with order 2.
     """
     (coarse, before), (fine, value) = values[-2], values[-1]
     usual, least, most = RESIDUAL_FACTORS

@@ -1,6 +1,6 @@
 """Cell buckling: the macroscopic stress times a factor must not buckle a cell.
 
-Explicit analyses are linear and know nothing of it, so that the homogenised prediction judges.
+Explicit analyses are linear and do not include it, so the homogenised prediction decides.
 """
 
 from __future__ import annotations

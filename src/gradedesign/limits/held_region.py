@@ -56,11 +56,13 @@ def judged_cases(
         for name, supports in placed.supports.items()
         if entry.load_case in (None, name)
     }
-    held = [name for name, s in cases.items() if _holds(s, nodes, entry.component)]
-    if len(held) == len(cases):
-        raise CaseError(_refusal(placed.case, entry, where, held))
+    holding_cases = [name for name, s in cases.items() if _holds(s, nodes, entry.component)]
+    if len(holding_cases) == len(cases):
+        raise CaseError(_refusal(placed.case, entry, where, holding_cases))
     # A held region that is moved has a value in the load case, one at rest has none.
-    resting = {case for case in held if not _prescribed(cases[case], nodes, entry.component).any()}
+    resting = {
+        case for case in holding_cases if not _prescribed(cases[case], nodes, entry.component).any()
+    }
     warnings = [
         f"{name} is not judged in load case '{case}', whose supports hold the whole region"
         for case in cases
@@ -84,24 +86,24 @@ def refuse_held_surfaces(
         limited = range(3) if entry.component is None else (entry.component,)
         wanted = set(regions[entry.region].triangles.tolist())
         cases = [load for load in case.load_case if entry.load_case in (None, load.name)]
-        held = [
+        holding_cases = [
             load.name
             for load in cases
             if all(wanted <= _held_triangles(load, regions, component) for component in limited)
         ]
-        if cases and len(held) == len(cases):
-            raise CaseError(_refusal(case, entry, f"{kind}[{number}]", held))
+        if cases and len(holding_cases) == len(cases):
+            raise CaseError(_refusal(case, entry, f"{kind}[{number}]", holding_cases))
 
 
 def _held_triangles(
     load_case: LoadCaseSpec, regions: Mapping[str, Region], component: int
 ) -> set[int]:
     """Triangles of the part's surface that a load case holds along one direction."""
-    held: set[int] = set()
+    triangles: set[int] = set()
     for fix in load_case.fix:
         if fix.displacement[component] is not None:
-            held.update(regions[fix.region].triangles.tolist())
-    return held
+            triangles.update(regions[fix.region].triangles.tolist())
+    return triangles
 
 
 def _holds(supports: Supports, nodes: IntArray, component: int | None) -> bool:
@@ -116,9 +118,11 @@ def _prescribed(supports: Supports, nodes: IntArray, component: int | None) -> F
     return value if component is None else value[component]
 
 
-def _refusal(case: Case, entry: MovingRegion, where: str, held: Sequence[str]) -> str:
+def _refusal(case: Case, entry: MovingRegion, where: str, holding_cases: Sequence[str]) -> str:
     """Message for a limit that no design could change."""
-    cases = f"load case{'s' if len(held) > 1 else ''} " + ", ".join(f"'{name}'" for name in held)
+    cases = f"load case{'s' if len(holding_cases) > 1 else ''} " + ", ".join(
+        f"'{name}'" for name in holding_cases
+    )
     way = "every direction" if entry.component is None else "xyz"[entry.component]
     return (
         f"{case.where(f'limits.{where}.region')}: the supports of {cases} hold the "

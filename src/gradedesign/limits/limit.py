@@ -66,7 +66,7 @@ class Limit(ABC):
     converges: ClassVar[bool] = False
     #: Largest factor on the limit of a point while the value is below its aim.
     most_allowance: ClassVar[float] = 1.0
-    #: Utilisation up to which a miss may still vanish by what changes around it.
+    #: Utilisation up to which a broken limit may hold again by changes elsewhere in the design.
     scatter: ClassVar[float] = 1.0
 
     @property
@@ -86,7 +86,7 @@ class Limit(ABC):
     def responses(
         self, state: HomogenisedState, memory: tuple[int, ...] = ()
     ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
-        """Values with their derivatives, the governing one first, and what to remember of them.
+        """Values with their derivatives, the governing one first, and the memory for the next call.
 
         Parameters
         ----------
@@ -107,7 +107,7 @@ class Limit(ABC):
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:  # noqa: ARG002
         """Values in an analysis of the solid part or of the explicit lattice; none unless measured.
 
-        The row of the limit's own key is the one that teaches the correction.
+        The row of the limit's own key updates the correction.
         """
         return ()
 
@@ -201,7 +201,7 @@ class StatedLimit:
     allowed : str
         Such as ``"2 mm"`` or ``"2 x solid"``.
     region : str
-        Region of the part that it speaks about, or empty.
+        Region of the part that it applies to, or empty.
     by_gradient : bool
         It costs sizing an adjoint solve.
     """

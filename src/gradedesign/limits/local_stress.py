@@ -177,12 +177,12 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
 
 def percentile_warnings(law: ScalingLaw, percentile: float) -> tuple[str, ...]:
     """Warn where the law predicts another percentile than the judged one."""
-    known = law.local_stress
-    if known is None or known.has_distribution or known.percentile == percentile:
+    stress_law = law.local_stress
+    if stress_law is None or stress_law.has_distribution or stress_law.percentile == percentile:
         return ()
     return (
         f"stress is judged at the {percentile:g}th percentile by volume, but the strength surfaces "
-        f"of law '{law.name}' stand for the {known.percentile:g}th: the first prediction "
+        f"of law '{law.name}' stand for the {stress_law.percentile:g}th: the first prediction "
         f"is off by that, later ones are corrected",
     )
 

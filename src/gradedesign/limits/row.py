@@ -104,8 +104,8 @@ def row_from_json(data: Mapping[str, Any]) -> LimitRow:
     KeyError, TypeError
         If the data is of another layout.
     """
-    known = {field.name for field in fields(LimitRow)}
-    plain = {name: value for name, value in data.items() if name in known}
+    field_names = {field.name for field in fields(LimitRow)}
+    plain = {name: value for name, value in data.items() if name in field_names}
     if (band := plain.get("band")) is not None:
         plain["band"] = Banded(**{**band, "sizes_mm": tuple(band["sizes_mm"])})
     return LimitRow(**{**plain, "key": LimitKey(**data["key"])})

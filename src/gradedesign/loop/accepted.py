@@ -39,9 +39,9 @@ from gradedesign.workspace.run_folder import RunFolder
 
 #: Grid of the exported surface over the surface size of the explicit analysis.
 SURFACE_PER_SPACING = 0.5
-#: Where stress is used to this share of its limit, submodels teach the next design something.
+#: Utilisation of stress from which submodels give the next design a useful factor.
 NEARLY = 0.85
-#: Submodels are left out: the design is refused for what they do not judge.
+#: Reason to leave submodels out: a limit that they do not evaluate is broken.
 NOT_NEEDED = Acceptance(scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=())
 
 
@@ -233,15 +233,15 @@ def with_remeshed(
     remeshed = {row.key: row for row in limit_rows(limits, acceptance.whole, judge)}
     out = []
     for row in rows:
-        other = remeshed.get(row.key)
-        if other is None or (row.converges and row.band is None):
+        remeshed_row = remeshed.get(row.key)
+        if remeshed_row is None or (row.converges and row.band is None):
             out.append(row)
         elif not row.converges:
-            ratio = other.value / row.value if row.value else 1.0
+            ratio = remeshed_row.value / row.value if row.value else 1.0
             out.append(row.scaled(Banded(value=ratio, low=ratio, high=ratio), judge))
         elif row.band is not None:
-            band = row.band.including(other.value)
-            words = f"{row.judged_by}; {other.value:.4g} {row.unit} by {judge}"
+            band = row.band.including(remeshed_row.value)
+            words = f"{row.judged_by}; {remeshed_row.value:.4g} {row.unit} by {judge}"
             out.append(replace(row, band=band, judged_by=words))
     return tuple(out)
 

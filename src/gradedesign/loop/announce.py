@@ -116,9 +116,9 @@ class Announcer:
 
     def iteration(self, iteration: DesignIteration, *, resumed: bool = False) -> None:
         """Report one finished iteration."""
-        it = iteration.summary
+        summary = iteration.summary
         if not resumed:
-            for name, seconds in it.timing_s.items():
+            for name, seconds in summary.timing_s.items():
                 self.took(name, seconds)
         discrepancies = "".join(
             f", {kind} discrepancy {value:+.1%}"
@@ -126,17 +126,18 @@ class Announcer:
         )
         self.say(
             "iteration",
-            f"iteration {it.number}{' (resumed)' if resumed else ''}: mass {it.mass_g:.4g} g "
-            f"(lattice {it.lattice_mass_g:.4g} g), utilisation {it.utilisation:.1%}"
-            f"{discrepancies}, {it.dofs / 1e6:.2f} M dof, {it.seconds:.0f} s",
-            mass_g=it.mass_g,
-            utilisation=it.utilisation,
+            f"iteration {summary.number}{' (resumed)' if resumed else ''}: mass "
+            f"{summary.mass_g:.4g} g (lattice {summary.lattice_mass_g:.4g} g), utilisation "
+            f"{summary.utilisation:.1%}{discrepancies}, {summary.dofs / 1e6:.2f} M dof, "
+            f"{summary.seconds:.0f} s",
+            mass_g=summary.mass_g,
+            utilisation=summary.utilisation,
         )
 
     def printed(self, body: PrintedBody, material: Material) -> None:
         """Report the printed file: its mass, its thinnest walls, and how far the analysed one is.
 
-        What differs beyond its threshold is a warning of the result.
+        A difference beyond its threshold is a warning of the result.
         """
         thin, both = body.thickness.percentiles_mm, body.comparison
         apart = f" and surface up to {both.distance_mm:.2g} mm" if both.contoured else ""

@@ -1,7 +1,7 @@
 """Reason why the loop ended, and advice on how to go further.
 
-Budgets end a run and say so; they do not steer it. So the clock is read here only, and the only
-answer that it gives is that no further iteration is begun.
+Budgets end a run with a stated reason; they do not steer it. So the clock is read here only, and
+only to decide that no further iteration is begun.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can f
 def why_ended(
     setup: Setup, iterations: Sequence[DesignIteration], factors: Factors, deadline: Deadline
 ) -> Ended | None:
-    """Say what ends the loop before another iteration, or None.
+    """Reason to end the loop before another iteration, or None.
 
     Parameters
     ----------
@@ -87,12 +87,12 @@ def why_ended(
         )
     # The first iteration of all also compiles, so it is reserve enough for the second.
     needed = last * (TIME_RESERVE if len(iterations) > 1 else 1.0)
-    left = deadline.remaining()
-    if left < needed:
+    remaining = deadline.remaining()
+    if remaining < needed:
         return Ended(
             by="time",
             words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
-            f"{counted(len(iterations), 'iteration')}; about {_rounded(needed - left)} s more "
+            f"{counted(len(iterations), 'iteration')}; about {_rounded(needed - remaining)} s more "
             f"allow another iteration",
         )
     return None
@@ -137,9 +137,9 @@ def stuck(iterations: Sequence[DesignIteration]) -> bool:
     return bool(np.abs(iterations[-1].rho - iterations[-2].rho).max() < SAME_DENSITY)
 
 
-def counted(number: int, what: str) -> str:
+def counted(number: int, noun: str) -> str:
     """Number and noun: ``1 iteration``, ``2 iterations``."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _rounded(seconds: float) -> int:

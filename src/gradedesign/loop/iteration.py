@@ -118,9 +118,9 @@ def analyse_cells(
 ) -> Analysed:
     """Build the lattice of element densities in the cells of the setup and analyse it.
 
-    ``at_most``, mm, is the spacing of the iteration before: corrections learn the error of its grid
-    too, and hold on a coarser one no longer. A coarser one is taken, and said, where the memory
-    does not hold it.
+    ``at_most``, mm, is the spacing of the iteration before: corrections include the error of its
+    grid, so they are not valid on a coarser one. A coarser grid is taken, with a message, where the
+    memory does not hold this one.
     """
     problem, cells = setup.problem, setup.cells
     grid = density_grid(problem, cells, rho)
@@ -275,9 +275,9 @@ def touches_lower_bound(setup: Setup, rho: FloatArray) -> bool:
 def aim_of(previous: Sequence[DesignIteration]) -> float:
     """Utilisation of the limits that the next sizing aims at.
 
-    `TARGET`; after three iterations whose last one breaks a limit less, by what its prediction was
-    off: designs of one mass then differ by as much, and iterations that aim at the limit miss it
-    again.
+    `TARGET`; after three iterations whose last one breaks a limit, less by the error of its
+    prediction: designs of one mass then scatter by as much, and iterations that aim at the limit
+    miss it again.
     """
     if len(previous) < SCATTERED_ITERATIONS or previous[-1].summary.passed:
         return TARGET

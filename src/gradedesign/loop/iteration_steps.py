@@ -48,10 +48,10 @@ from gradedesign.workspace.progress import report_step
 #: Sizing aims a little below each limit, so that a small discrepancy does not break it.
 TARGET = 0.985
 #: Sizing iterations in the first iterations of the loop. Each sizing goes on from the variables of
-#: the one before. The first design only teaches the correction, which changes more than further
-#: sizing would win.
+#: the one before. The first design only serves to find the correction, which changes more than
+#: further sizing would gain.
 FIRST_SIZING_ITERATIONS = (10, 20)
-#: Later ones only tune: a design that keeps changing outruns what was learned about the last one.
+#: Later ones only tune: corrections of the last design do not fit one that has changed much.
 TUNING_SIZING_ITERATIONS = 8
 #: The density grid resolves a cell by this many nodes.
 NODES_PER_CELL = 4
@@ -93,7 +93,7 @@ def corrected_limits(limits: Sequence[Limit], correction: Correction) -> tuple[L
 
 
 def tightened_limits(limits: Sequence[Limit], factors: Factors) -> tuple[Limit, ...]:
-    """Limits that leave room for what acceptance finds over the explicit analysis."""
+    """Limits tightened by the ratio of accepted to explicit values."""
     return tuple(
         replace(limit, allowed=limit.allowed / factors.get(limit.key, 1.0)) for limit in limits
     )
@@ -166,8 +166,8 @@ def size_design(
 def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> DensityGrid:
     """The density field from which the lattice is built.
 
-    Where zones have different bounds, the place of every density between its bounds is what is
-    smoothed, so that the field keeps the bounds of the place.
+    Where zones have different bounds, the relative position of every density between its bounds is
+    smoothed, so that the field keeps the local bounds.
     """
     report_step("density field")
     cell = problem.case.lattice.cell_size
@@ -176,7 +176,7 @@ def density_grid(problem: Problem, cells: CellChoice, rho: FloatArray) -> Densit
     if zoning is None or zoning.windows is None:
         return density_grid_from_elements(mesh, rho, spacing=spacing, margin=margin)
     low, high = zoning.windows
-    # An element with one density says nothing about its neighbours: the middle.
+    # An element whose bounds are equal gets the middle: it has no relative position.
     height = np.full(rho.size, 0.5)
     np.divide(rho - low, high - low, out=height, where=high > low)
     heights = density_grid_from_elements(
@@ -247,7 +247,7 @@ def explicit_spacing(problem: Problem, cells: CellChoice, grid: DensityGrid) -> 
 def explicit_spacing_for(problem: Problem, element: float) -> float:
     """Element size that the case states, or that follows the layers and walls, mm.
 
-    ``element``, mm, is what the thinnest wall asks for.
+    ``element``, mm, is the size that the thinnest wall needs.
     """
     case = problem.case
     if case.run.explicit_mesh_size is not None:
@@ -260,8 +260,8 @@ def predict(
 ) -> Prediction:
     """Solve the corrected homogenised part for the densities that sizing chose.
 
-    What the density grid smooths on the way to the lattice is part of what explicit analyses
-    teach, so that the value sizing aims at is the value the lattice shows.
+    The smoothing by the density grid is part of the corrections from explicit analyses, so that the
+    value sizing aims at is the value of the built lattice.
     """
     model = corrected_model(model, correction)
     limits = corrected_limits(limits, correction)

@@ -138,6 +138,6 @@ def _corrected(
             # The stiffness changes the homogenised stress too: keep the product right.
             factors[key] = old * before[key] / again[key]
         elif key not in bounds and key in explicit:
-            # What the stiffness leaves goes to each limit's own factor.
+            # The remaining discrepancy goes to each limit's own factor.
             factors[key] = damped(old, old * explicit[key] / again[key], damping)
     return replace(trial, factors=tuple(factors.items()))

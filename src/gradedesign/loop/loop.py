@@ -1,6 +1,6 @@
 """The loop over designs: iterate until one is accepted, no iteration can help, or a budget ends.
 
-It knows no mesh, no solver and no file: what is iteration with a design is injected as `Stages`.
+It depends on no mesh, solver or file: the steps of an iteration are injected as `Stages`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end, refused_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
 
-#: A limit of a design from which the next one learns is used to this share.
+#: Least utilisation of a limit at which acceptance of a design corrects the next one.
 NEAR = 0.88
 #: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 MAY_HOLD = 1.02
@@ -29,7 +29,7 @@ MAY_HOLD = 1.02
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """Outcome of an acceptance: whether the design holds, and accepted over explicit values."""
+    """Outcome of an acceptance: whether the design holds; accepted over explicit values."""
 
     holds: bool
     factors: Factors
@@ -42,16 +42,16 @@ class Stages:
     Attributes
     ----------
     iterate : callable
-        Size with what earlier iterations and acceptance taught, analyse explicitly and correct:
-        finished iterations and factors to the next iteration and its analysis.
+        Finished iterations and factors to the next iteration and its analysis: size with the
+        corrections so far, analyse explicitly and update the corrections.
     accept : callable
-        An iteration, and its analysis where that is at hand, to what acceptance says of its design.
+        An iteration, and its analysis where that is at hand, to the acceptance of its design.
     why_ended : callable
-        Finished iterations and factors to what ends the loop before another iteration, or None.
+        Finished iterations and factors to the reason to end before another iteration, or None.
     store_iteration : callable
         Keeps the last of the finished iterations for a run that is resumed.
     store_acceptance : callable
-        Keeps the iterations that were refused, the factors, and what was judged last.
+        Keeps the iterations that were refused, the factors, and the last verdict.
     """
 
     iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
@@ -177,7 +177,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
 def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:
     """Factors for the next design: where two designs enclose it, the means of both.
 
-    A first refused design is believed alone, since those before it were far from their limits.
+    After a first refused design its factors alone count: earlier ones were far from their limits.
 
     Parameters
     ----------
@@ -208,12 +208,12 @@ def _best_left(
     stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
 ) -> Accepted | None:
     """Accept the lightest earlier design that held every limit, if there is one left."""
-    left = [
+    candidates = [
         i
         for i in iterations
         if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
     ]
-    for iteration in sorted(left, key=lambda i: i.summary.mass_g):
+    for iteration in sorted(candidates, key=lambda i: i.summary.mass_g):
         accepted = stages.accept(iteration, None)
         if accepted.holds:
             return accepted
@@ -255,14 +255,14 @@ def _lighter_left(
     lightest. Nothing is judged where there is no time for another iteration.
     """
     mass = accepted.iteration.summary.mass_g
-    left = [
+    candidates = [
         i
         for i in iterations
         if i.summary.number not in tried and i.summary.mass_g < mass and _is_ready(i, last.factors)
     ]
-    if not left or stages.why_ended(iterations[:-1], last.factors) is not None:
+    if not candidates or stages.why_ended(iterations[:-1], last.factors) is not None:
         return accepted, ended
-    latest = stages.accept(min(left, key=lambda i: i.summary.mass_g), None)
+    latest = stages.accept(min(candidates, key=lambda i: i.summary.mass_g), None)
     if not latest.holds:
         number = latest.iteration.summary.number
         return accepted, _enclosed(accepted, iterations, (number,)) or ended
@@ -280,9 +280,9 @@ def _better(earlier: Accepted | None, later: Accepted) -> Accepted:
 
 
 def _teaches(iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]) -> bool:
-    """From the second on, the first design that holds is near enough to learn from.
+    """Whether a design holds and is near a limit, from the second on and before any acceptance.
 
-    What acceptance finds of it is known to all that follow, and a verdict is at hand early.
+    Its acceptance gives factors for all later designs, and an early verdict.
     """
     rows = with_factors(iterations[-1].rows, factors)
     near = worst_utilisation(rows) >= NEAR
@@ -290,6 +290,6 @@ def _teaches(iterations: Sequence[DesignIteration], factors: Factors, tried: set
 
 
 def _is_ready(iteration: DesignIteration, factors: Factors) -> bool:
-    """Limits hold in the explicit analysis, with what acceptance taught, and one is used."""
+    """Whether explicit values times the factors of acceptance hold, and use up a limit."""
     rows = with_factors(iteration.rows, factors)
     return all_hold(rows) and is_tight(rows, at_lower_bound=iteration.at_lower_bound)

@@ -1,7 +1,8 @@
 """Cost of a run in unknowns, memory and seconds, before it and after its first iteration.
 
 Every stage takes a number of seconds for each unit of its work, measured on two cores of an
-otherwise idle machine. After its first iteration a run replaces them by what its own stages took.
+otherwise idle machine. After its first iteration a run replaces them by the times of its own
+stages.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ class CostPrediction:
     acceptance_s : float, s
         Body-fitted meshes of the exported file and their analysis.
     iteration_s : float, s
-        A first iteration: sizing, mesh, solve, and what it teaches.
+        A first iteration: sizing, mesh, solve, and the update of the corrections.
     run_s : float, s
         ``iterations`` iterations, one acceptance, part and output.
     iterations : int
@@ -201,7 +202,7 @@ def mesher_tets(explicit_tets: float, share: float = 1.0) -> int:
 def learned_speed(
     work: RunWork, iterations: int, seconds: Mapping[str, float], speed: Speed = MEASURED
 ) -> Speed:
-    """Replace measured numbers by what the stages of a finished iteration took.
+    """Speed from the times of the stages of a finished iteration.
 
     Solves depend least on the case, so that theirs tells how fast the machine is at present: the
     mesher, which no iteration runs, is taken to be as much slower or faster.

@@ -55,7 +55,7 @@ class RunCost:
         announce.cost(self.before, self.budget)
 
     def learn(self, iterations: Sequence[DesignIteration], announce: Announcer) -> None:
-        """Predict anew from the first iteration, once it is there."""
+        """Repeat the prediction with the times of the first iteration, once it has finished."""
         if len(iterations) != 1 or self.work is None:
             return
         self.after = learned_cost(self.work, iterations[0])
@@ -69,15 +69,15 @@ class RunCost:
 
 def learned_cost(work: RunWork, first: DesignIteration) -> CostPrediction:
     """Predict a run from the seconds and the unknowns of its first iteration."""
-    it = first.summary
-    grown = it.dofs / work.explicit_dofs
+    summary = first.summary
+    grown = summary.dofs / work.explicit_dofs
     real = replace(
         work,
-        explicit_dofs=it.dofs,
+        explicit_dofs=summary.dofs,
         explicit_memory=int(grown * work.explicit_memory),
         explicit_solve_s=grown * work.explicit_solve_s,
         whole_s=grown * work.whole_s,
         mesher_tets=int(grown * work.mesher_tets),
     )
-    speed = learned_speed(real, it.sizing_iterations, it.timing_s)
+    speed = learned_speed(real, summary.sizing_iterations, summary.timing_s)
     return predict_cost(real, speed, learned=True)

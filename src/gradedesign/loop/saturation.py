@@ -20,7 +20,7 @@ from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.sizing.state import SolvedState, solved_state
 
-#: A limit is out of reach if this many times what the model says could be gained is not enough.
+#: A limit is out of reach if this many times the gain that the model predicts is not enough.
 SAFETY = 2.0
 #: Below this gain, the densities that matter for a value are reported to stand at their bound.
 NO_GAIN = 0.02
@@ -29,11 +29,11 @@ AT_BOUND = 1e-2
 
 
 def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str | None:
-    """Say which limit no density of this lattice can hold, or None.
+    """Sentence on the limit that no density of this lattice can hold, or None.
 
     Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
-    densities at their bounds would not gain what is missing. Of the others those tetrahedra matter
-    whose own stress asks for a higher density.
+    densities at their bounds would not gain enough. For the others those tetrahedra matter whose
+    own stress needs a higher density.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def density_gain(
 
 
 def needy_at_bound(wanted: FloatArray, rho: FloatArray, setup: Setup) -> bool:
-    """Whether tetrahedra ask for more density than they have, and all are at the upper bound."""
+    """Whether there are tetrahedra that need more density, and all are at the upper bound."""
     lattice = setup.model.solid_fraction < 1
     needy = lattice & (wanted > rho * (1 + AT_BOUND))
     full = rho >= element_bounds(setup.cells)[1] * (1 - AT_BOUND)

@@ -87,12 +87,12 @@ def density_for_strength(law: ScalingLaw, share: float) -> float:
 
 
 def _smallest_density(
-    law: ScalingLaw, curve: Callable[[float], float], share: float, what: str
+    law: ScalingLaw, curve: Callable[[float], float], share: float, quantity: str
 ) -> float:
     """Invert an increasing curve over the law's window."""
     if not (np.isfinite(share) and share >= 0):
         raise DensityError(
-            f"{share:g} of the solid's {what} gives no density; expected a share of 0 or more"
+            f"{share:g} of the solid's {quantity} gives no density; expected a share of 0 or more"
         )
     lower, upper = law.window
     if curve(lower) >= share:
@@ -100,7 +100,7 @@ def _smallest_density(
     most = curve(upper)
     if most < share:
         raise DensityError(
-            f"needs {share:.4g} of the solid's {what}, but law '{law.name}' reaches only "
+            f"needs {share:.4g} of the solid's {quantity}, but law '{law.name}' reaches only "
             f"{most:.4g} at the end of its window, density {upper:g}; use a law that reaches "
             f"further, or loosen the limit"
         )

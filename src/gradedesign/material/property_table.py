@@ -204,7 +204,7 @@ def read_property_table(text: str) -> PropertyTable:
 def _table(data: Mapping[str, Any]) -> PropertyTable:
     """Build the record from parsed text."""
     rows = data["rows"]
-    known = "uncertainty entries" in data
+    has_uncertainty = "uncertainty entries" in data
     return PropertyTable(
         name=str(data["name"]),
         family=str(data["family"]),
@@ -213,7 +213,9 @@ def _table(data: Mapping[str, Any]) -> PropertyTable:
         poissons_ratio=float(data["poissons_ratio"]),
         density=np.array([row["density"] for row in rows]),
         stiffness=np.array([_whole(row["stiffness"]) for row in rows]),
-        uncertainty=np.array([_whole(row["uncertainty"]) for row in rows]) if known else None,
+        uncertainty=np.array([_whole(row["uncertainty"]) for row in rows])
+        if has_uncertainty
+        else None,
         stiffness_error=np.array([row["stiffness_error"] for row in rows]),
         strength=np.array([row["strength"] for row in rows]),
         strength_error=np.array([row["strength_error"] for row in rows]),

@@ -188,7 +188,7 @@ def _search(tri, flat, box, right, first, count, x, y, z, slot, most, stack, far
     """
     best, _, _, _ = _nearest_on_triangle(tri, flat, slot, x, y, z)
     best = min(best, most)
-    # Triangles that share the nearest corner differ by rounding: all of them are asked, so that
+    # Triangles that share the nearest corner differ by rounding: all are evaluated, so that
     # the distance does not depend on the guess.
     tied = best * _TIED
     stack[0], far[0], depth = 0, _box_distance2(box, 0, x, y, z), 1

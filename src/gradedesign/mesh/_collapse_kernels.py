@@ -84,12 +84,12 @@ def others(faces, f, v):
 
 
 @njit(cache=True)
-def stays_manifold(one, m, other, n):
+def stays_manifold(ring_a, m, ring_b, n):
     """Whether the edge between two vertices may collapse, by their rings: the link condition."""
     common = 0
     for i in range(m):
         for j in range(n):
-            common += one[i] == other[j]
+            common += ring_a[i] == ring_b[j]
     return common == 2 and not (m == 3 and n == 3)  # nothing is left of a tetrahedron
 
 
@@ -135,7 +135,7 @@ def collapse_short(vertices, faces, short2, first, users, locked):
     ``faces`` is changed in place; triangles that vanish become ``-1``. ``first`` and ``users``
     are the `stars` of the ends of short edges. Returns the collapsed edges and those put off.
     """
-    one, other = np.zeros(MOST, dtype=np.int64), np.zeros(MOST, dtype=np.int64)
+    ring_a, ring_b = np.zeros(MOST, dtype=np.int64), np.zeros(MOST, dtype=np.int64)
     done, put_off = 0, 0
     for f in range(len(faces)):
         for c in range(3):
@@ -152,15 +152,15 @@ def collapse_short(vertices, faces, short2, first, users, locked):
             if locked[a] or locked[b]:
                 put_off += 1
                 continue
-            m = ring_of(faces, first, users, a, one)
-            n = ring_of(faces, first, users, b, other)
-            if not stays_manifold(one, m, other, n):
+            m = ring_of(faces, first, users, a, ring_a)
+            n = ring_of(faces, first, users, b, ring_b)
+            if not stays_manifold(ring_a, m, ring_b, n):
                 continue
             free = True
             for i in range(m):
-                free = free and not locked[one[i]]
+                free = free and not locked[ring_a[i]]
             for j in range(n):
-                free = free and not locked[other[j]]
+                free = free and not locked[ring_b[j]]
             if not free:
                 put_off += 1
                 continue
@@ -171,9 +171,9 @@ def collapse_short(vertices, faces, short2, first, users, locked):
             gone, kept = (a, b) if cost_a <= cost_b else (b, a)
             move(faces, first, users, gone, kept)
             for i in range(m):
-                locked[one[i]] = True
+                locked[ring_a[i]] = True
             for j in range(n):
-                locked[other[j]] = True
+                locked[ring_b[j]] = True
             locked[a] = True
             locked[b] = True
             done += 1

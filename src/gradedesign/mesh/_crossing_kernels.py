@@ -95,7 +95,7 @@ def _node_meets(box, node, low, high, plane, thin):
 
 @njit(cache=True)
 def _triangle_meets(vertices, faces, j, low, high, plane, thin):
-    """The same for triangle j."""
+    """Whether triangle j's box meets the box from low to high, and triangle j crosses the plane."""
     for a in range(3):
         x, y, z = vertices[faces[j, 0], a], vertices[faces[j, 1], a], vertices[faces[j, 2], a]
         if min(x, y, z) > high[a] or max(x, y, z) < low[a]:

@@ -126,17 +126,17 @@ def winding(tri, turn, right, first, count, moments, x, y, z, stack):
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def find_rises(tri, turn, right, first, count, moments, share, asked, rise):
-    """Fill how much more the others wind in front of a triangle than behind, where it is asked.
+def find_rises(tri, turn, right, first, count, moments, share, suspect, rise):
+    """Fill the rise of the other triangles' winding number from behind each suspect to its front.
 
-    ``share`` of the radius of the circle in the triangle is how far before and behind its middle
-    the others are met; 0 of a triangle without area.
+    It is taken at ``share`` of the inscribed circle's radius before and behind the triangle's
+    middle; 0 for a triangle without area.
     """
     m = len(tri)
     for chunk in prange((m + CHUNK - 1) // CHUNK):
         stack = np.zeros(DEPTH, dtype=np.int64)
         for s in range(chunk * CHUNK, min(m, (chunk + 1) * CHUNK)):
-            if not asked[s]:
+            if not suspect[s]:
                 continue
             n = _area(tri, s)
             area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])

@@ -75,8 +75,8 @@ class _Patch:
 
     def place(self, v: int) -> FloatArray:
         """Position of a vertex, old or added."""
-        known = len(self.points)
-        return self.points[v] if v < known else self.added[v - known]
+        count = len(self.points)
+        return self.points[v] if v < count else self.added[v - count]
 
     def add(self, point: FloatArray) -> int:
         """Number of a new vertex."""

@@ -168,7 +168,7 @@ def _two_inside(u, w, diagonal, points):
 
 @njit(cache=True)
 def _emit(ni, no, a, surface, cuts, u, w, diagonal, out, n, points, extra):
-    """Write what is left of one lattice tetrahedron.
+    """Write the tetrahedra that fill the solid part of one lattice tetrahedron.
 
     Vertices: ``a`` inside (ni of them), ``surface``, and ``cuts[p * no + o]`` between inside
     corner p and outside corner o. Returns the next row and the next free point.

@@ -17,7 +17,7 @@ def mesh_surface(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Mesh the inside of a surface; see `serve_mesher`.
 
-    Of the way come the options ``threads`` (0: all) and ``simplify``.
+    The mesher's option sets add ``threads`` (0: all) and ``simplify``.
     """
     import pytetwild
 

@@ -14,7 +14,7 @@ from gradedesign.workspace.progress import report_step
 
 
 def intersection(
-    first: SurfaceMesh, second: SurfaceMesh, *, what: str, shortest: float = 0.0
+    first: SurfaceMesh, second: SurfaceMesh, *, subject: str, shortest: float = 0.0
 ) -> SurfaceMesh:
     """Closed surface of the volume that both enclose.
 
@@ -22,7 +22,7 @@ def intersection(
     ----------
     first, second : SurfaceMesh
         Closed, manifold, outward oriented.
-    what : str
+    subject : str
         Names the result in messages.
     shortest : float, mm
         Edges shorter than this are collapsed where the surface hardly moves.
@@ -34,17 +34,17 @@ def intersection(
     """
     # The kernel holds the interpreter's lock in each of its calls.
     report_step("reading the surfaces", blocking=True)
-    solids = _manifold(first, what), _manifold(second, what)
+    solids = _manifold(first, subject), _manifold(second, subject)
     report_step("intersection", blocking=True)
     common = solids[0] ^ solids[1]
-    empty = common.is_empty()  # the kernel computes when it is asked
+    empty = common.is_empty()  # the kernel evaluates lazily
     if shortest > 0 and not empty:
         report_step("collapsing short edges", blocking=True)
         common = common.as_original().simplify(shortest)
     mesh = common.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
     if len(faces) == 0:
-        raise MeshError(f"{what}: the two solids have no material in common")
+        raise MeshError(f"{subject}: the two solids have no material in common")
     return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
 
 
@@ -67,9 +67,9 @@ class CutPiece:
 
 
 def cut_capped(
-    vertices: FloatArray, faces: IntArray, caps: int, second: SurfaceMesh, *, what: str
+    vertices: FloatArray, faces: IntArray, caps: int, second: SurfaceMesh, *, subject: str
 ) -> CutPiece:
-    """Intersection of a solid with another that leaves some of its triangles alone.
+    """Intersection of a solid with another that keeps some of its triangles unchanged.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def cut_capped(
     caps : int
         Their number. They lie inside the second solid, away from its surface.
     second : SurfaceMesh
-    what : str
+    subject : str
         Names the result in messages.
 
     Raises
@@ -94,40 +94,40 @@ def cut_capped(
     used[faces] = True
     packed = (np.cumsum(used) - 1)[faces]
     mark = Manifold.reserve_ids(1)
-    first = _manifold(SurfaceMesh(vertices=vertices[used], faces=packed), what, mark)
-    solids = first, _manifold(second, what)
+    first = _manifold(SurfaceMesh(vertices=vertices[used], faces=packed), subject, mark)
+    solids = first, _manifold(second, subject)
     report_step("intersection", blocking=True)
     mesh = (solids[0] ^ solids[1]).to_mesh64()
     triangles = np.asarray(mesh.tri_verts).astype(np.int64)
     if len(triangles) == 0:
-        raise MeshError(f"{what}: the two solids have no material in common")
+        raise MeshError(f"{subject}: the two solids have no material in common")
     owner = np.repeat(mesh.run_original_id, np.diff(np.asarray(mesh.run_index).astype(int)) // 3)
     face = np.asarray(mesh.face_id).astype(np.int64)
     is_cap = (owner == mark) & (face >= len(faces) - caps)
     points = np.asarray(mesh.vert_properties)[:, :3]
     source = np.full(len(points), -1, dtype=np.int64)
-    found, same = 0, faces[face[is_cap]]
+    unchanged, same = 0, faces[face[is_cap]]
     for turn in range(3):  # the kernel may start a triangle at another corner
         corners = np.roll(same, turn, axis=1)
         equal = (points[triangles[is_cap]] == vertices[corners]).all(axis=(1, 2))
         source[triangles[is_cap][equal]] = corners[equal]
-        found += int(np.count_nonzero(equal))
-    if found != caps:
+        unchanged += int(np.count_nonzero(equal))
+    if unchanged != caps:
         raise MeshError(
-            f"{what}: the Boolean kernel changed {caps - found} of {caps} triangles that lie "
-            f"inside the part; use another grid step"
+            f"{subject}: the Boolean kernel changed {caps - unchanged} of {caps} triangles that "
+            f"lie inside the part; use another grid step"
         )
     return CutPiece(vertices=points, faces=triangles[~is_cap], source=source)
 
 
-def _manifold(surface: SurfaceMesh, what: str, mark: int | None = None) -> Any:
+def _manifold(surface: SurfaceMesh, subject: str, mark: int | None = None) -> Any:
     """The kernel's solid; with a mark, a result names its triangles by mark and number."""
     from manifold3d import Manifold, Mesh64
 
     count = len(surface.faces)
-    told: dict[str, Any] = {}
+    labels: dict[str, Any] = {}
     if mark is not None:
-        told = {
+        labels = {
             "run_original_id": np.array([mark], dtype=np.uint32),
             "run_index": np.array([0, 3 * count], dtype=np.uint64),
             "face_id": np.arange(count, dtype=np.uint64),
@@ -137,12 +137,12 @@ def _manifold(surface: SurfaceMesh, what: str, mark: int | None = None) -> Any:
         Mesh64(
             vert_properties=np.array(surface.vertices),
             tri_verts=surface.faces.astype(np.uint64),
-            **told,
+            **labels,
         )
     )
     if solid.status().name != "NoError":
         raise MeshError(
-            f"{what}: a surface of {len(surface.faces)} triangles cannot be cut, the Boolean "
+            f"{subject}: a surface of {len(surface.faces)} triangles cannot be cut, the Boolean "
             f"kernel reports {solid.status().name}; it must be closed and manifold"
         )
     return solid

@@ -106,8 +106,8 @@ def winding_at(
     columns : TriangleColumns
     points : (3, n) array, mm
     clearance : (n,) array, optional, mm
-        Lower bounds of the points' distances to the surface: neighbours that nothing parts are
-        found together.
+        Lower bounds of the points' distances to the surface: consecutive points that the surface
+        cannot separate are evaluated together.
 
     Returns
     -------

@@ -54,7 +54,7 @@ def agreeing(winding: WindingTree) -> WindingTree:
     """
     tree = winding.tree
     rise = np.zeros(len(tree.order))
-    asked = np.ones(len(rise), dtype=bool)
+    suspect = np.ones(len(rise), dtype=bool)
     for _ in range(_ROUNDS):
         kernels.find_rises(
             tree.triangles,
@@ -64,12 +64,12 @@ def agreeing(winding: WindingTree) -> WindingTree:
             tree.count,
             winding.moments,
             _SHARE,
-            asked,
+            suspect,
             rise,
         )
-        against = asked & (rise > 0.0)
+        against = suspect & (rise > 0.0)
         if not against.any():
             break
         winding = winding_tree(tree, np.where(against, -winding.turn, winding.turn))
-        asked = against | (rise > -_SURE)
+        suspect = against | (rise > -_SURE)
     return winding

@@ -3,7 +3,7 @@
 Isosurface stuffing cuts off an edge between two faces: the surface triangle runs from a vertex on
 one face to a vertex on the other. Here one end of each such triangle side is moved onto the edge,
 the intersection of both zero sets, wherever the tetrahedra around it stay good: first the nearer
-ends all at once, then what spoiled a tetrahedron together or alone one by one, then the other ends.
+ends all at once, then one by one those whose move spoiled a tetrahedron, then the other ends.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ log = logging.getLogger(__name__)
 #: A vertex lies on a face when the face's field is smaller than this, in grid spacings.
 ON_FACE = 0.08
 #: A vertex moves at most this far, in grid spacings. The tip of a wedge of less than 70 degrees
-#: lies farther than one spacing from what the grid sees of it.
+#: lies farther than one spacing from the surface that the grid resolves.
 FARTHEST = 1.5
 #: Dihedral angles that moved tetrahedra must keep, degrees.
 LEAST_ANGLE, LARGEST_ANGLE = 9.0, 165.0
-#: Rounds of moves: all nearer ends at once, then one by one what spoiled a tetrahedron together.
+#: Rounds of moves: all nearer ends at once, then one by one those that spoiled a tetrahedron.
 ROUNDS = 16
 #: Step of the difference quotients, in grid spacings.
 STEP = 1e-3
@@ -36,7 +36,7 @@ def snap_feature_edges(mesh: TetMesh, first: Field, second: Field, spacing: floa
     Parameters
     ----------
     mesh : TetMesh
-        Stuffed from ``max(one, other)``.
+        Stuffed from ``max(first, second)``.
     first, second : callable
         Fields in about mm, negative inside.
     spacing : float, mm
@@ -54,8 +54,10 @@ def snap_feature_edges(mesh: TetMesh, first: Field, second: Field, spacing: floa
     points = np.array(mesh.points)
     snapped = np.zeros(points.shape[1], dtype=bool)
     for turn in range(ROUNDS):
-        left = crossing[~snapped[crossing].any(axis=1) & np.isfinite(near[crossing]).any(axis=1)]
-        movers = np.unique(left[np.arange(len(left)), np.argmin(near[left], axis=1)])
+        remaining = crossing[
+            ~snapped[crossing].any(axis=1) & np.isfinite(near[crossing]).any(axis=1)
+        ]
+        movers = np.unique(remaining[np.arange(len(remaining)), np.argmin(near[remaining], axis=1)])
         if len(movers) == 0:
             break
         if turn > 0:
@@ -98,7 +100,7 @@ def _move(
 
 
 def _apart(movers: IntArray, tets: IntArray, count: int) -> IntArray:
-    """Of ascending vertices those that share no tet with a kept one of lower number."""
+    """Subset of ascending vertices that share no tetrahedron with a kept one of lower number."""
     rank = np.full(count, count)
     rank[movers] = movers
     near = tets[:, (rank[tets] < count).any(axis=0)]

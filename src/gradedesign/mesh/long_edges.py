@@ -70,7 +70,7 @@ def bisect_long_edges(mesh: TetMesh, longest: float) -> TetMesh:
 
 @contextmanager
 def _without_layout_warnings() -> Iterator[None]:
-    """Keep quiet about the memory layout that scikit-fem's own bisection hands to itself."""
+    """Suppress warnings about the memory layout inside scikit-fem's bisection."""
     logger = logging.getLogger("skfem.mesh.mesh")
     logger.addFilter(_is_not_layout)
     try:

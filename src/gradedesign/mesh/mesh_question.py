@@ -28,7 +28,7 @@ class MeshQuestion:
     options: Mapping[str, Option]
     volume: float
     volume_tolerance: float
-    what: str
+    subject: str
 
 
 def mesh_question(
@@ -37,7 +37,7 @@ def mesh_question(
     epsilon: float,
     volume_tolerance: float,
 ) -> MeshQuestion:
-    """Check what would crash the mesher or make its answer meaningless; move to the origin.
+    """Refuse surfaces that would crash the mesher or give a meaningless mesh; move to the origin.
 
     Raises
     ------
@@ -75,6 +75,6 @@ def mesh_question(
         },
         volume=volume,
         volume_tolerance=volume_tolerance,
-        what=f"a surface of {len(surface.faces)} triangles, {diagonal:.4g} mm across, with edges "
-        f"of {edge_length:.4g} mm and epsilon {epsilon:.4g} mm",
+        subject=f"a surface of {len(surface.faces)} triangles, {diagonal:.4g} mm across, with "
+        f"edges of {edge_length:.4g} mm and epsilon {epsilon:.4g} mm",
     )

@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 _KIND = "tetwild"
 _FAILED_KIND = "tetwild-failed"
-#: Times the length asked for that no edge exceeds: where fTetWild splits (Hu et al. 2020, 3.2).
+#: Longest edge over the target length: where fTetWild splits edges (Hu et al. 2020, 3.2).
 LONGEST_EDGE = 4.0 / 3.0
 #: Of bisection: tetrahedra for one of the least number, and bytes for each of them, measured at
 #: 0.07 to 0.84 million.
@@ -84,12 +84,12 @@ def tetrahedralize(
 ) -> MeshedSurface:
     """Mesh the inside of a closed surface with tetrahedra.
 
-    fTetWild stops as soon as its tetrahedra are well shaped, on a box before they are as small as
-    asked; of any mesher, those with an edge longer than 4/3 of the length asked for are bisected.
+    fTetWild stops as soon as its tetrahedra are well shaped, on a box before they reach the target
+    length. Whatever the mesher, tetrahedra with an edge longer than 4/3 of the target are bisected.
 
-    fTetWild is not deterministic, so that the same question is answered from the user's cache; a
-    crash or a refused mesh is retried in the ways of the mesher, which share the geometric
-    tolerance.
+    fTetWild is not deterministic, so a surface that was meshed before is read from the user's
+    cache. A crash or a refused mesh is retried with the mesher's other option sets, which share the
+    geometric tolerance.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def tetrahedralize(
     )
     cached = _from_cache(question, key) if cache else None
     if cached is None:
-        log.info("meshing %s", question.what)
+        log.info("meshing %s", question.subject)
         mesh, report, attempts = _attempt(question, key, clock, memory_limit_bytes, mesher)
         log.info("meshed: %d tetrahedra in %.1f s", report.count, clock.elapsed())
     else:
@@ -158,10 +158,10 @@ def _attempt(
     memory_limit_bytes: int,
     mesher: Mesher,
 ) -> tuple[TetMesh, TetReport, tuple[str, ...]]:
-    """Ask in each way until an answer is sound."""
+    """Run the mesher with each of its option sets until a mesh passes the checks."""
     attempts: list[str] = []
     for number, (way, options) in enumerate(mesher.ways, start=1):
-        clock.require(f"meshing {question.what}")
+        clock.require(f"meshing {question.subject}")
         start = clock.elapsed()
         report_step(f"mesher, way {number} of {len(mesher.ways)}: {way}")
         try:
@@ -174,7 +174,7 @@ def _attempt(
             )
             mesh, report = _checked(question, result.arrays, memory_limit_bytes)
         except ResourceError as cause:
-            raise ResourceError(f"meshing {question.what}: {cause}") from cause
+            raise ResourceError(f"meshing {question.subject}: {cause}") from cause
         except MeshError as cause:
             attempts.append(f"{way}: {cause}")
             log.warning("attempt %d at meshing failed: %s: %s", len(attempts), way, cause)
@@ -187,7 +187,7 @@ def _attempt(
 
 
 def _given_up(question: MeshQuestion, key: str, attempts: list[str]) -> MeshError:
-    """Keep the question for whoever wants to reproduce it, and say what happened."""
+    """Error of a mesh that failed in every attempt; its input is stored for reproduction."""
     store_arrays(
         _FAILED_KIND,
         key,
@@ -197,7 +197,7 @@ def _given_up(question: MeshQuestion, key: str, attempts: list[str]) -> MeshErro
     )
     tried = "; ".join(f"attempt {number}: {text}" for number, text in enumerate(attempts, start=1))
     return MeshError(
-        f"meshing {question.what} failed, attempts with the same tolerance: {len(attempts)}; "
+        f"meshing {question.subject} failed, attempts with the same tolerance: {len(attempts)}; "
         f"{tried}; repair the surface, choose another mesh size, or raise run.time; to reproduce: "
         f"{entry_path(_FAILED_KIND, key)}"
     )
@@ -206,7 +206,7 @@ def _given_up(question: MeshQuestion, key: str, attempts: list[str]) -> MeshErro
 def _checked(
     question: MeshQuestion, arrays: Mapping[str, NDArray[Any]], memory_limit_bytes: int
 ) -> tuple[TetMesh, TetReport]:
-    """Turn what the mesher returned into a sound mesh where the surface was, as fine as asked."""
+    """Check the mesher's tetrahedra, move them back to the surface and bisect their long edges."""
     if not {"points", "tets"} <= arrays.keys():
         raise MeshError(f"the mesher returned {sorted(arrays)}, expected points and tets")
     points, tets = arrays["points"], arrays["tets"]
@@ -234,7 +234,7 @@ def _sound(question: MeshQuestion, mesh: TetMesh) -> TetReport:
     """Check volume and orientation."""
     return require_sound(
         mesh,
-        what="the mesher's result",
+        subject="the mesher's result",
         expected_volume=question.volume,
         volume_tolerance=question.volume_tolerance,
     )

@@ -32,7 +32,7 @@ class Mesher:
         Dotted name of a module, run as ``python -m``, that calls
         `gradedesign.workspace.worker.serve`.
     version : str
-        Of what it meshes with: a mesh of another version is not taken from the cache.
+        Version of the meshing library: a cached mesh of another version is not used.
     ways : tuple of (str, mapping)
         Attempts in their order, each in words and as options that the worker receives. They must
         share the geometric tolerance.
@@ -58,7 +58,7 @@ PYTETWILD = Mesher(
 
 
 def serve_mesher(mesh: MeshFunction, *, load: Callable[[], object] = dict) -> None:
-    """Be the process of a mesher: read a surface, mesh it, hand on what it returns.
+    """Run as the process of a mesher: read a surface, mesh it and return the mesh.
 
     Parameters
     ----------

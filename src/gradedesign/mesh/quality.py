@@ -88,7 +88,7 @@ def without_unused_points(mesh: TetMesh) -> TetMesh:
 def require_sound(
     mesh: TetMesh,
     *,
-    what: str,
+    subject: str,
     expected_volume: float | None = None,
     volume_tolerance: float = 0.01,
     pieces: int | None = None,
@@ -99,7 +99,7 @@ def require_sound(
     Parameters
     ----------
     mesh : TetMesh
-    what : str
+    subject : str
         Names the mesh in the message: ``the explicit lattice at 0.5 mm``.
     expected_volume : float, optional
         mm^3.
@@ -151,5 +151,5 @@ def require_sound(
             f"{min_dihedral:.3g}; mesh with another size or simplify the surface"
         )
     if faults:
-        raise MeshError(f"{what} is refused: " + "; and ".join(faults))
+        raise MeshError(f"{subject} is refused: " + "; and ".join(faults))
     return report

@@ -80,17 +80,17 @@ def triangle_cells(
     grids = [] if grid is None else [grid]
     grids += [CellGrid(origin=lower, spacing=spacing * 1.5**n) for n in range(4)]
     most = ENTRIES * len(faces)
-    for one in grids:
-        h = one.spacing
-        origin = one.origin + h * np.floor((lower - one.origin) / h)
+    for candidate in grids:
+        h = candidate.spacing
+        origin = candidate.origin + h * np.floor((lower - candidate.origin) / h)
         shape = np.floor((upper - origin) / h).astype(np.int64) + 1
         if np.prod(shape.astype(np.float64)) > most:
             continue
-        told = (vertices, faces, origin, h, shape, reach)
+        arguments = (vertices, faces, origin, h, shape, reach)
         start = np.zeros(int(np.prod(shape)) + 1, dtype=np.int64)
-        if kernels.count_in_cells(*told, most, start) > most:
+        if kernels.count_in_cells(*arguments, most, start) > most:
             continue
         np.cumsum(start, out=start)
-        users = kernels.list_in_cells(*told, start)
+        users = kernels.list_in_cells(*arguments, start)
         return TriangleCells(origin=origin, spacing=h, shape=shape, start=start, users=users)
     return None

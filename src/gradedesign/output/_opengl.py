@@ -27,7 +27,7 @@ plotter.close()
 raise SystemExit(0 if image.min() != image.max() else 3)
 """
 
-#: Seconds for which an answer from the user's cache is believed.
+#: Seconds for which an answer in the user's cache is valid.
 _BELIEVED_S = 86_400.0
 #: Environment variables that change what VTK draws with.
 _STEERING = re.compile(r"DISPLAY|WAYLAND_DISPLAY|(VTK|LIBGL|MESA|GALLIUM|EGL|_*GLX?|CUDA)_.*")
@@ -50,7 +50,7 @@ def opengl_works() -> bool:
 
 
 def _environment_key() -> str:
-    """Content key of what decides whether VTK finds OpenGL: machine, session and versions."""
+    """Cache key of the conditions on which OpenGL depends: machine, session and versions."""
     steering = sorted(item for item in os.environ.items() if _STEERING.fullmatch(item[0]))
     machine = (platform.node(), platform.platform(), sys.executable, repr(steering))
     return content_key(_PROBE, version("vtk"), version("pyvista"), *machine)

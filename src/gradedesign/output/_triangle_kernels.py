@@ -33,19 +33,19 @@ def first_equal(bits):
         size *= 2
     mask = np.uint64(size - 1)
     table = np.full(size, -1, dtype=np.int32)
-    found = np.zeros(n, dtype=np.int32)
+    first = np.zeros(n, dtype=np.int32)
     for i in range(n):
         at = _key(bits[i, 0], bits[i, 1], bits[i, 2]) & mask
-        found[i] = i
+        first[i] = i
         while table[at] >= 0:
             j = table[at]
             if bits[i, 0] == bits[j, 0] and bits[i, 1] == bits[j, 1] and bits[i, 2] == bits[j, 2]:
-                found[i] = j
+                first[i] = j
                 break
             at = (at + np.uint64(1)) & mask
-        if found[i] == i:
+        if first[i] == i:
             table[at] = i
-    return found
+    return first
 
 
 @njit(cache=True, nogil=True)

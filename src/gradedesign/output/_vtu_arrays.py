@@ -1,4 +1,4 @@
-"""The arrays of a VTU file, decoded within a budget of memory and checked against what it says.
+"""The arrays of a VTU file, decoded within a memory budget and checked against its header.
 
 Inline and appended data, as text, base64 or raw bytes, plain or compressed with zlib or lzma, are
 read (VTK file formats, kitware, "XML file formats").
@@ -84,7 +84,7 @@ def read_vtu_pieces(path: Path, memory_limit_bytes: int) -> list[VtuPiece]:
             compressor=root.get("compressor"),
             appended=appended,
             encoding=encoding,
-            left=memory_limit_bytes - size * _BYTES_PER_BYTE,
+            remaining_bytes=memory_limit_bytes - size * _BYTES_PER_BYTE,
         )
         pieces = [_piece(file, piece) for piece in root.iterfind("UnstructuredGrid/Piece")]
     except Damaged as error:

@@ -40,7 +40,7 @@ class VtuFile:
     compressor: str | None
     appended: bytes
     encoding: str
-    left: int
+    remaining_bytes: int
 
 
 def whole(element: ElementTree.Element, key: str) -> int:
@@ -61,7 +61,7 @@ def decoded(file: VtuFile, array: ElementTree.Element) -> NDArray[Any]:
     elif how in ("binary", "appended"):
         data, encoding = file.appended, file.encoding
         if how == "binary":
-            # Anything but ASCII is refused by what decodes it.
+            # The decoder refuses anything but ASCII.
             data, encoding = (array.text or "").strip().encode("utf-8"), "base64"
         else:
             data = data[whole(array, "offset") :]
@@ -81,7 +81,7 @@ def decoded(file: VtuFile, array: ElementTree.Element) -> NDArray[Any]:
 
 def _from_text(text: str, dtype: np.dtype[Any], name: str | None) -> NDArray[Any]:
     with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # how numpy reports what is no number
+        warnings.simplefilter("error", DeprecationWarning)  # numpy's remark on bad numbers
         try:
             return np.fromstring(text, dtype.newbyteorder("="), sep=" ")
         except (ValueError, DeprecationWarning) as error:
@@ -119,7 +119,7 @@ def _numbers(file: VtuFile, head: bytes, count: int) -> list[int]:
 def _require_present(
     data: memoryview, start: int, length: int, is_text: bool, name: str | None
 ) -> int:
-    """Compare what is stated with what there is; return the characters of so many bytes."""
+    """Refuse a stated length beyond the data; return the characters that encode so many bytes."""
     chars = 4 * -(-length // 3) if is_text else length
     if start + chars > len(data):
         raise Damaged(
@@ -163,10 +163,10 @@ def _decompressed(compressor: str, part: bytes, length: int, name: str | None) -
 def _require_room(file: VtuFile, length: int, name: str | None) -> None:
     """Account for an array, in bytes as decoded, joined and as 8 byte numbers."""
     needed = 6 * length
-    if needed > file.left:
+    if needed > file.remaining_bytes:
         raise ResourceError(
             f"{file.name}: '{name}' states {length / 1e9:.3g} GB, which take about "
-            f"{needed / 1e9:.3g} GB to read; found {max(0, file.left) / 1e9:.3g} GB left of "
-            f"run.memory; raise it or write a coarser field"
+            f"{needed / 1e9:.3g} GB to read; found {max(0, file.remaining_bytes) / 1e9:.3g} GB "
+            f"left of run.memory; raise it or write a coarser field"
         )
-    file.left -= needed
+    file.remaining_bytes -= needed

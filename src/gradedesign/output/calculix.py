@@ -104,16 +104,16 @@ def set_names(names: Iterable[str]) -> dict[str, str]:
     >>> set_names(["lug hole", "lug-hole", "1 < 2"])
     {'lug hole': 'LUG_HOLE', 'lug-hole': 'LUG_HOLE_2', '1 < 2': 'N_1_2'}
     """
-    found: dict[str, str] = {}
+    set_of_region: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_")[:_LONGEST]
         plain = plain if plain[:1].isalpha() else f"N_{plain}".rstrip("_")
         number, unique = 1, plain
-        while unique in ("ALL", *found.values()):
+        while unique in ("ALL", *set_of_region.values()):
             number += 1
             unique = f"{plain}_{number}"
-        found[name] = unique
-    return found
+        set_of_region[name] = unique
+    return set_of_region
 
 
 def _lines(deck: Deck) -> Iterator[str]:
@@ -205,7 +205,7 @@ def _printable(text: str) -> str:
 
 
 def _read_back(path: Path, deck: Deck) -> None:
-    """Compare nodes, elements and total loads of the file with what was meant."""
+    """Compare nodes, elements and total loads of the file with those of the deck."""
     nodes, elements, loads, card = 0, 0, [], ""
     middle = np.zeros(3)
     with path.open(encoding="utf-8") as handle:
@@ -224,14 +224,14 @@ def _read_back(path: Path, deck: Deck) -> None:
             elif card == "*CLOAD":
                 _, axis, force = line.split(",")
                 loads[-1][int(axis) - 1] += float(force)
-    meant = np.array([step.force.sum(axis=1) for step in deck.steps])
+    total_loads = np.array([step.force.sum(axis=1) for step in deck.steps])
     size = max((float(np.abs(step.force).sum()) for step in deck.steps), default=0.0)
     places = deck.space.nodes
     same = (
         (nodes, elements) == (deck.space.node_count, deck.space.element_count)
         and card == "*END STEP"
-        and np.shape(loads) == meant.shape
-        and float(np.abs(np.array(loads) - meant).max()) <= 1e-9 * size
+        and np.shape(loads) == total_loads.shape
+        and float(np.abs(np.array(loads) - total_loads).max()) <= 1e-9 * size
         and np.allclose(middle, places.sum(axis=1), rtol=1e-9, atol=1e-9 * np.abs(places).sum())
     )
     if not same:

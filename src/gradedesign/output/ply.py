@@ -19,7 +19,7 @@ _BATCH = 1 << 15
 
 
 def export_ply(path: Path, lattice: PrintedLattice) -> None:
-    """Write the printed lattice as binary PLY, in mm, what is known of it as comments.
+    """Write the printed lattice as binary PLY, in mm, with its metadata as comments.
 
     Raises
     ------
@@ -60,12 +60,12 @@ def _header(lattice: PrintedLattice) -> str:
     )
 
 
-def _read_back(path: Path, header: bytes, meant: SurfaceMesh) -> None:
-    """Compare size, count, closedness and volume of the file with what was meant."""
-    volume, middle = enclosed_volume(meant), meant.vertices.mean(axis=0)
-    places = 12 * len(meant.vertices)
+def _read_back(path: Path, header: bytes, surface: SurfaceMesh) -> None:
+    """Compare size, count, closedness and volume of the file with those of the surface."""
+    volume, middle = enclosed_volume(surface), surface.vertices.mean(axis=0)
+    places = 12 * len(surface.vertices)
     triangles, balance, enclosed = 0, 0, 0.0
-    if path.stat().st_size == len(header) + places + _FACE.itemsize * len(meant.faces):
+    if path.stat().st_size == len(header) + places + _FACE.itemsize * len(surface.faces):
         with path.open("rb") as file:
             same = file.read(len(header)) == header
             vertices = np.frombuffer(file.read(places), dtype="<f4").reshape(-1, 3)
@@ -79,12 +79,12 @@ def _read_back(path: Path, header: bytes, meant: SurfaceMesh) -> None:
                 enclosed += cone_volume(corners.astype(np.float64), *middle)
     closed = balance % 2**64 == 0
     if (
-        triangles != len(meant.faces)
+        triangles != len(surface.faces)
         or not closed
         or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
     ):
         raise ResourceError(
             f"{path} reads back as {triangles} triangles that {'' if closed else 'do not '}"
-            f"close, {enclosed:g} mm^3; expected {len(meant.faces)} that close, {volume:g} mm^3 "
+            f"close, {enclosed:g} mm^3; expected {len(surface.faces)} that close, {volume:g} mm^3 "
             f"within 0.1 %; check the disk and write it again"
         )

@@ -46,7 +46,7 @@ class LimitIteration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Iteration:
-    """One iteration: what was predicted, what the explicit analysis said, what it taught.
+    """One iteration: predicted and explicit values, and the corrections they lead to.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Iteration:
     lattice_mass_g, mass_g : float
         By the explicit mesh.
     mean_density : float
-        That sizing asked of the lattice phase.
+        Of the lattice phase, as sized.
     limits : tuple of LimitIteration
     utilisation : float
         Largest value over limit.
@@ -63,7 +63,7 @@ class Iteration:
     dofs : int
     mesh_size_mm : float
     spacing_mm : float
-        Grid spacing that the thinnest wall asked for, less where that grid lost volume or
+        Grid spacing that the thinnest wall needed, less where that grid lost volume or
         components, and at most that of the iteration before where the memory holds that.
     seconds : float
     stiffness_factor : float
@@ -107,8 +107,8 @@ class RunResult:
     reason : str
         One sentence for a person.
     ended_by : str
-        ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: so was one of
-        which a design of at most 1 % less mass was refused. ``iterations``, ``time``: that budget.
+        ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: a design was
+        accepted, and one of at most 1 % less mass refused. ``iterations``, ``time``: that budget.
         ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
         hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
         breaks a limit. ``stop_after``: as the case asks. ``error``.
@@ -122,8 +122,8 @@ class RunResult:
     relative_density : float or None
         Mass over solid mass.
     lattice_density : float or None
-        Mean density of the lattice phase of the printed file: whole members on the part's faces
-        add to what sizing asked, cut ones take away.
+        Mean density of the lattice phase of the printed file: whole members on the part's faces add
+        to the density of sizing, cut ones reduce it.
     iterations : tuple of Iteration
     acceptance : mapping
     measures : mapping
@@ -188,8 +188,8 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     KeyError, TypeError, ValueError
         If the data is of another layout.
     """
-    known = {entry.name for entry in fields(RunResult)}
-    plain = {name: value for name, value in data.items() if name in known}
+    field_names = {entry.name for entry in fields(RunResult)}
+    plain = {name: value for name, value in data.items() if name in field_names}
     for name in ("limits", "solid"):
         plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
     plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])

@@ -112,8 +112,8 @@ def float32_vertices(vertices: FloatArray) -> FloatArray:
 
 def same_triangles(records: bytes, corners: FloatArray) -> bool:
     """Whether records of a binary STL hold the corners ``(m, 3, 3)`` mm, in their order."""
-    held = np.frombuffer(records, dtype=_RECORD)["corners"]
-    return held.shape == corners.shape and np.array_equal(held, corners)
+    stored_corners = np.frombuffer(records, dtype=_RECORD)["corners"]
+    return stored_corners.shape == corners.shape and np.array_equal(stored_corners, corners)
 
 
 def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
@@ -140,12 +140,12 @@ def surface_of_stl(data: bytes, source: str) -> SurfaceMesh:
     return SurfaceMesh(vertices=points[fresh], faces=number[first].reshape(-1, 3))
 
 
-def _blocks(vertices: FloatArray, faces: IntArray, given: bytes) -> Iterator[bytes]:
+def _blocks(vertices: FloatArray, faces: IntArray, first_records: bytes) -> Iterator[bytes]:
     """Content of a file of triangles ``(m, 3)`` over vertices, the first ones as given."""
     yield HEADER.ljust(80, b" ")
     yield np.array(len(faces), dtype="<u4").tobytes()
-    yield given
-    for low in range(len(given) // _RECORD.itemsize, len(faces), _BATCH):
+    yield first_records
+    for low in range(len(first_records) // _RECORD.itemsize, len(faces), _BATCH):
         report_step("triangles", low / len(faces))
         some = faces[low : low + _BATCH]
         numbers = np.zeros((len(some), 12), dtype=np.float32)
@@ -157,7 +157,7 @@ def _blocks(vertices: FloatArray, faces: IntArray, given: bytes) -> Iterator[byt
 
 
 def _read_back(path: Path, count: int, volume: float, middle: FloatArray) -> None:
-    """Compare size, count, closedness and volume of the file with what was meant."""
+    """Compare size, count, closedness and volume of the file with the expected ones."""
     size = path.stat().st_size
     triangles, enclosed, balance = -1, 0.0, 0
     if size == 84 + 50 * count:

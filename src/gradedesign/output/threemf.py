@@ -93,9 +93,9 @@ def export_3mf_beams(path: Path, lattice: PrintedLattice) -> None:
         yield from _beam_object(2, lattice.name, beams)
 
     _write(path, lattice, content(), built=2, balls=len(beams.ball_nodes) > 0)
-    cut, found = read_back(path)
-    require_same_surface(path, cut, beams.clip)
-    require_same_beams(path, found, beams)
+    clip_read, beams_read = read_back(path)
+    require_same_surface(path, clip_read, beams.clip)
+    require_same_beams(path, beams_read, beams)
 
 
 def _write(
@@ -139,7 +139,7 @@ def _put(model: IO[bytes], text: str) -> None:
 
 
 def _metadata(lattice: PrintedLattice) -> Iterator[tuple[str, str]]:
-    """Name and value; what the core specification has no name for gets ours."""
+    """Name and value; in our namespace where the core specification has no name for it."""
     own = dict(lattice.metadata)
     yield "Title", own.pop("name")
     yield "Application", f"gradedesign {own.pop('gradedesign', '')}".strip()
@@ -148,7 +148,7 @@ def _metadata(lattice: PrintedLattice) -> Iterator[tuple[str, str]]:
 
 
 def _text(value: str) -> str:
-    """Content of an element: what XML 1.0 forbids becomes a blank."""
+    """Content of an element: characters that XML 1.0 forbids become blanks."""
     return escape("".join(c if c.isprintable() else " " for c in value))
 
 

@@ -1,4 +1,4 @@
-"""A 3MF file that was written here, read element by element and held against what was meant."""
+"""A 3MF file that was written here, read element by element and compared with the lattice."""
 
 from __future__ import annotations
 
@@ -96,47 +96,52 @@ def _object(tables: Mapping[str, array[float]]) -> ObjectRead:
     )
 
 
-def require_same_surface(path: Path, found: ObjectRead, meant: SurfaceMesh) -> None:
-    """Compare count, closedness and volume of triangles with what was meant."""
-    volume = enclosed_volume(meant)
-    surface = SurfaceMesh(vertices=found.vertices, faces=found.faces)
+def require_same_surface(path: Path, stored: ObjectRead, expected: SurfaceMesh) -> None:
+    """Compare count, closedness and volume of triangles with those of the surface."""
+    volume = enclosed_volume(expected)
+    surface = SurfaceMesh(vertices=stored.vertices, faces=stored.faces)
     enclosed = enclosed_volume(surface)
     closed = edge_balance(surface.vertices[surface.faces]) == 0
     if (
-        len(found.faces) != len(meant.faces)
+        len(stored.faces) != len(expected.faces)
         or not closed
         or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
     ):
         raise ResourceError(
-            f"{path} reads back as {len(found.faces)} triangles that "
-            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected {len(meant.faces)} "
-            f"that close, {volume:g} mm^3 within 0.1 %; check the disk and write it again"
+            f"{path} reads back as {len(stored.faces)} triangles that "
+            f"{'' if closed else 'do not '}close, {enclosed:g} mm^3; expected "
+            f"{len(expected.faces)} that close, {volume:g} mm^3 within 0.1 %; check the disk and "
+            f"write it again"
         )
 
 
-def require_same_beams(path: Path, found: ObjectRead, meant: BeamLattice) -> None:
-    """Compare every strut, radius and ball with what was meant."""
-    same = np.array_equal(found.beams, meant.beams) and len(found.balls) == len(meant.ball_nodes)
+def require_same_beams(path: Path, stored: ObjectRead, expected: BeamLattice) -> None:
+    """Compare every strut, radius and ball with those of the lattice."""
+    same = np.array_equal(stored.beams, expected.beams) and len(stored.balls) == len(
+        expected.ball_nodes
+    )
     if same:
-        size = np.abs(meant.nodes).max()
+        size = np.abs(expected.nodes).max()
         same = (
-            np.allclose(found.radii, meant.radii, rtol=_SAME, atol=0.0)
-            and np.allclose(found.vertices[: len(meant.nodes)], meant.nodes, atol=_SAME * size)
-            and np.allclose(found.balls[:, 1], meant.ball_radii, rtol=_SAME)
+            np.allclose(stored.radii, expected.radii, rtol=_SAME, atol=0.0)
+            and np.allclose(
+                stored.vertices[: len(expected.nodes)], expected.nodes, atol=_SAME * size
+            )
+            and np.allclose(stored.balls[:, 1], expected.ball_radii, rtol=_SAME)
         )
-    if same and meant.solid is not None:
+    if same and expected.solid is not None:
         # The solids' triangles come after the nodes of the beams.
         shifted = ObjectRead(
-            vertices=found.vertices[len(meant.nodes) :],
-            faces=found.faces - len(meant.nodes),
-            beams=found.beams,
-            radii=found.radii,
-            balls=found.balls,
+            vertices=stored.vertices[len(expected.nodes) :],
+            faces=stored.faces - len(expected.nodes),
+            beams=stored.beams,
+            radii=stored.radii,
+            balls=stored.balls,
         )
-        require_same_surface(path, shifted, meant.solid)
+        require_same_surface(path, shifted, expected.solid)
     if not same:
         raise ResourceError(
-            f"{path} reads back with {len(found.beams)} beams and {len(found.balls)} balls, or "
-            f"other places or radii; expected {len(meant.beams)} and {len(meant.ball_nodes)}; "
-            f"check the disk and write it again"
+            f"{path} reads back with {len(stored.beams)} beams and {len(stored.balls)} balls, or "
+            f"other places or radii; expected {len(expected.beams)} and "
+            f"{len(expected.ball_nodes)}; check the disk and write it again"
         )

@@ -21,7 +21,7 @@ _DIGITS = 9
 
 
 def export_obj(path: Path, lattice: PrintedLattice) -> None:
-    """Write the printed lattice as OBJ, in mm, what is known of it as comments.
+    """Write the printed lattice as OBJ, in mm, with its metadata as comments.
 
     Raises
     ------
@@ -88,20 +88,20 @@ def _encoded(
 def _require_same(
     path: Path, lattice: PrintedLattice, read: Callable[[Path], RawTriangles]
 ) -> None:
-    """Compare count, closedness and volume of the file with what was meant."""
+    """Compare count, closedness and volume of the file with those of the lattice."""
     raw = read(path)
     corners = raw.corners * UNIT_MM[raw.unit or "mm"]
-    meant = enclosed_volume(lattice.surface)
+    volume = enclosed_volume(lattice.surface)
     a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
     enclosed = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
     closed = edge_balance(raw.corners) == 0
     if (
         len(corners) != len(lattice.surface.faces)
         or not closed
-        or not abs(enclosed - meant) <= VOLUME_TOLERANCE * abs(meant)
+        or not abs(enclosed - volume) <= VOLUME_TOLERANCE * abs(volume)
     ):
         raise ResourceError(
             f"{path} reads back as {len(corners)} triangles that {'' if closed else 'do not '}"
             f"close, {enclosed:g} mm^3; expected {len(lattice.surface.faces)} that close, "
-            f"{meant:g} mm^3 within 0.1 %; check the disk and write it again"
+            f"{volume:g} mm^3 within 0.1 %; check the disk and write it again"
         )

@@ -79,8 +79,8 @@ def _fields(
 ) -> dict[str, NDArray[np.float32]]:
     """Fields as ``(count,)`` or ``(count, components)`` float32 arrays."""
     fields = {}
-    for name, given in data.items():
-        values = np.asarray(given, dtype=np.float32)
+    for name, array in data.items():
+        values = np.asarray(array, dtype=np.float32)
         if not _NAME.fullmatch(name):
             raise ValueError(f"field '{name}' lacks its unit; write for example '{name} [mm]'")
         if values.ndim == 0 or values.shape[-1] != count:

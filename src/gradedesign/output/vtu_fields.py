@@ -13,7 +13,7 @@ from gradedesign.errors import CaseError
 from gradedesign.mesh.tet_mesh import TetMesh, signed_volumes
 from gradedesign.output._vtu_arrays import VtuPiece, read_vtu_pieces
 
-#: VTK's numbers of tetrahedra of 4 and 10 points, and of what is found in their place.
+#: VTK's numbers of tetrahedra of 4 and 10 points, and of other cells, for messages.
 _LINEAR = 10
 _TETRAHEDRA = (_LINEAR, 24)
 _OTHERS = {

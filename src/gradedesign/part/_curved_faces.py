@@ -46,8 +46,8 @@ def split_region(clusters: Clusters, members: list[int]) -> list[Piece]:
     whole = _classify(clusters, members)
     if whole[0] != "other":
         return [whole]
-    pieces, left = _grow_cylinders(clusters, members)
-    for group in connected_sets(clusters, left):
+    pieces, remaining = _grow_cylinders(clusters, members)
+    for group in connected_sets(clusters, remaining):
         piece = _classify(clusters, group)
         pieces += [piece] if piece[0] != "other" else _split_planes(clusters, group)
     return pieces
@@ -85,7 +85,7 @@ def _split_planes(clusters: Clusters, members: list[int]) -> list[Piece]:
 def _grow_cylinders(clusters: Clusters, members: list[int]) -> tuple[list[Piece], list[int]]:
     """Grow a cylinder from every strip that turns about one axis to both sides."""
     free = set(members)
-    tried: set[int] = set()  # what grew in vain would do so again from each of its strips
+    tried: set[int] = set()  # a failed growth would fail again from each of its strips
     pieces: list[Piece] = []
     for k in members:
         if k not in free:
@@ -121,7 +121,7 @@ def _grow(clusters: Clusters, seed: list[int], free: set[int]) -> tuple[set[int]
     found : set of int
         Clusters gathered beyond the seed; may be empty.
     cylinder : Cylinder or None
-        None unless what was found is large enough to be sure.
+        None unless enough clusters lie on it to be sure.
     """
     members = set(seed)
     rough = fit_cylinder(patch_of(clusters, seed))

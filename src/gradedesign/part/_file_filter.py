@@ -24,38 +24,39 @@ def marked_triangles(spec: RegionSpec, file_faces: FileFaces | None, region: str
     CaseError
         If the file tells no faces apart, or has no such number, name or colour: lists what it has.
     """
-    given = [key for key in FILE_KEYS if getattr(spec, key)]
+    stated_keys = [key for key in FILE_KEYS if getattr(spec, key)]
     if file_faces is None:
         raise CaseError(
-            f"region.{region}: {given[0]} asks for faces of the part's file, but the part is a box "
-            "or its format tells none apart; select by plane, cylinder, facing or box"
+            f"region.{region}: {stated_keys[0]} asks for faces of the part's file, but the part is "
+            "a box or its format tells none apart; select by plane, cylinder, facing or box"
         )
     fits = np.ones(len(file_faces.label), dtype=bool)
     if spec.face:
-        known = file_faces.numbers
+        face_numbers = file_faces.numbers
         for number in spec.face:
-            if number not in known:
+            if number not in face_numbers:
                 raise CaseError(
-                    f"region.{region}: the file has no face {number}; {_numbers_in_words(known)}"
+                    f"region.{region}: the file has no face {number}; "
+                    f"{_numbers_in_words(face_numbers)}"
                 )
         fits &= np.isin(file_faces.label, spec.face)
-    for key, value, known_texts in (
+    for key, value, file_texts in (
         ("name", spec.name, file_faces.names),
         ("color", spec.color, file_faces.colors),
     ):
         if value is None:
             continue
-        numbers = [number for number, text in known_texts.items() if text == value]
+        numbers = [number for number, text in file_texts.items() if text == value]
         if not numbers:
-            near = instead(value, sorted(set(known_texts.values())), what=f"{key}s in the file")
+            near = instead(value, sorted(set(file_texts.values())), label=f"{key}s in the file")
             raise CaseError(
                 f"region.{region}: nothing in the part's file has the {key} '{value}'; {near}"
             )
         fits &= np.isin(file_faces.label, numbers)
     if not fits.any():
         raise CaseError(
-            f"region.{region}: no face of the part's file has {' and '.join(given)} at once as "
-            f"stated; check lists them"
+            f"region.{region}: no face of the part's file has {' and '.join(stated_keys)} at once "
+            f"as stated; check lists them"
         )
     return fits
 

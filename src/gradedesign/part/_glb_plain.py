@@ -46,7 +46,7 @@ def plain_glb(data: bytes, source: str) -> tuple[bytes, dict[str, str], tuple[st
     plain = {key: header[key] for key in _KEPT if key in header}
     plain.setdefault("materials", [])
     plain["buffers"] = [{"byteLength": len(binary)}] * bool(binary)
-    _require_held(plain, len(binary), source)
+    _require_within_file(plain, len(binary), source)
     dropped = _keep_triangles(plain, source)
     names = _number_nodes(plain, source)
     warnings = (f"{source}: {dropped} sets of lines or points ignored",) if dropped else ()
@@ -82,13 +82,15 @@ def _chunks(data: bytes, source: str) -> tuple[dict[str, Any], bytes]:
     return header, chunks.get(_BIN, b"")
 
 
-def _require_held(plain: dict[str, Any], held: int, source: str) -> None:
+def _require_within_file(plain: dict[str, Any], byte_count: int, source: str) -> None:
     """Refuse views and accessors that reach beyond the bytes of the file."""
     views = plain.get("bufferViews", [])
     for view in views:
         start, size = view.get("byteOffset", 0), view["byteLength"]
-        if view["buffer"] != 0 or not 0 <= start <= start + size <= held:
-            _refuse(source, f"a view reaches to byte {start + size} of {held}; export it again")
+        if view["buffer"] != 0 or not 0 <= start <= start + size <= byte_count:
+            _refuse(
+                source, f"a view reaches to byte {start + size} of {byte_count}; export it again"
+            )
     for number, accessor in enumerate(plain.get("accessors", [])):
         if "bufferView" not in accessor or "sparse" in accessor:
             _refuse(source, f"accessor {number} is sparse or compressed; export it plain")

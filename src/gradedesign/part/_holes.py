@@ -135,7 +135,7 @@ def fill_rims(
 
 
 def _is_small(rim: Rim, diagonal: float, volume: float) -> bool:
-    """Whether what is missing over a rim, up to half a ball, hardly changes the volume."""
+    """Whether the missing volume over a rim, up to half a ball, hardly changes the part's."""
     if not rim.loop or (rim.size > _FEW_EDGES and rim.perimeter >= _SMALL_RIM * diagonal):
         return False
     return doubt(rim) < _VOLUME_SHARE * abs(volume)

@@ -79,7 +79,7 @@ def _shared(
     for k in (small, big):
         if k not in solids:
             solids[k] = manifold_of(vertices, parts[k], volumes[k])
-    if solids[small] is None or solids[big] is None:  # touches itself: ask its corners instead
+    if solids[small] is None or solids[big] is None:  # touches itself: test its corners instead
         points = vertices[np.unique(parts[small])]
         winding = winding_numbers(vertices[parts[big]], points[:: max(1, len(points) // 64)])
         return float(np.mean(np.abs(winding) > 0.5))

@@ -43,7 +43,7 @@ class ShellRoles:
 
 
 def shell_roles(nesting: Nesting, volumes: FloatArray, source: str) -> ShellRoles:
-    """Settle what each shell is, from how the shells lie to each other."""
+    """Role of each shell, from the relative positions of the shells."""
     cluster = _clusters(nesting)
     fragment = _fragments(cluster, volumes)
     sign, inverted = _outward_signs(nesting, cluster, volumes, source)
@@ -67,7 +67,7 @@ def _clusters(nesting: Nesting) -> IntArray:
 
 
 def _fragments(cluster: IntArray, volumes: FloatArray) -> BoolArray:
-    """Mask of disconnected components too small to be meant, unless together they matter."""
+    """Mask of disconnected components too small to belong to the part, unless their sum is not."""
     size = np.bincount(cluster, np.abs(volumes))
     small = size < FRAGMENT_SHARE * size.max()
     if size[small].sum() > FRAGMENTS_SHARE * size[~small].sum():

@@ -27,7 +27,7 @@ FLAT_SHARE = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolidShells:
-    """The surface that bounds the material, and what was done to get it.
+    """The surface that bounds the material, with counts of the changes made to obtain it.
 
     Attributes
     ----------

@@ -122,7 +122,7 @@ def banded_distances(band, beyond, points, distance):
 def _walk(tri, flat, tree, x, y, z, within, out, start, stack):
     """Triangles within a distance of a point; fills them in where ``out`` has room."""
     box, right, first, count = tree
-    found, depth, most = 0, 1, within * within
+    hits, depth, most = 0, 1, within * within
     stack[0] = 0
     while depth > 0:
         depth -= 1
@@ -136,9 +136,9 @@ def _walk(tri, flat, tree, x, y, z, within, out, start, stack):
         for s in range(first[node], first[node] + count[node]):
             if _nearest_on_triangle(tri, flat, s, x, y, z)[0] <= most:
                 if len(out):
-                    out[start + found] = s
-                found += 1
-    return found
+                    out[start + hits] = s
+                hits += 1
+    return hits
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -172,9 +172,9 @@ def list_roots(tri, flat, tree, centres, half, band, start, out):
                 start[n] = 1
             continue
         within = best + 2.0 * half + _ROUNDING
-        found = _walk(tri, flat, tree, x, y, z, within, out, start[n], stack)
+        hits = _walk(tri, flat, tree, x, y, z, within, out, start[n], stack)
         if not len(out):
-            start[n] = found
+            start[n] = hits
 
 
 @njit(cache=True)
@@ -219,7 +219,7 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
         longest = 0
         for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(cubes))):
             longest = max(longest, first[parent[n] + 1] - first[parent[n]])
-        found = np.zeros((longest, 4))
+        candidates = np.zeros((longest, 4))
         for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(cubes))):
             low, high = first[parent[n]], first[parent[n] + 1]
             if len(out) and start[n] == start[n + 1]:
@@ -231,16 +231,16 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
             for m in range(low, high):
                 s = member[m]
                 if _beyond(ball, s, x, y, z, best + 2.0 * half + _ROUNDING):
-                    found[m - low, 0] = np.inf
+                    candidates[m - low, 0] = np.inf
                     continue
                 d, v, w, code = _nearest_on_triangle(tri, flat, s, x, y, z)
                 d = math.sqrt(d)
-                own = found[m - low]
+                own = candidates[m - low]
                 own[0] = d
                 own[1], own[2], own[3] = _toward(tri, s, v, w, x, y, z, d)
                 if d < best:
                     best, at, feature = d, m - low, code
-            gx, gy, gz = found[at, 1], found[at, 2], found[at, 3]
+            gx, gy, gz = candidates[at, 1], candidates[at, 2], candidates[at, 3]
             normal = normals[member[low + at], feature]
             outside = gx * normal[0] + gy * normal[1] + gz * normal[2] >= 0.0
             if best - half > (outer if outside else inner):
@@ -254,7 +254,7 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
             if len(out):
                 out[start[n]] = member[low + at]
             for m in range(high - low):
-                d, hx, hy, hz = found[m]
+                d, hx, hy, hz = candidates[m]
                 if m == at or d > best + 2.0 * half + _ROUNDING:
                     continue
                 apart = half + min(half, 0.5 * edge * (abs(hx) + abs(hy) + abs(hz)))

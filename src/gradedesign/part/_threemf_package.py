@@ -15,7 +15,7 @@ from gradedesign.errors import PartError
 
 #: Limits of what a package may unpack to: bytes of a part, its growth, and entries.
 MOST_BYTES, MOST_GROWTH, MOST_ENTRIES = 1 << 30, 100, 1000
-#: Growth of small parts says nothing, bytes.
+#: The growth of parts below this size is not checked, bytes.
 _SMALL = 1 << 20
 _CHUNK = 1 << 20
 _ROOT = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"

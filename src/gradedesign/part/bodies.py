@@ -54,10 +54,10 @@ def bodies_with(surface: SurfaceMesh, triangles: IntArray) -> SurfaceMesh:
             if winding_numbers(corner_points(shells[n]), place)[0] > 0.5
         ]
         owner[void] = min(around, key=volumes.__getitem__)
-    meant = np.isin(owner, owner[np.unique(label[triangles])])
-    if meant.all():
+    selected = np.isin(owner, owner[np.unique(label[triangles])])
+    if selected.all():
         raise CaseError(
             f"its faces belong to all {int((volumes > 0).sum())} bodies of the part, which would "
             f"stay solid as a whole; expected a region on one of several bodies, or a file"
         )
-    return SurfaceMesh(vertices=surface.vertices, faces=surface.faces[meant[label]])
+    return SurfaceMesh(vertices=surface.vertices, faces=surface.faces[selected[label]])

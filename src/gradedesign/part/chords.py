@@ -63,8 +63,8 @@ def _covering(triangles: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
     # A box more on either side, so that rounding leaves no triangle out.
     low = np.clip(np.floor(reach.min(axis=1)) - 1, 0, _BOXES).astype(int).T
     high = np.clip(np.floor(reach.max(axis=1)) + 2, 0, _BOXES).astype(int).T
-    held = count[high[0], high[1]] - count[low[0], high[1]]
-    return np.asarray(held - count[high[0], low[1]] + count[low[0], low[1]] > 0)
+    inside_count = count[high[0], high[1]] - count[low[0], high[1]]
+    return np.asarray(inside_count - count[high[0], low[1]] + count[low[0], low[1]] > 0)
 
 
 def _heights(triangle: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

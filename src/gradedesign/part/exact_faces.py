@@ -1,4 +1,4 @@
-"""Smooth faces of a part whose file knows the surface of every face: taken over, not fitted.
+"""Smooth faces of a part whose file states the surface of every face: taken over, not fitted.
 
 Faces of the file that share an edge and a surface are one, as the two halves of a hole are.
 """
@@ -104,9 +104,9 @@ def _one_cylinder(first: ExactSurface, second: ExactSurface, tolerance: float) -
     """Whether two cylinders are the same, either way along their axis."""
     if first.placed is None or second.placed is None:
         return False
-    (axis, point, diameter), (other, elsewhere, width) = first.placed, second.placed
+    (axis, point, diameter), (second_axis, elsewhere, width) = first.placed, second.placed
     return bool(
-        np.linalg.norm(np.cross(axis, other)) < _SAME_ANGLE
+        np.linalg.norm(np.cross(axis, second_axis)) < _SAME_ANGLE
         and np.linalg.norm(np.cross(elsewhere - point, axis)) < tolerance
         and abs(diameter - width) < tolerance
     )

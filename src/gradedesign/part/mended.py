@@ -74,10 +74,10 @@ def mended(corners: FloatArray, mend: Mend, *, name: str, source: str) -> Mended
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     mended_vertices, sides, changes = mend(vertices - middle, faces)
     points, facets = _surface(mended_vertices, sides, name)
-    left = find_rims(points, facets)
-    if left:
+    holes = find_rims(points, facets)
+    if holes:
         raise PartError(
-            f"{source}: the repairer '{name}' leaves {len(left)} holes: {describe_rims(left)}; "
+            f"{source}: the repairer '{name}' leaves {len(holes)} holes: {describe_rims(holes)}; "
             "allow larger ones in [part.repair_options], or close the part in CAD"
         )
     points = points + middle

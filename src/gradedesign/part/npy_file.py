@@ -75,12 +75,12 @@ def read_npy_stream(
     """Read an array from a stream of ``length`` bytes; errors as of `read_npy`."""
     header = _header(file, name)
     count, size = math.prod(header.shape), header.dtype.itemsize
-    left = length - file.tell()
-    if count * size != left:
+    remaining = length - file.tell()
+    if count * size != remaining:
         raise CaseError(
             f"{name} cannot be read as a .npy array: it states {_times(header.shape)} "
             f"= {count:.4g} values of {size} bytes, {count * size:.4g} bytes, but "
-            f"{left:.4g} bytes follow: truncated or altered; write it again"
+            f"{remaining:.4g} bytes follow: truncated or altered; write it again"
         )
     need = count * (size + bytes_per_value)
     if need > memory_limit_bytes:
@@ -92,7 +92,7 @@ def read_npy_stream(
     content = bytearray(count * size)
     if file.readinto(content) != len(content) or file.read(1):  # type: ignore[attr-defined]
         raise CaseError(
-            f"{name} cannot be read as a .npy array: it has not the {left:.4g} bytes that it "
+            f"{name} cannot be read as a .npy array: it has not the {remaining:.4g} bytes that it "
             f"states: truncated or altered; write it again"
         )
     values = np.frombuffer(content, header.dtype)

@@ -149,14 +149,14 @@ def _content(file: IO[bytes], fields: Mapping[str, str], size: int, name: str) -
 
 def _unpacked(file: IO[bytes], size: int, name: str) -> bytes:
     unpack = zlib.decompressobj(zlib.MAX_WBITS | 16)
-    parts, left = [], size + 1
+    parts, remaining = [], size + 1
     try:
-        while left > 0 and not unpack.eof:
+        while remaining > 0 and not unpack.eof:
             packed = unpack.unconsumed_tail or file.read(1 << 20)
             if not packed:
                 raise PartError(f"{name}: its gzip data end too early; it is truncated")
-            parts.append(unpack.decompress(packed, left))
-            left -= len(parts[-1])
+            parts.append(unpack.decompress(packed, remaining))
+            remaining -= len(parts[-1])
     except zlib.error as error:
         raise PartError(f"{name}: its gzip data are damaged: {error}") from error
     return b"".join(parts)

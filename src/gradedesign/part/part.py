@@ -195,7 +195,7 @@ def _read_file(
     """Triangles of a file in mm, and the unit that it was read in."""
     read = readers.get(path.suffix.lower())
     if read is None:
-        near = instead(path.suffix.lower(), sorted(readers), what="readable")
+        near = instead(path.suffix.lower(), sorted(readers), label="readable")
         raise CaseError(f"{key}.file: found {path.name}, which no reader takes; {near}")
     raw = read(path)
     unit = units or raw.unit

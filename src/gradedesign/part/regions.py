@@ -124,8 +124,8 @@ def _resolve(
     if name in above:
         raise CaseError(f"region.{above[0]}: regions refer in a circle: {' -> '.join(above)}")
     if name not in specs:
-        known = ", ".join(specs)
-        raise CaseError(f"region.{above[-1]}: names the region {name!r}; there are {known}")
+        names = ", ".join(specs)
+        raise CaseError(f"region.{above[-1]}: names the region {name!r}; there are {names}")
     spec = specs[name]
     named = {
         operand: _resolve(part, specs, operand, done, (*above, name), file_faces)
@@ -192,9 +192,9 @@ def _combined(
     for word, members in (("any", spec.any), ("all", spec.all), ("not", spec.not_)):
         if members:
             taken = np.array([named[member].triangles for member in members])
-            left = taken.all(axis=0) if word == "all" else taken.any(axis=0)
-            left = np.asarray(~left if word == "not" else left)
-            result.append(_touched(part, left, f"{word} of {', '.join(members)}"))
+            selected = taken.all(axis=0) if word == "all" else taken.any(axis=0)
+            selected = np.asarray(~selected if word == "not" else selected)
+            result.append(_touched(part, selected, f"{word} of {', '.join(members)}"))
     return result
 
 
@@ -274,7 +274,7 @@ def _snapped(part: FacedPart, corners: FloatArray, box: BoxSpec) -> tuple[FloatA
 def _without_edges(
     part: FacedPart, corners: FloatArray, triangles: IntArray
 ) -> tuple[FloatArray, IntArray]:
-    """Drop what a box leaves of faces that it only touches: pieces as thin as its tolerance."""
+    """Drop slivers of faces that a box only touches: pieces as thin as its tolerance."""
     owner = part.faces.label[triangles]
     keep = np.ones(len(triangles), dtype=bool)
     for face in np.unique(owner).tolist():

@@ -170,7 +170,7 @@ def _diagonal(points: FloatArray) -> float:
 def cleaned(
     corners: FloatArray, diagonal: float, source: str
 ) -> tuple[FloatArray, IntArray, dict[str, int]]:
-    """Weld, drop what carries no area or no news, and orient; counts as in the report."""
+    """Weld, drop facets without area and duplicates, and orient; counts as in the report."""
     vertices, faces, welded = weld(corners, WELD_SHARE * diagonal, source)
     _require_thickness(vertices, diagonal, source)
     faces, degenerate = drop_degenerate(vertices, faces, diagonal)
@@ -189,9 +189,9 @@ def cleaned(
     return vertices, faces, counts
 
 
-def _require_option(key: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise CaseError(f"part.{key} = {value!r} is unknown; use {' or '.join(map(repr, known))}")
+def _require_option(key: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise CaseError(f"part.{key} = {value!r} is unknown; use {' or '.join(map(repr, choices))}")
 
 
 def _size_warnings(points: FloatArray, diagonal: float, source: str) -> list[str]:
@@ -228,7 +228,7 @@ def _close_holes(
     source: str,
     warnings: list[str],
 ) -> tuple[FloatArray, IntArray, int]:
-    """Refuse holes, or fill them where that is asked and they are small."""
+    """Refuse holes, or fill small ones where the case allows it."""
     rims = find_rims(vertices, faces)
     if not rims:
         return vertices, faces, 0

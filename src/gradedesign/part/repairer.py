@@ -24,8 +24,8 @@ RepairFunction: TypeAlias = Callable[
 class Repairer:
     """Mends the surface of a part, in a process of its own.
 
-    Welding before and every check after it are gradedesign's: what it returns must be a closed
-    surface where the file's was, or the part is refused.
+    gradedesign welds the surface before and checks it afterwards: the part is refused unless the
+    mended surface is closed and lies where the file's did.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Repairer:
 
 
 def serve_repairer(repair: RepairFunction, *, load: Callable[[], object] = dict) -> None:
-    """Be the process of a repairer: read a surface, mend it, hand on what is returned.
+    """Run as the process of a repairer: read a surface, mend it and return the result.
 
     Parameters
     ----------

@@ -104,15 +104,15 @@ def _declared_size(data: bytes) -> int:
 def _parse_binary(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
     """Decode records after comparing the declared count with the file size."""
     count = int.from_bytes(data[80:_HEADER], "little")
-    held, rest = divmod(len(data) - _HEADER, _RECORD.itemsize)
+    record_count, rest = divmod(len(data) - _HEADER, _RECORD.itemsize)
     if count == 0:
         raise PartError(
-            f"{source}: no triangles: the header declares 0, the file holds {held} records; "
-            "export the part again"
+            f"{source}: no triangles: the header declares 0, the file holds {record_count} "
+            "records; export the part again"
         )
-    if count > held:
+    if count > record_count:
         raise PartError(
-            f"{source}: truncated or damaged: declares {count} triangles, holds {held} "
+            f"{source}: truncated or damaged: declares {count} triangles, holds {record_count} "
             f"(+{rest} bytes); export or copy the file again"
         )
     trailing = len(data) - _HEADER - count * _RECORD.itemsize
@@ -122,7 +122,7 @@ def _parse_binary(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
             f"(at most {_MOST_TRAILING} are accepted); the count in the header is wrong or "
             "another file is attached"
         )
-    lost = _facets_behind(data, count, held)
+    lost = _facets_behind(data, count, record_count)
     if lost:
         raise PartError(
             f"{source}: declares {count} triangles, but {lost} more follow them; the count in the "
@@ -141,9 +141,9 @@ def _parse_binary(data: bytes, source: str) -> tuple[FloatArray, list[str]]:
     return corners, warnings if trailing else []
 
 
-def _facets_behind(data: bytes, count: int, held: int) -> int:
+def _facets_behind(data: bytes, count: int, record_count: int) -> int:
     """Count records behind the declared ones that could be facets of a part."""
-    records = np.frombuffer(data, dtype=_RECORD, count=held, offset=_HEADER)
+    records = np.frombuffer(data, dtype=_RECORD, count=record_count, offset=_HEADER)
     with np.errstate(invalid="ignore"):
         corners = records["corners"][count:].astype(np.float64)
     usable = (np.abs(corners) < LARGEST_COORDINATE).all(axis=(1, 2))

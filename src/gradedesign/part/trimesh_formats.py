@@ -124,7 +124,7 @@ def _bytes(path: Path) -> bytes:
 
 
 @contextmanager
-def _decoding(path: Path, what: str) -> Iterator[None]:
+def _decoding(path: Path, format_name: str) -> Iterator[None]:
     """Turn whatever decoding raises into one error that names the file."""
     import trimesh  # noqa: F401 - what importing it warns of is no damage
 
@@ -134,8 +134,8 @@ def _decoding(path: Path, what: str) -> Iterator[None]:
             yield
     except _DAMAGE as error:
         raise PartError(
-            f"{path.name}: damaged, or not {what} ({type(error).__name__}: {str(error)[:120]}); "
-            "export or copy it again"
+            f"{path.name}: damaged, or not {format_name} ({type(error).__name__}: "
+            f"{str(error)[:120]}); export or copy it again"
         ) from error
 
 

@@ -94,7 +94,7 @@ def has_strength(law: ScalingLaw) -> bool:
 
 
 def _overlap(law: ScalingLaw, density: tuple[float, float]) -> float:
-    """Length of the densities asked for that a law's window covers; negative where apart."""
+    """Length of the specified densities that a law's window covers; negative where apart."""
     return min(law.window[1], density[1]) - max(law.window[0], density[0])
 
 

@@ -90,7 +90,7 @@ def analysable_bounds(
     solid: float,
     domain: DesignDomain,
 ) -> Analysable:
-    """Raise the lower density bound to what the budgets can analyse and judge.
+    """Raise the lower density bound to the least that the budgets can analyse and accept.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def analysable_together(zones: Sequence[Analysable]) -> Analysable:
 
 
 def _raised(case: Case, bounds: tuple[float, float], wall: float, need: Need) -> tuple[str, ...]:
-    """Sentence on a lower density that was raised, and what it would have taken before."""
+    """Sentence on a lower density that was raised, and on the cost without that."""
     run, (low, raised) = case.run, bounds
     return (
         f"lower density raised from {low:.3g} to {raised:.3g}: walls thinner than {wall:.3g} mm "
@@ -246,17 +246,17 @@ def _refusal(
     layers: float,
     analysis: ExplicitAnalysis,
 ) -> str:
-    """Sentence about what does not fit the memory, and what would."""
+    """Sentence on the grid that does not fit the memory, and on a remedy."""
     best = int(np.argmin(need))
     larger = (need[best] / case.run.memory) ** (1 / 3)
     governed = spacings[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
-    what = (
+    cause = (
         f"solid layers of {layers:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
         if governed
         else f"walls of {walls[best]:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
     )
     return (
-        f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {what}, "
+        f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {cause}, "
         f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory, or make "
         f"{'these layers' if governed else 'the cells'} {larger:.2f} times as large"
     )

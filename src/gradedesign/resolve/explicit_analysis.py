@@ -33,11 +33,13 @@ def explicit_analyses(case: Case, registry: Registry) -> tuple[ExplicitAnalysis,
     """
     names = AUTOMATIC if case.run.analysis == "auto" else (case.run.analysis,)
     with locating(case, "run.analysis"):
-        found = [_blamed(lookup(registry, "analyses", name), registry) for name in names]
+        analyses = [_blamed(lookup(registry, "analyses", name), registry) for name in names]
     stated = case.run.elements_per_wall
-    if stated is None or len(found) == 1:
-        return tuple(found)
-    return tuple(one for one in found if stated >= one.least_per_wall) or tuple(found[-1:])
+    if stated is None or len(analyses) == 1:
+        return tuple(analyses)
+    return tuple(analysis for analysis in analyses if stated >= analysis.least_per_wall) or tuple(
+        analyses[-1:]
+    )
 
 
 def _blamed(analysis: ExplicitAnalysis, registry: Registry) -> ExplicitAnalysis:

@@ -17,7 +17,7 @@ from gradedesign.part.part import Part
 def require_supported(case: Case, part: Part) -> None:
     """Refuse load cases whose supports leave a body of the part free to move.
 
-    The mesh is asked again for its own pieces; this is known before there is one.
+    The same check is made again with the pieces of the mesh; this one needs no mesh.
 
     Raises
     ------
@@ -59,8 +59,8 @@ def _modes(spec: LoadCaseSpec, part: Part, own: np.ndarray) -> tuple[str, ...]:
     fixed: list[np.ndarray] = []
     for fix in spec.fix:
         region = part.regions[fix.region]
-        held = region.corners[own[region.triangles]].reshape(-1, 3).T
-        points.append(held)
+        corners = region.corners[own[region.triangles]].reshape(-1, 3).T
+        points.append(corners)
         component = np.array([value is not None for value in fix.displacement])
-        fixed.append(np.repeat(component[:, None], held.shape[1], axis=1))
+        fixed.append(np.repeat(component[:, None], corners.shape[1], axis=1))
     return free_modes(np.concatenate(points, axis=1), np.concatenate(fixed, axis=1))

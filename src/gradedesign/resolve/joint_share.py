@@ -12,7 +12,7 @@ from gradedesign.resolve.expected_design import expected_density, expected_desig
 from gradedesign.resolve.resolved_case import ResolvedCase
 
 
-def solid_shares(known: ResolvedCase, bounds: tuple[float, float], mesh: TetMesh) -> FloatArray:
+def solid_shares(resolved: ResolvedCase, bounds: tuple[float, float], mesh: TetMesh) -> FloatArray:
     """Share of every tetrahedron that counts as fully dense in sizing, ``(M,)``.
 
     That of skins and passive regions, s, and of the joints, j, as they are on the lattice of the
@@ -20,9 +20,9 @@ def solid_shares(known: ResolvedCase, bounds: tuple[float, float], mesh: TetMesh
     in the rest the mass is that of all three. A fillet runs along the edge where a wall meets the
     solid, whose length hardly depends on the density.
     """
-    solid = solid_fraction(known.domain, mesh)
-    if not known.domain.joint_radius and not known.domain.nets:
+    solid = solid_fraction(resolved.domain, mesh)
+    if not resolved.domain.joint_radius and not resolved.domain.nets:
         return solid
-    design = expected_design(known.domain, known.cell, known.layout, bounds)
+    design = expected_design(resolved.domain, resolved.cell, resolved.layout, bounds)
     void = 1.0 - expected_density(bounds)
     return np.minimum(solid + joint_fraction(design, mesh) / void, 1.0)

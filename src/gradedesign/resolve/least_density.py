@@ -66,9 +66,9 @@ class Needs:
     def fits(self) -> BoolArray:
         """Densities that the budgets hold: judged; or iterated, where none can be; or in memory."""
         for fit in (Need.judged, Need.iterated):
-            held = np.array([fit(need, self.memory, self.time) for need in self.needs])
-            if held.any():
-                return held
+            affordable = np.array([fit(need, self.memory, self.time) for need in self.needs])
+            if affordable.any():
+                return affordable
         return np.asarray(self.bytes <= self.memory)
 
 
@@ -89,10 +89,10 @@ def need_of(
 def least_fitting(
     look: Callable[[float, int], Needs], wanted: Callable[[int], float]
 ) -> tuple[int, float, Needs] | None:
-    """Least density that fits with the elements that its own walls want, and these.
+    """Least density that fits with as many elements as its walls need, this number and the needs.
 
-    How many elements a wall wants changes with density by steps, up and down: the fewest are tried
-    first, and a density found with them counts where it wants no more.
+    The number of elements that a wall needs changes with density in steps, up and down: the fewest
+    are tried first, and a density that fits with them counts if its walls need no more.
     """
     to_try, tried = sorted({wanted(0), wanted(SAMPLES // 2)}), set[float]()
     while to_try:

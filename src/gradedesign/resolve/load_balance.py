@@ -125,14 +125,14 @@ def _balance(spec: LoadCaseSpec, part: Part, density: float) -> LoadBalance:
     force = sum((row.force for row in rows), np.zeros(3))
     moment = sum((row.moment for row in rows), np.zeros(3))
     gross = sum(row.gross for row in rows)
-    left = max(float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / part.diagonal)
+    imbalance = max(float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / part.diagonal)
     return LoadBalance(
         load_case=spec.name,
         about=about,
         rows=tuple(rows),
         force=force,
         moment=moment,
-        cancels=gross > 0 and left <= CANCELLED * gross,
+        cancels=gross > 0 and imbalance <= CANCELLED * gross,
     )
 
 

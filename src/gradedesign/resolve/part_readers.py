@@ -43,7 +43,7 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     file = case.part.file
     if file is not None and file.suffix.lower() not in by_suffix:
         suffix = file.suffix.lower()
-        advice = instead(suffix, sorted(by_suffix), what="readable")
+        advice = instead(suffix, sorted(by_suffix), label="readable")
         if suffix in _SEPARATE:
             advice = f"install the plugin {_SEPARATE[suffix]}, or export it as STL or 3MF"
         message = f"part.file: found {shown(file.name)}, which no installed reader takes; {advice}"

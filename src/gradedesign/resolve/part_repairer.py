@@ -47,7 +47,7 @@ def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
         raise absent(registry, f"{case.where('part.repair')}: found {shown(name)}; {near}")
     for key in options:
         if key not in repairer.options:
-            near = instead(key, repairer.options, what="its options")
+            near = instead(key, repairer.options, label="its options")
             raise CaseError(
                 f"{case.where(f'part.repair_options.{key}')}: '{name}' has no such option; {near}"
             )

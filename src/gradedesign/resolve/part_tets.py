@@ -56,7 +56,7 @@ def part_tets(case: Case, part: Part, mesher: Mesher) -> TetMesh:
 
 
 def used_regions(case: Case, limits: Sequence[StatedLimit]) -> tuple[str, ...]:
-    """Regions that loads, supports or limits speak about."""
+    """Regions that loads, supports or limits name."""
     names = {f.region for spec in case.load_case for f in spec.fix}
     names |= {s.region for spec in case.load_case for s in spec.load}
     names |= {limit.region for limit in limits if limit.region}

@@ -34,7 +34,7 @@ class PlannedLaw:
         Why no registered law describes the cell; empty where one does.
     voxels : int
         Along the cell that it is computed on; 0 for a registered law.
-    known : bool
+    tabulated : bool
         Registered, or in the user's cache.
     """
 
@@ -42,12 +42,12 @@ class PlannedLaw:
     window: tuple[float, float]
     why: str = ""
     voxels: int = 0
-    known: bool = True
+    tabulated: bool = True
 
     @property
     def minutes(self) -> tuple[float, float]:
         """Predicted time of computing it, least and most; zero where it is known."""
-        if self.known:
+        if self.tabulated:
             return 0.0, 0.0
         work = (self.voxels / ON_DEMAND_RESOLUTION) ** 3
         return TABLE_MINUTES[0] * work, TABLE_MINUTES[1] * work
@@ -88,7 +88,7 @@ def planned_law(
         window=(densities[0], densities[-1]),
         why=f"no law {why} is installed",
         voxels=voxels,
-        known=has_table(cell, poissons_ratio, voxels, edges),
+        tabulated=has_table(cell, poissons_ratio, voxels, edges),
     )
 
 

@@ -54,7 +54,7 @@ def resolve_law(
         least, most = plan.minutes
         how = (
             "taking it from the cache"
-            if plan.known
+            if plan.tabulated
             else f"computing it on {plan.voxels}^3 voxels, which takes {least:.0f} to {most:.0f} "
             f"minutes"
         )
@@ -118,13 +118,13 @@ def stress_basis(law: ScalingLaw) -> str:
 
 def buckling_basis(law: ScalingLaw) -> str:
     """Basis of the prediction of cell buckling with a law, for the report."""
-    known = law.buckling
-    if known is None:
+    buckling = law.buckling
+    if buckling is None:
         return "unknown"
-    c, n, residual = known.power_fit(0, 0)
+    c, n, residual = buckling.power_fit(0, 0)
     return (
-        f"modes that repeat after one or two cells, densities {known.window[0]:g} to "
-        f"{known.window[1]:g}, {known.table.version}, {known.table.date}; compression along x "
-        f"{c:.3g} rho^{n:.3g} E within {residual:.0%}; extrapolation added up to "
-        f"{float(np.max(known.table.error)):.0%}"
+        f"modes that repeat after one or two cells, densities {buckling.window[0]:g} to "
+        f"{buckling.window[1]:g}, {buckling.table.version}, {buckling.table.date}; compression "
+        f"along x {c:.3g} rho^{n:.3g} E within {residual:.0%}; extrapolation added up to "
+        f"{float(np.max(buckling.table.error)):.0%}"
     )

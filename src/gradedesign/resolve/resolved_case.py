@@ -122,20 +122,20 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     ResourceError
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
-    known = _without_zones(case, registry)
+    resolved = _without_zones(case, registry)
     report_step("cells and their zones")
     zones = resolve_zones(
-        known.case,
+        resolved.case,
         registry,
-        stated_zones(known)[0],
-        known.part,
-        known.layout,
-        known.domain.distance,
-        known.material.poissons_ratio,
+        stated_zones(resolved)[0],
+        resolved.part,
+        resolved.layout,
+        resolved.domain.distance,
+        resolved.material.poissons_ratio,
     )
     if zones is None:
-        return known
-    return replace(known, zones=zones, narrowed=(*known.narrowed, *zones.narrowed))
+        return resolved
+    return replace(resolved, zones=zones, narrowed=(*resolved.narrowed, *zones.narrowed))
 
 
 def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
@@ -217,19 +217,23 @@ def _fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     return case, part
 
 
-def stated_zones(known: ResolvedCase) -> tuple[ResolvedZone, ...]:
+def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
     """Every zone, the first the lattice outside all others; only that one without zones."""
-    if known.zones is not None:
-        return known.zones.zones
+    if resolved.zones is not None:
+        return resolved.zones.zones
     return (
         ResolvedZone(
-            name="lattice", case=known.case, cell=known.cell, law=known.law, bounds=known.bounds
+            name="lattice",
+            case=resolved.case,
+            cell=resolved.cell,
+            law=resolved.law,
+            bounds=resolved.bounds,
         ),
     )
 
 
 def analysable_lattice(
-    known: ResolvedCase,
+    resolved: ResolvedCase,
     bounds: Sequence[tuple[float, float]],
     *,
     latticed: float,
@@ -239,7 +243,7 @@ def analysable_lattice(
 
     Parameters
     ----------
-    known : ResolvedCase
+    resolved : ResolvedCase
     bounds : sequence of (float, float)
         Density windows of user, cell, law and printer of every zone, one without zones.
     latticed, solid : float, mm^3
@@ -250,19 +254,19 @@ def analysable_lattice(
             analysable_together(
                 [
                     analysable_bounds(
-                        known.case,
+                        resolved.case,
                         zone.cell,
                         window,
-                        known.layout.least,
+                        resolved.layout.least,
                         analysis,
                         latticed=latticed,
                         solid=solid,
-                        domain=known.domain,
+                        domain=resolved.domain,
                     )
-                    for zone, window in zip(stated_zones(known), bounds, strict=True)
+                    for zone, window in zip(stated_zones(resolved), bounds, strict=True)
                 ]
             )
-            for analysis in known.analyses
+            for analysis in resolved.analyses
         ]
     )
 

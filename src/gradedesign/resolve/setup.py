@@ -67,34 +67,34 @@ class Setup:
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
     """Resolve names, read and mesh the part, find its regions, apply its loads."""
-    known = resolve_case(case, registry)
-    case = known.case
-    nu = known.material.poissons_ratio
+    resolved = resolve_case(case, registry)
+    case = resolved.case
+    nu = resolved.material.poissons_ratio
     with locating(case, "lattice.law"):
-        law, law_warnings = resolve_law(case, registry, known.cell, on_event, poissons_ratio=nu)
-    bounds, narrowed = density_bounds(case, known.cell, law, known.layout.least)
-    laws = zone_laws(known, registry, law, on_event)
+        law, law_warnings = resolve_law(case, registry, resolved.cell, on_event, poissons_ratio=nu)
+    bounds, narrowed = density_bounds(case, resolved.cell, law, resolved.layout.least)
+    laws = zone_laws(resolved, registry, law, on_event)
     with locating(case, "part.mesh_size"), stepping("meshing the part"):
-        mesh = part_tets(case, known.part, known.mesher)
+        mesh = part_tets(case, resolved.part, resolved.mesher)
     space = tet_space(mesh, 2)
-    known = with_stressed_skins(known, space, on_event)
+    resolved = with_stressed_skins(resolved, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
-    shares = solid_shares(known, bounds, mesh)
+    shares = solid_shares(resolved, bounds, mesh)
     windows = (bounds,) if laws is None else laws.bounds
-    analysable = affordable(known, windows, signed_volumes(mesh), shares)
+    analysable = affordable(resolved, windows, signed_volumes(mesh), shares)
     cells = CellChoice(
-        cell=known.cell,
+        cell=resolved.cell,
         law=law,
         bounds=analysable.bounds,
         elements_per_wall=analysable.elements_per_wall,
-        layout=known.layout,
+        layout=resolved.layout,
     )
     field = LawField(laws=(law,))
     zone_warnings: tuple[str, ...] = ()
     if laws is not None:
-        cells, field, zone_warnings = with_zones(known, cells, laws, analysable, mesh, on_event)
+        cells, field, zone_warnings = with_zones(resolved, cells, laws, analysable, mesh, on_event)
     problem, limit_warnings = placed_problem(
-        known, analysable.analysis, field, space, shares, registry.limits
+        resolved, analysable.analysis, field, space, shares, registry.limits
     )
     return Setup(
         problem=problem,
@@ -110,14 +110,14 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
         ),
         warnings=(
             *analysable.warnings,
-            *(*known.warnings, *law_warnings, *narrowed, *zone_warnings, *limit_warnings),
+            *(*resolved.warnings, *law_warnings, *narrowed, *zone_warnings, *limit_warnings),
             *layout_warnings(cells.layout, law.name),
         ),
     )
 
 
 def with_zones(
-    known: ResolvedCase,
+    resolved: ResolvedCase,
     cells: CellChoice,
     laws: ZoneLaws,
     able: Analysable,
@@ -126,10 +126,10 @@ def with_zones(
 ) -> tuple[CellChoice, LawField, tuple[str, ...]]:
     """Cells with their zones, the laws of every tetrahedron, and warnings."""
     centres = centroids(mesh)
-    made, warnings = zoning(known, laws, able, centres, on_event)
+    made, warnings = zoning(resolved, laws, able, centres, on_event)
     low, high = zone_windows(made, centres)
     bounds = float(low.min()), float(high.max())
-    if known.case.lattice.grading == "uniform":
+    if resolved.case.lattice.grading == "uniform":
         # One density for all zones: what all of them allow.
         bounds = float(low.max()), float(high.min())
     return (
@@ -140,7 +140,7 @@ def with_zones(
 
 
 def affordable(
-    known: ResolvedCase,
+    resolved: ResolvedCase,
     bounds: Sequence[tuple[float, float]],
     volumes: FloatArray,
     shares: FloatArray,
@@ -153,7 +153,7 @@ def affordable(
         If no density can be analysed.
     """
     analysable = analysable_lattice(
-        known,
+        resolved,
         bounds,
         latticed=float(volumes @ (1 - shares)),
         solid=float(volumes @ shares),
@@ -164,7 +164,7 @@ def affordable(
 
 
 def placed_problem(
-    known: ResolvedCase,
+    resolved: ResolvedCase,
     analysis: ExplicitAnalysis,
     law: LawField,
     space: TetSpace,
@@ -172,8 +172,8 @@ def placed_problem(
     kinds: Mapping[str, LimitKind],
 ) -> tuple[Problem, tuple[str, ...]]:
     """Loads, supports and limits of a case on the tetrahedra of its part; warnings of limits."""
-    case, part, mesh = known.case, known.part, space.mesh
-    facets = part_facets(case, part, mesh, used_regions(case, known.limits))
+    case, part, mesh = resolved.case, resolved.part, space.mesh
+    facets = part_facets(case, part, mesh, used_regions(case, resolved.limits))
     names = sorted({f.region for spec in case.load_case for f in spec.fix})
     clamped = tuple(region_distance(part.regions[name].corners) for name in names)
     radius = exclusion_radius(case)
@@ -183,7 +183,7 @@ def placed_problem(
         kinds,
         PlacedCase(
             case=case,
-            material=known.material,
+            material=resolved.material,
             law=law,
             evaluated=evaluated,
             lattice_volumes=signed_volumes(mesh) * (1 - shares),
@@ -195,20 +195,20 @@ def placed_problem(
     )
     problem = Problem(
         case=case,
-        material=known.material,
+        material=resolved.material,
         part=part,
-        domain=known.domain,
+        domain=resolved.domain,
         space=space,
         solid_fraction=shares,
         facets=facets,
         loads=loads,
-        solver=known.solver,
+        solver=resolved.solver,
         limits=limits,
         evaluated=evaluated,
         clamped=clamped,
         exclusion_radius=radius,
         analysis=analysis,
-        mesher=known.surface_mesher,
-        lattice_files=known.lattice_files,
+        mesher=resolved.surface_mesher,
+        lattice_files=resolved.lattice_files,
     )
     return problem, warnings

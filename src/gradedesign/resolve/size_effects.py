@@ -24,8 +24,8 @@ from gradedesign.size_effects.wall_cells import (
 )
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
-#: Half of the lattice has fewer cells than this across where walls are taken for what they are, or
-#: a warning says that they are not. Thicker parts are predicted better as a periodic lattice.
+#: Walls are modelled, or a warning is given, where half of the lattice has fewer cells than this
+#: across. Thicker parts are predicted better as a periodic lattice.
 FEW_CELLS = 3.0
 #: Points in the lattice at which the part's thickness is measured.
 SAMPLE_POINTS = 1500
@@ -86,7 +86,7 @@ def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
 def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -> tuple[str, ...]:
     """Warning on walls of few cells that sizing takes for a periodic lattice.
 
-    Nothing where the case wants it so, or half of the lattice has `FEW_CELLS` cells across.
+    Nothing where the case switches it off, or half of the lattice has `FEW_CELLS` cells across.
     """
     if not reason or not case.lattice.size_effects:
         return ()

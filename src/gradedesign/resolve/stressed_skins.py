@@ -33,13 +33,13 @@ NO_STRAIN = 1e-10
 
 
 def with_stressed_skins(
-    known: ResolvedCase, space: TetSpace, on_event: Listener = ignore
+    resolved: ResolvedCase, space: TetSpace, on_event: Listener = ignore
 ) -> ResolvedCase:
     """The case with skins whose thickness follows the stress of the solid part.
 
     Parameters
     ----------
-    known : ResolvedCase
+    resolved : ResolvedCase
     space : TetSpace
         Of the part.
     on_event : callable, optional
@@ -50,21 +50,21 @@ def with_stressed_skins(
     CaseError
         If the solid part carries no stress.
     """
-    case, part = known.case, known.part
+    case, part = resolved.case, resolved.part
     if not any(spec.follows for spec in case.lattice.skin):
-        return known
+        return resolved
     report_step("stress that skins follow")
-    share, reference = stress_share(known, space)
+    share, reference = stress_share(resolved, space)
     domain = design_domain(case, part, share)
     closed = [spec for spec in case.lattice.skin if not spec.net]
     for spec, skin in zip(closed, domain.skins, strict=True):
         if spec.follows:
             thickness = skin_thickness(skin, face_places(part, spec.faces)[0])
-            on_event(Event(stage="skin", message=_said(spec, thickness, reference)))
-    return _with_domain(known, domain)
+            on_event(Event(stage="skin", message=_skin_line(spec, thickness, reference)))
+    return _with_domain(resolved, domain)
 
 
-def _with_domain(known: ResolvedCase, domain: DesignDomain) -> ResolvedCase:
+def _with_domain(resolved: ResolvedCase, domain: DesignDomain) -> ResolvedCase:
     """The case with another design domain of the same part: its cells and drain holes anew.
 
     Raises
@@ -72,45 +72,45 @@ def _with_domain(known: ResolvedCase, domain: DesignDomain) -> ResolvedCase:
     CaseError, LatticeError
         If skin and solid regions leave no lattice, or the map of the cells cannot be used.
     """
-    case, part = known.case, known.part
+    case, part = resolved.case, resolved.part
     layout = placed_layout(case, part, domain)
     drains = drained(
-        case, part, expected_design(domain, known.cell, layout, known.bounds), layout.least
+        case, part, expected_design(domain, resolved.cell, layout, resolved.bounds), layout.least
     )
-    outdated = set(skin_warnings(case, part, known.domain))
+    outdated = set(skin_warnings(case, part, resolved.domain))
     return replace(
-        known,
+        resolved,
         domain=replace(domain, drains=drains.drains),
         layout=layout,
         warnings=(
-            *(warning for warning in known.warnings if warning not in outdated),
+            *(warning for warning in resolved.warnings if warning not in outdated),
             *skin_warnings(case, part, domain),
         ),
     )
 
 
-def stress_share(known: ResolvedCase, space: TetSpace) -> tuple[Field, float]:
+def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]:
     """Von Mises stress of the solid part over its percentile, at most 1, and that percentile, MPa.
 
     That of tetrahedra at the surface, in their worst load case, as a continuous field of points
     ``(3, ...)`` mm that hardly changes with depth. The percentile is that of the limits of stress,
     outside their exclusion zones.
     """
-    case, mesh = known.case, space.mesh
-    stress = _solid_stress(known, space)
+    case, mesh = resolved.case, space.mesh
+    stress = _solid_stress(resolved, space)
     volumes = signed_volumes(mesh)
     names = sorted({f.region for spec in case.load_case for f in spec.fix})
-    held = tuple(region_distance(known.part.regions[name].corners) for name in names)
-    judged = evaluated_at(centroids(mesh), held, exclusion_radius(case))
+    clamped = tuple(region_distance(resolved.part.regions[name].corners) for name in names)
+    judged = evaluated_at(centroids(mesh), clamped, exclusion_radius(case))
     if not judged.any():
         judged = np.ones_like(judged)
     reference = weighted_percentile(stress[judged], volumes[judged], case.limits.percentile)
-    if not reference > NO_STRAIN * known.material.youngs_modulus:
+    if not reference > NO_STRAIN * resolved.material.youngs_modulus:
         raise CaseError(
             f"{case.where('lattice.skin')}: the solid part carries no stress that a skin could "
             f"follow; expected a load that strains it, or a thickness without follows"
         )
-    # A skin is as thick as the surface above it asks: inside, the stress of bending falls.
+    # The surface above a skin sets its thickness: inside, the stress of bending falls.
     outer = np.unique(boundary_facets(mesh)[1])
     grid = density_grid_from_elements(
         TetMesh(points=mesh.points, tets=mesh.tets[:, outer]),
@@ -122,14 +122,14 @@ def stress_share(known: ResolvedCase, space: TetSpace) -> tuple[Field, float]:
     return partial(evaluate, grid), reference
 
 
-def _solid_stress(known: ResolvedCase, space: TetSpace) -> FloatArray:
+def _solid_stress(resolved: ResolvedCase, space: TetSpace) -> FloatArray:
     """Mean von Mises stress of every tetrahedron in its worst load case, ``(M,)``, MPa."""
-    case, material = known.case, known.material
-    facets = part_facets(case, known.part, space.mesh, used_regions(case, known.limits))
-    loads = held_loads(case, space, known.part, facets)
+    case, material = resolved.case, resolved.material
+    facets = part_facets(case, resolved.part, space.mesh, used_regions(case, resolved.limits))
+    loads = held_loads(case, space, resolved.part, facets)
     stiffness = dense_stiffness(space, material)
     worst = np.zeros(space.element_count)
-    solutions = solid_solutions(space, loads, material, known.solver)
+    solutions = solid_solutions(space, loads, material, resolved.solver)
     for load, solution in zip(loads, solutions, strict=True):
         warming = material.thermal_expansion * load.temperature_change
         stress = element_von_mises(space, stiffness, solution.displacement, thermal_strain=warming)
@@ -137,7 +137,7 @@ def _solid_stress(known: ResolvedCase, space: TetSpace) -> FloatArray:
     return worst
 
 
-def _said(spec: SkinSpec, thickness: FloatArray, reference: float) -> str:
+def _skin_line(spec: SkinSpec, thickness: FloatArray, reference: float) -> str:
     """One line about a skin."""
     least, most = spec.thickness
     where = f"below {', '.join(spec.faces)} " if spec.faces else ""

@@ -154,9 +154,9 @@ def _smoothed_surface(
     shift, volume, slope = 0.0, 0.0, 0.0
     tried: list[tuple[float, float]] = []
     for _ in range(_SHIFTS):
-        held = np.clip(smooth - np.float32(shift), distance - tolerance, distance + tolerance)
+        shifted = np.clip(smooth - np.float32(shift), distance - tolerance, distance + tolerance)
         surface = extract_surface(
-            _interpolated(held, spacing),
+            _interpolated(shifted, spacing),
             # Half a step inside the first centre: nodes then fall on the centres of voxels.
             (0.5 - _MARGIN) * spacing + 0.5 * spacing.min(),
             (np.array(solid.shape) - _MARGIN - 1) * spacing,

@@ -45,7 +45,7 @@ class ZoneLaws:
 
 
 def zone_laws(
-    known: ResolvedCase, registry: Registry, first: ScalingLaw, on_event: Listener
+    resolved: ResolvedCase, registry: Registry, first: ScalingLaw, on_event: Listener
 ) -> ZoneLaws | None:
     """Laws of the zones; None for a case without zones.
 
@@ -56,24 +56,26 @@ def zone_laws(
     CaseError, DensityError, LatticeError, SolverError
         As `resolve_law`.
     """
-    zones = known.zones
+    zones = resolved.zones
     if zones is None:
         return None
     laws = {0: first}
     bounds, warnings = [], []
     for k, zone in enumerate(zones.zones):
         number = zones.number_of(zone)
-        with locating(known.case, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
+        with locating(resolved.case, "lattice.law" if k == 0 else f"zone[{k - 1}]"):
             if number not in laws:
                 laws[number], remarks = resolve_law(
                     zone.case,
                     registry,
                     zone.cell,
                     on_event,
-                    poissons_ratio=known.material.poissons_ratio,
+                    poissons_ratio=resolved.material.poissons_ratio,
                 )
                 warnings += [f"zone '{zone.name}': {remark}" for remark in remarks]
-            zone_bounds, _ = density_bounds(zone.case, zone.cell, laws[number], known.layout.least)
+            zone_bounds, _ = density_bounds(
+                zone.case, zone.cell, laws[number], resolved.layout.least
+            )
         bounds.append(zone_bounds)
     return ZoneLaws(
         laws=tuple(laws[n] for n in range(len(zones.cells))),
@@ -83,7 +85,7 @@ def zone_laws(
 
 
 def zoning(
-    known: ResolvedCase,
+    resolved: ResolvedCase,
     laws: ZoneLaws,
     able: Analysable,
     centres: FloatArray,
@@ -93,7 +95,7 @@ def zoning(
 
     Parameters
     ----------
-    known : ResolvedCase
+    resolved : ResolvedCase
         With zones.
     laws : ZoneLaws
     able : Analysable
@@ -108,7 +110,7 @@ def zoning(
     DensityError
         If a mix exists at none of the densities of the zones that meet.
     """
-    zones = known.zones
+    zones = resolved.zones
     if zones is None:
         raise ValueError("the case has no zones")
     made = tuple(
@@ -120,7 +122,7 @@ def zoning(
         )
         for zone, analysable in zip(zones.zones, able.zones, strict=True)
     )
-    factors = _factors(known, zones, made, laws.laws, on_event)
+    factors = _factors(resolved, zones, made, laws.laws, on_event)
     plain = Zoning(
         zones=made,
         cells=zones.cells,
@@ -129,10 +131,10 @@ def zoning(
         mix=zones.mix,
         factors=factors,
     )
-    with locating(known.case, "zone"):
+    with locating(resolved.case, "zone"):
         windows = zone_windows(plain, centres)
         require_windows(plain, centres, windows)
-    return _with_windows(known.case, plain, windows), _mix_warnings(zones.cells, factors)
+    return _with_windows(resolved.case, plain, windows), _mix_warnings(zones.cells, factors)
 
 
 def _with_windows(case: Case, plain: Zoning, windows: tuple[FloatArray, FloatArray]) -> Zoning:
@@ -144,7 +146,7 @@ def _with_windows(case: Case, plain: Zoning, windows: tuple[FloatArray, FloatArr
 
 
 def _factors(
-    known: ResolvedCase,
+    resolved: ResolvedCase,
     zones: ResolvedZones,
     made: Sequence[Zone],
     laws: Sequence[ScalingLaw],
@@ -154,7 +156,7 @@ def _factors(
     if zones.mix is None:
         return {}
     factors = {}
-    printer, edges = known.case.print, known.case.lattice.edges
+    printer, edges = resolved.case.print, resolved.case.lattice.edges
 
     def tell(cell: Cell, rho: float) -> None:
         message = f"computing the mix {cell.name} at density {rho:.3g}"
@@ -163,17 +165,17 @@ def _factors(
     for (i, j), transition in zones.mix.transitions.items():
         meeting = [zone.bounds for zone in made if zone.cell in (i, j)]
         bounds = min(b[0] for b in meeting), max(b[1] for b in meeting)
-        with locating(known.case, "zone"):
+        with locating(resolved.case, "zone"):
             mix = mix_factors(
                 transition,
                 (laws[i], laws[j]),
                 bounds,
-                poissons_ratio=known.material.poissons_ratio,
+                poissons_ratio=resolved.material.poissons_ratio,
                 edges=edges,
                 on_mix=tell,
             )
             if printer is not None and printer.min_wall is not None:
-                mix = _printable(mix, printer.min_wall, known.layout.least)
+                mix = _printable(mix, printer.min_wall, resolved.layout.least)
         factors[i, j] = mix
     return factors
 

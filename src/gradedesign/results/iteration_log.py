@@ -43,9 +43,11 @@ def iteration_log(iterations: Sequence[Iteration]) -> str:
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*(header for header, _ in _COLUMNS), *chain.from_iterable(each)])
-    for it in iterations:
-        columns = ((row.predicted, row.explicit, row.discrepancy, row.factor) for row in it.limits)
-        values = [getattr(it, attribute) for _, attribute in _COLUMNS]
+    for iteration in iterations:
+        columns = (
+            (row.predicted, row.explicit, row.discrepancy, row.factor) for row in iteration.limits
+        )
+        values = [getattr(iteration, attribute) for _, attribute in _COLUMNS]
         writer.writerow([_cell(v) for v in (*values, *chain.from_iterable(columns))])
     return text.getvalue()
 

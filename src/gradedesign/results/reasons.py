@@ -12,12 +12,12 @@ from gradedesign.loop.ended import TIGHT_END, Ended
 def why_met(rows: Sequence[LimitRow], ended: Ended, *, tight: bool) -> tuple[str, bool, Ended]:
     """Sentence on a design that holds, whether it is the lightest, and what ended the run."""
     used = worst_utilisation(rows)
-    held = f"every limit holds at the unfavourable end of its band; the most used one to {used:.1%}"
+    text = f"every limit holds at the unfavourable end of its band; the most used one to {used:.1%}"
     if tight:
-        return held, True, TIGHT_END
+        return text, True, TIGHT_END
     if ended.by == "enclosed":
-        return f"{held}; {ended.words}", True, ended
-    return f"{held}; not the lightest: {ended.words}, and a lighter design may exist", False, ended
+        return f"{text}; {ended.words}", True, ended
+    return f"{text}; not the lightest: {ended.words}, and a lighter design may exist", False, ended
 
 
 def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:

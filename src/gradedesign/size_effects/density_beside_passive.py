@@ -96,7 +96,7 @@ def _outside_passive(axes: list[FloatArray], to_points: Field, domain: DesignDom
 
 
 def _increasing(effective: FloatArray) -> FloatArray:
-    """Held densities that grow at least a little where more is asked for.
+    """Effective densities that grow at least a little with the nominal density.
 
     Where a neighbourhood's few samples of solid stay the same, the next nominal density brings
     no more of them.

@@ -113,7 +113,7 @@ def wall_factors(
     unknown: list[str] = []
     reasons: list[str] = []
     # The last entry stands for no wall.
-    known = np.full(len(kinds) + 1, -1)
+    class_of_kind = np.full(len(kinds) + 1, -1)
     for number, wall in enumerate(counted(kinds, "wall", len(kinds))):
         before = partial(on_wall, f"wall {number + 1} of {len(kinds)}, {_words(wall)}")
         try:
@@ -123,8 +123,8 @@ def wall_factors(
             unknown.append(f"{_words(wall)} near ({', '.join(f'{v:.3g}' for v in at)}) mm")
             reasons.append(str(error))
         else:
-            known[number] = len(classes) - 1
-    kind = known[kind]
+            class_of_kind[number] = len(classes) - 1
+    kind = class_of_kind[kind]
     corners = cell_map(mesh.points)[:, mesh.tets]
     sample_points = np.einsum("dcm,qc->dqm", corners, points)
     middle = 0.5 * (faces[0] + faces[1])[:, None]
@@ -224,7 +224,7 @@ def _ratios(cells: WallMaterial, wall: WallKind, before: Callable[[], None]) -> 
 
 
 def _samples(cells: WallMaterial) -> FloatArray:
-    """Values of the cell on a coarse grid, which tell it from others."""
+    """Values of the cell on a coarse grid, which identify it."""
     points = cells.cell.family.period * grid_nodes(16, (0.3, 0.3, 0.3))
     return evaluate_shape(cells.cell.family, cells.cell.parameters, points)
 

@@ -62,11 +62,11 @@ def wall_faces(
     middle = centroids(mesh)
     turn, edge = local_cells(cell_map, middle[:, :1]).axes[:, :, 0], cell_map.size
     # A flat tetrahedron at a hollow face may have its centroid outside: it takes its neighbours'.
-    known = np.flatnonzero(lattice & (domain.distance(middle) < 0))
-    inner = middle[:, known]
+    inside_tets = np.flatnonzero(lattice & (domain.distance(middle) < 0))
+    inner = middle[:, inside_tets]
     lengths = chords(corner_points(part.surface), inner, turn)
-    ends = np.zeros((2, 3, known.size))
-    free = np.ones((3, known.size), dtype=np.bool_)
+    ends = np.zeros((2, 3, inside_tets.size))
+    free = np.ones((3, inside_tets.size), dtype=np.bool_)
     for side, (sign, length) in enumerate(zip((-1.0, 1.0), lengths, strict=True)):
         for k in range(3):
             reached = np.isfinite(length[k])
@@ -77,13 +77,13 @@ def wall_faces(
             free[k] &= reached
             free[k] &= domain.distance(at - sign * step * turn[:, k, None]) < -_ACROSS * step
             free[k] &= ~passive_at(domain, at)
-    return _settled(ends, free, known, middle, signed_volumes(mesh), lattice, edge)
+    return _settled(ends, free, inside_tets, middle, signed_volumes(mesh), lattice, edge)
 
 
 def _settled(
     ends: FloatArray,
     free: BoolArray,
-    known: IntArray,
+    inside_tets: IntArray,
     points: FloatArray,
     volumes: FloatArray,
     lattice: BoolArray,
@@ -98,9 +98,9 @@ def _settled(
         if not walls.size:
             continue
         # Of a mesh much finer than the cells, evenly left out.
-        ball = walls.size * 4.2 * (_NEIGHBOURHOOD * edge) ** 3 / volumes[known[walls]].sum()
+        ball = walls.size * 4.2 * (_NEIGHBOURHOOD * edge) ** 3 / volumes[inside_tets[walls]].sum()
         walls = walls[:: max(int(ball / _MOST_NEIGHBOURS), 1)]
-        tree = cKDTree(points[:, known[walls]].T)
+        tree = cKDTree(points[:, inside_tets[walls]].T)
         thick = ends[1, k] - ends[0, k]
         for tet in tets:
             some = tree.query_ball_point(points[:, tet], _NEIGHBOURHOOD * edge)
@@ -108,7 +108,7 @@ def _settled(
                 continue
             here = walls[np.sort(some)]
             order = here[np.argsort(thick[here], kind="stable")]
-            total = np.cumsum(volumes[known[order]])
+            total = np.cumsum(volumes[inside_tets[order]])
             chosen = order[np.searchsorted(total, 0.5 * total[-1])]
             faces[:, k, tet] = ends[:, k, chosen]
             has_wall[k, tet] = True
@@ -139,23 +139,23 @@ def wall_kinds(
         tets, place = tets[thin], place[:, thin]
         first = len(kinds)
         index, middle, total = _gathered(place, volumes[tets])
-        left = np.ones(total.size, dtype=np.bool_)
-        while left.any():
+        remaining = np.ones(total.size, dtype=np.bool_)
+        while remaining.any():
             # The wall with most lattice in walls like it.
-            tree = cKDTree(middle[:, left].T)
-            near = tree.query_ball_point(middle[:, left].T, alike, p=np.inf)
-            share = [total[left][some].sum() for some in near]
+            tree = cKDTree(middle[:, remaining].T)
+            near = tree.query_ball_point(middle[:, remaining].T, alike, p=np.inf)
+            share = [total[remaining][some].sum() for some in near]
             best = int(np.argmax(share))
             if share[best] < least:
                 break
-            chosen = np.flatnonzero(left)[near[best]]
+            chosen = np.flatnonzero(remaining)[near[best]]
             mine = np.isin(index, chosen)
             # Medians: plane walls have their faces there, whatever the mesh and its sloped ones.
             lower, upper = (
                 weighted_percentile(row[mine], volumes[tets][mine], 50.0) for row in place
             )
             kinds.append(WallKind(axis=axis, lower=lower, upper=upper))
-            left[chosen] = False
+            remaining[chosen] = False
         if len(kinds) > first:
             mine = np.array([[wall.lower, wall.upper] for wall in kinds[first:]])
             off, index = cKDTree(mine).query(place.T, p=np.inf)

@@ -13,8 +13,9 @@ from gradedesign.sizing.problem import SizingProblem, SizingStep
 #: common one, and grows by the other while they do not.
 CALMER, BOLDER, LEAST_CALM = 0.7, 1.2, 0.1
 #: Where a limit beyond its aim gains less than the first in as many iterations as the second, all
-#: densities rise by its utilisation over its aim, and by the third at least: what is densest draws
-#: the load, so that more of it alone may gain nothing where the same mass spread evenly holds.
+#: densities rise by its utilisation over its aim, and by the third at least: the densest lattice
+#: attracts the load, so that densifying it alone may gain nothing where the same mass spread evenly
+#: holds.
 GAIN, PATIENCE, LEAST_RISE = 0.01, 2, 0.005
 #: Changes below this share of the tolerance are none.
 STILL = 0.05

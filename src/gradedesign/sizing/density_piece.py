@@ -8,14 +8,14 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import DensityError
 
 
-def density_piece(density: FloatArray, rho: FloatArray, what: str) -> IntArray:
+def density_piece(density: FloatArray, rho: FloatArray, quantity: str) -> IntArray:
     """Interval between increasing densities ``(k,)`` in which each of ``rho`` ``(M,)`` lies.
 
     Parameters
     ----------
     density : (k,) array
     rho : (M,) array
-    what : str
+    quantity : str
         Name of the quantity that is known there, in the plural, for the message.
 
     Returns
@@ -31,7 +31,7 @@ def density_piece(density: FloatArray, rho: FloatArray, what: str) -> IntArray:
     low, high = density[0], density[-1]
     if not ((rho >= low - 1e-9) & (rho <= high + 1e-9)).all():
         raise DensityError(
-            f"{what} are known for relative densities {low:g} to {high:g}, but were asked for "
+            f"{quantity} are known for relative densities {low:g} to {high:g}, but were asked for "
             f"{np.min(rho):g} to {np.max(rho):g}; narrow [lattice] density"
         )
     place = np.searchsorted(density, rho, side="right") - 1

@@ -61,7 +61,7 @@ def first_variables(
 def variable_floor(
     density_filter: DensityFilter, sums: FloatArray, floor: FloatArray, lo: float
 ) -> FloatArray:
-    """Lower bound of each variable: the filter-weighted mean of what its elements need.
+    """Lower bound of each variable: the filter-weighted mean of those of its elements.
 
     ``sums`` are the filter's column sums.
     """

@@ -116,13 +116,16 @@ def _newton(
             trial = mu.copy()
             trial[active] += step
             x = primal(trial)
-            left = constraints(x) - 1.0
-            if unit @ x + trial[active] @ left[active] >= value + 1e-4 * gain - _EXACT * value:
+            trial_excess = constraints(x) - 1.0
+            if (
+                unit @ x + trial[active] @ trial_excess[active]
+                >= value + 1e-4 * gain - _EXACT * value
+            ):
                 break
             step, gain = 0.5 * step, 0.5 * gain
         else:
             return mu, False
-        mu, new, excess = trial, x, left
+        mu, new, excess = trial, x, trial_excess
     return mu, False
 
 

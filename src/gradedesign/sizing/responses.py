@@ -1,4 +1,4 @@
-"""Adjoint gradients of what limits answer with."""
+"""Adjoint gradients of the responses of limits."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
 
-#: Iterations over those asked for, while a limit is used beyond its aim.
+#: Iterations beyond the stated number, while a limit is used beyond its aim.
 INSISTENCE = 3
 #: Designs before, from whose displacements the next solves start.
 RECENT = 2
@@ -190,7 +190,7 @@ def _new_variables(
     new[active] = optimality_step(
         x[active],
         felt.cost[active],
-        analysed.held / problem.target,
+        analysed.governing / problem.target,
         collected(problem.filter, analysed.gradients * felt.slope / problem.target)[:, active],
         lower[active],
         upper[active],
@@ -214,14 +214,14 @@ def _density_floor(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Analysed:
-    """One design analysed: every limit, and what governs those by gradient that are in reach.
+    """One analysed design: every limit, and the governing values by gradient that are in reach.
 
     Attributes
     ----------
     state : SolvedState
     utilisations : tuple of float
         Of every limit.
-    held : (k,) array
+    governing : (k,) array
         Utilisations at the points that govern limits by gradient.
     gradients : (k, M) array
         Theirs by every density.
@@ -229,7 +229,7 @@ class _Analysed:
 
     state: SolvedState
     utilisations: tuple[float, ...]
-    held: FloatArray
+    governing: FloatArray
     gradients: FloatArray
 
 
@@ -241,7 +241,7 @@ def _analyse(
 ) -> _Analysed:
     """Solve a design for every limit and its gradient.
 
-    ``memories`` are what limits remember of earlier designs, ``recent`` the displacements under
+    ``memories`` are those of the limits from earlier designs, ``recent`` the displacements under
     loads and adjoint loads of the last of them; both are brought up to date.
     """
     model, limits = problem.model, problem.limits
@@ -255,13 +255,15 @@ def _analyse(
             predicted, memories[k] = limit.responses(state, memories[k])
             responses += predicted
             allowed += [limit.allowed] * len(predicted)
-    held = np.array([response.value for response in responses]) / np.array(allowed)
-    reach = _in_reach(held)
+    ratios = np.array([response.value for response in responses]) / np.array(allowed)
+    reach = _in_reach(ratios)
     near = [response for response, chosen in zip(responses, reach, strict=True) if chosen]
     adjoints = solve_adjoints(model, system, near)
     gradients = response_gradients(state, near, adjoints) / np.array(allowed)[reach][:, None]
     recent.append(tuple(s.displacement for s in (*state.solutions.values(), *adjoints)))
-    return _Analysed(state=state, utilisations=utilisations, held=held[reach], gradients=gradients)
+    return _Analysed(
+        state=state, utilisations=utilisations, governing=ratios[reach], gradients=gradients
+    )
 
 
 def _mean_exponent(model: HomogenisedModel, rho: FloatArray) -> float:

@@ -127,7 +127,7 @@ def _kept(end: _End) -> _End:
 
 
 def _beyond(low: _End, hi: float) -> float:
-    """Density a little more than a power law asks for, at most the upper bound."""
+    """Density a little above the one of a power law, at most the upper bound."""
     return float(min(low.density * np.exp(low.value / EXPONENT) * BEYOND, hi))
 
 

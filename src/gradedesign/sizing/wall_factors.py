@@ -181,7 +181,7 @@ class WallFactors:
         return moments
 
     def solid(self, rho: FloatArray) -> FloatArray:
-        """Density of the walls over that asked for, ``(M,)``."""
+        """Effective over nominal density of the walls, ``(M,)``."""
         return self._solid(rho)[0]
 
     def solid_slope(self, rho: FloatArray) -> FloatArray:

@@ -23,9 +23,9 @@ def non_dominated(rows: Sequence[DesignRow]) -> frozenset[int]:
     ----------
     rows : sequence of DesignRow
     """
-    held = [row for row in rows if row.holds]
+    feasible = [row for row in rows if row.holds]
     return frozenset(
-        row.number for row in held if not any(_dominates(other, row) for other in held)
+        row.number for row in feasible if not any(_dominates(other, row) for other in feasible)
     )
 
 

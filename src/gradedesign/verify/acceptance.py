@@ -237,8 +237,8 @@ def _place(submodel: Submodel) -> tuple[float, ...]:
 
 def held_and_loaded(case: Case) -> set[str]:
     """Regions that supports or loads act on."""
-    held = {f.region for spec in case.load_case for f in spec.fix}
-    return held | {s.region for spec in case.load_case for s in spec.load}
+    supported = {f.region for spec in case.load_case for f in spec.fix}
+    return supported | {s.region for spec in case.load_case for s in spec.load}
 
 
 def eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:

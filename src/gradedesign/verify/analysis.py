@@ -190,7 +190,7 @@ class SolvedSolid(Protocol):
     def traction_residual(self) -> Mapping[str, float]:
         """Squared residual of the tractions over the energy, by load case.
 
-        Empty where an analysis does not know it; see `finite_cell.traction_residual`.
+        Empty where an analysis does not compute it; see `finite_cell.traction_residual`.
         """
 
     def von_mises(self, load_case: str) -> FloatArray:
@@ -233,8 +233,8 @@ class ExplicitAnalysis:
     name : str
         Lower case with dashes; what ``[run] analysis`` names.
     solve : callable
-        ``solve(PrintedSolid, Resolution, say) -> SolvedSolid``; ``say(message)`` hears why a
-        spacing was refused and what comes next. A `ResourceError` where the memory of the case
+        ``solve(PrintedSolid, Resolution, say) -> SolvedSolid``; ``say(message)`` receives why a
+        spacing was refused and which is tried next. A `ResourceError` where the memory of the case
         does not suffice, a `MeshError` or `LatticeError` where the solid is not held.
     estimate : callable
         ``estimate(PlannedSolid, spacing) -> AnalysisEstimate``.

@@ -108,7 +108,7 @@ def compare_bodies(
 
 
 def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
-    """Say which differences are too large for the analysis to speak for the file, and why."""
+    """Warnings of differences too large for the analysis to hold for the printed file."""
     analysed, printed = comparison.analysed, comparison.printed
     warnings = []
     if abs(comparison.volume_difference) > VOLUME_WARNING:

@@ -1,8 +1,8 @@
 """Space mapping: factors that map the homogenised prediction onto the explicit result.
 
-After each explicit analysis the ratio explicit over homogenised corrects what the next sizing
-believes: a factor on the lattice stiffness from the most used limit by gradient, and a factor on
-every predicted value for what the stiffness leaves.
+After each explicit analysis the ratio explicit over homogenised corrects the model of the next
+sizing: a factor on the lattice stiffness from the most used limit by gradient, and a factor on
+every predicted value for the remaining discrepancy.
 
 References
 ----------
@@ -64,7 +64,7 @@ class Discrepancy:
     Attributes
     ----------
     values : tuple of (LimitKey, float)
-        explicit / predicted - 1 of every limit that both know.
+        explicit / predicted - 1 of every limit that both evaluate.
     governing : LimitKey or None
         The limit by gradient that the explicit analysis uses most.
     """
@@ -138,8 +138,8 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
 
     The power law through the last analysis that fits the others best, held to the one that
     vanishes for dense material (what free faces cost vanishes as the voids close). Factors of
-    designs of one density scatter by `SCATTER`, so that analyses at nearly the same density say
-    little about the exponent; exponents scatter by `SPREAD` about that of dense material. Kept
+    designs of one density scatter by `SCATTER`, so that analyses at nearly the same density hardly
+    determine the exponent; exponents scatter by `SPREAD` about that of dense material. Kept
     within -0.5 to 4, the range that free faces of one to many cells explain.
     """
     if not samples:
@@ -149,18 +149,18 @@ def stiffness_exponent(samples: Sequence[tuple[float, float]]) -> float:
     before = np.array(samples[:-1]).reshape(-1, 2)
     run = np.log(before[:, 0] / last_rho)
     rise = np.log(before[:, 1] / last_factor)
-    known = float(run @ run) / SCATTER**2
-    exponent = (float(run @ rise) / SCATTER**2 + prior / SPREAD**2) / (known + 1 / SPREAD**2)
+    precision = float(run @ run) / SCATTER**2
+    exponent = (float(run @ rise) / SCATTER**2 + prior / SPREAD**2) / (precision + 1 / SPREAD**2)
     return float(np.clip(exponent, -0.5, 4.0))
 
 
 def kept_share(discrepancies: Sequence[Discrepancy]) -> float:
     """Share of its density that every variable keeps at least in the next sizing.
 
-    A correction holds near the design that taught it: a trust region. The first sizings may go
+    A correction is valid near the design it was found for: a trust region. The first sizings may go
     anywhere. From the third on, the more the last prediction was off, the less may be taken away;
     after a prediction that was right, twice as much as before. One such prediction of a design
-    nearby says little about designs far away.
+    nearby is not valid for designs far away.
     """
     taken = 1.0
     for discrepancy in discrepancies[1:]:

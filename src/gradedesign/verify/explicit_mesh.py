@@ -35,12 +35,12 @@ VOLUME_SAMPLES = 3
 VOLUME_SEED = 2007
 #: Smallest dihedral angle that is accepted, degrees.
 LEAST_DIHEDRAL = 5.0
-#: Of the allowed volume error, what a refined grid aims at: errors fall with the spacing's square.
+#: Share of the allowed volume error that a refined grid aims at; errors fall as spacing squared.
 AIM = 0.6
 #: A refined spacing over the last one: neither so little that meshing is repeated for nothing, nor
 #: so much that the budget is missed where less would have done.
 LEAST_STEP, LARGEST_STEP = 0.85, 0.55
-#: Refined where volume says nothing about how far.
+#: Step of refinement where the volume error cannot set it.
 PLAIN_STEP = 0.8
 #: Quadratic dofs per tetrahedron of a lattice: measured 4.8 to 5.1 of struts and thick walls, 5.6
 #: to 5.8 of thin ones.
@@ -139,7 +139,7 @@ def fitting_spacing(solid_volume: float, memory_limit_bytes: float) -> float:
 def mesh_lattice(
     design: LatticeDesign, spacing: float, *, memory_limit_bytes: float, bodies: int = 1
 ) -> ExplicitMesh:
-    """Mesh a design by isosurface stuffing and refuse what lost components or volume.
+    """Mesh a design by isosurface stuffing; a grid that loses components or volume is refused.
 
     Parameters
     ----------

@@ -221,9 +221,9 @@ class FiniteCellFields:
         grid = self.result.elements.grid
         low, high = grid.lower[:, None], (grid.lower + grid.edges * grid.shape)[:, None]
         table = element_table(self.result.elements)
-        held = locate(self.result.elements, table, points) >= 0
-        outside = ~held
-        outside[held] = self.field(points[:, held]) > 0.0
+        in_element = locate(self.result.elements, table, points) >= 0
+        outside = ~in_element
+        outside[in_element] = self.field(points[:, in_element]) > 0.0
         nearest, distance = points.copy(), np.zeros(points.shape[1])
         reach = REACH * float(grid.edges.max())
         while outside.any():

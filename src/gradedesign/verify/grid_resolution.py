@@ -104,7 +104,7 @@ def _sheet(cell: Cell) -> bool:
 
 
 def _too_fine(cell: Cell, wall: float, elements: float) -> bool:
-    """Whether a wall, in cells, asks for a finer grid than is tried."""
+    """Whether a wall, in cells, needs a finer grid than is tried."""
     return wall <= 0 or cell.family.period * elements / wall > MOST_ELEMENTS
 
 

@@ -95,11 +95,11 @@ def layer_islands(solid: BoolArray, grid: VoxelGrid) -> LayerIslands:
 
 
 def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: int) -> IntArray:
-    """Owner of every pixel of a layer: -1 what is held, n the n-th island, 0 nothing."""
+    """Owner of every pixel of a layer: -1 supported, n in the n-th island, 0 in voids."""
     regions, count = label(layer, structure=_TOUCHING)
-    held = np.zeros(count + 1, dtype=bool)
-    held[np.unique(regions[binary_dilation(before == -1, structure=_TOUCHING)])] = True
-    owner = np.where(held, -1, 0)
+    supported = np.zeros(count + 1, dtype=bool)
+    supported[np.unique(regions[binary_dilation(before == -1, structure=_TOUCHING)])] = True
+    owner = np.where(supported, -1, 0)
     owner[0] = 0
     touched: dict[int, set[int]] = {}
     for n in np.unique(before[before > 0]).tolist():
@@ -107,7 +107,7 @@ def _next_layer(layer: BoolArray, before: IntArray, islands: list[_Island], k: i
         for region in np.unique(regions[near & layer]).tolist():
             touched.setdefault(region, set()).add(n)
     size = np.bincount(regions.ravel(), minlength=count + 1)
-    loose = set(np.flatnonzero(~held[1:]) + 1)
+    loose = set(np.flatnonzero(~supported[1:]) + 1)
     for region, islands_below in touched.items():
         if region in loose:
             first = min(islands_below)

@@ -89,7 +89,7 @@ def overhang(surface: SurfaceMesh, up: FloatArray, angle: float) -> Overhang:
     for pick, sign in ((int(np.argmin(shares)), 1.0), (int(np.argmax(shares)), -1.0)):
         near = _around(search[pick])
         extreme = near[int(np.argmin(sign * overhang_fractions(sums, area, near, angle)))]
-        # Gathered normals choose a direction; facets say what it has, and whether as built is best.
+        # Gathered normals choose a direction; its share, and that as built, come from facets.
         ends.append(min(((share(d, angle), d) for d in (extreme, up)), key=lambda e: sign * e[0]))
     supported, volume = _support(surface, up, angle)
     return Overhang(

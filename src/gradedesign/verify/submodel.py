@@ -196,8 +196,8 @@ def _held_components(
     _, distance = driving.displacement_at(load_case, mesh.points[:, vertices])
     driven = np.zeros(mesh.points.shape[1], dtype=bool)
     driven[vertices[distance <= spacing]] = True
-    held = np.bincount(labels, weights=driven[mesh.tets].sum(axis=0)) >= 3
-    keep = held[labels]
+    anchored = np.bincount(labels, weights=driven[mesh.tets].sum(axis=0)) >= 3
+    keep = anchored[labels]
     if keep.all():
         return mesh
     if not keep.any():

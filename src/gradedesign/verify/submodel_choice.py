@@ -184,7 +184,7 @@ def clip_surface(surface: SurfaceMesh, lower: FloatArray, upper: FloatArray) -> 
     x, y, z = (float(s) for s in np.asarray(upper) - np.asarray(lower))
     box = box_surface((x, y, z))
     moved = SurfaceMesh(vertices=box.vertices + np.asarray(lower), faces=box.faces)
-    return intersection(surface, moved, what=f"submodel from {lower} to {upper} mm")
+    return intersection(surface, moved, subject=f"submodel from {lower} to {upper} mm")
 
 
 def cut_facets(

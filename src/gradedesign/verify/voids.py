@@ -1,4 +1,4 @@
-"""Voids of the printed solid: what powder cannot leave, and the throats that it leaves through."""
+"""Voids of the printed solid: those that powder cannot leave, and the throats of the others."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def measure_voids(
     grid: VoxelGrid,
     min_throat: float | None,
 ) -> Voids:
-    """Find what powder cannot leave, and how wide the ways out of the rest are.
+    """Find the voids that powder cannot leave, and the width of the ways out of the others.
 
     The way out of a place is the one on which the smallest distance from the solid is largest; its
     width is twice that. Powder leaves through throats of ``min_throat``: what a ball of that size

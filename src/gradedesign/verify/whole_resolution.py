@@ -1,4 +1,4 @@
-"""The two resolutions at which acceptance analyses a whole printed solid, and what they take."""
+"""The two resolutions at which acceptance analyses a whole printed solid, and their cost."""
 
 from __future__ import annotations
 
@@ -37,29 +37,31 @@ def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell, rho: f
 
 
 def whole_estimates(
-    planned: PlannedSolid, spacing: float, held: int = 0
+    planned: PlannedSolid, spacing: float, earlier_unknowns: int = 0
 ) -> tuple[AnalysisEstimate, AnalysisEstimate]:
     """Size of the first two analyses of a whole solid; ``spacing``, mm, is that of the first.
 
-    ``held`` are the unknowns of the iteration's analysis, whose result stays.
+    ``earlier_unknowns`` are the unknowns of the iteration's analysis, whose result stays.
     """
     first = FINITE_CELLS.estimate(planned, spacing)
-    return first, finer_estimate(planned, spacing / RATIO, held)
+    return first, finer_estimate(planned, spacing / RATIO, earlier_unknowns)
 
 
-def finer_estimate(planned: PlannedSolid, spacing: float, held: int) -> AnalysisEstimate:
+def finer_estimate(
+    planned: PlannedSolid, spacing: float, earlier_unknowns: int
+) -> AnalysisEstimate:
     """Size of an analysis while the results of the next coarser one and of the iteration stay.
 
     Parameters
     ----------
     planned : PlannedSolid
     spacing : float, mm
-    held : int
+    earlier_unknowns : int
         Unknowns of the iteration's analysis.
     """
     size = FINITE_CELLS.estimate(planned, spacing)
-    held += FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns
-    return replace(size, memory_bytes=size.memory_bytes + HELD_BYTES * held)
+    earlier_unknowns += FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns
+    return replace(size, memory_bytes=size.memory_bytes + HELD_BYTES * earlier_unknowns)
 
 
 def seconds(size: AnalysisEstimate) -> float:
@@ -73,7 +75,7 @@ def within_budgets(size: AnalysisEstimate, memory: float, time: float) -> bool:
 
 
 def judged_seconds(
-    planned: PlannedSolid, spacing: float, held: int, memory: float, time: float
+    planned: PlannedSolid, spacing: float, earlier_unknowns: int, memory: float, time: float
 ) -> float:
     """Seconds of the two analyses that judge a whole solid.
 
@@ -85,12 +87,12 @@ def judged_seconds(
     planned : PlannedSolid
     spacing : float, mm
         Of the first.
-    held : int
+    earlier_unknowns : int
         Unknowns of the iteration's analysis.
     memory : float, bytes
     time : float, s
     """
-    first, finer = whole_estimates(planned, spacing, held)
+    first, finer = whole_estimates(planned, spacing, earlier_unknowns)
     if not within_budgets(finer, memory, time):
         finer = FINITE_CELLS.estimate(planned, spacing * RATIO)
     return seconds(first) + seconds(finer)

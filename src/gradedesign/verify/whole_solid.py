@@ -65,7 +65,7 @@ class WholeJudgement:
     refused : tuple of str
         Resolutions that could not be analysed, and why.
     undecided : tuple of str
-        Limits that lie in a wide band, with what a finer analysis would take.
+        Limits that lie in a wide band, with the cost of a finer analysis.
     """
 
     result: ExplicitResult
@@ -129,7 +129,7 @@ class _Analyses:
     result: ExplicitResult | None = None
 
     def attempt(self, spacing: float, *, first: bool = False) -> bool:
-        """Analyse at a spacing that the budgets hold; whether that says something new."""
+        """Analyse at a spacing that the budgets hold; True where it gave a new resolution."""
         fits, need = self.stage.need(spacing)
         if not fits and not first:
             self.refused.append(f"elements of {spacing:.3g} mm are out of budget: {need}")
@@ -146,7 +146,10 @@ class _Analyses:
             self.refused.append(f"elements of {spacing:.3g} mm were refused: {error}")
             return False
         size = result.mesh_size
-        if any(max(size, known) < LEAST_RATIO * min(size, known) for known, *_ in self.values):
+        if any(
+            max(size, analysed_size) < LEAST_RATIO * min(size, analysed_size)
+            for analysed_size, *_ in self.values
+        ):
             self.refused.append(f"elements of {spacing:.3g} mm divide the part as others do")
             return False
         if not self.values or size < self.values[-1][0]:
@@ -154,7 +157,7 @@ class _Analyses:
         rows = limit_rows(self.limits, result, self.stage.judged_by)
         row_of = {row.key: row for row in rows}
         self.values.append((size, row_of, result.traction_residual))
-        self.values.sort(key=lambda known: -known[0])
+        self.values.sort(key=lambda analysed_size: -analysed_size[0])
         return True
 
     def rows(self) -> tuple[LimitRow, ...]:
@@ -162,11 +165,11 @@ class _Analyses:
         return tuple(self._banded(row) for row in self.values[-1][1].values())
 
     def _banded(self, row: LimitRow) -> LimitRow:
-        known = [each for each in self.values if row.key in each[1]]
-        if len(known) < 2:
+        analyses = [each for each in self.values if row.key in each[1]]
+        if len(analyses) < 2:
             return row
-        values = [(size, rows[row.key].value) for size, rows, _ in known]
-        residuals = [lost[row.load_case] for *_, lost in known if row.load_case in lost]
+        values = [(size, rows[row.key].value) for size, rows, _ in analyses]
+        residuals = [lost[row.load_case] for *_, lost in analyses if row.load_case in lost]
         return row.banded(
             banded(
                 values,

@@ -47,8 +47,8 @@ def available_memory_bytes() -> int:
     The least of what the machine has left and what each control group around this process
     (container, batch job) leaves.
     """
-    left = int(psutil.virtual_memory().available)
-    return min([left, *_control_group_rooms(_CGROUPS, _OWN_CGROUP)])
+    available = int(psutil.virtual_memory().available)
+    return min([available, *_control_group_rooms(_CGROUPS, _OWN_CGROUP)])
 
 
 def _control_group_rooms(root: Path, membership: Path) -> list[int]:
@@ -119,10 +119,10 @@ class Deadline:
         """Tell whether the time is over."""
         return self.remaining() == 0.0
 
-    def require(self, what: str) -> None:
-        """Raise `ResourceError` if the time is over; ``what`` names the step not begun."""
+    def require(self, step: str) -> None:
+        """Raise `ResourceError` if the time is over; ``step`` names the step not begun."""
         if self.expired():
             raise ResourceError(
-                f"the time limit of {self.seconds:g} s was used up before {what}; "
+                f"the time limit of {self.seconds:g} s was used up before {step}; "
                 "raise run.time or resume with a higher one"
             )

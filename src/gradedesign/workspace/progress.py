@@ -112,7 +112,7 @@ class Watch:
             self._levels[-1] = Step(text=text, fraction=fraction, began=began)
 
     def block(self) -> None:
-        """Tell whoever watches that no other thread will run for a while."""
+        """Report that no other thread will run for a while."""
         if self._before_blocking is not None:
             self._before_blocking()
 
@@ -144,7 +144,7 @@ def watching(watch: Watch) -> Iterator[None]:
 
 
 def report_step(text: str, fraction: float | None = None, *, blocking: bool = False) -> None:
-    """Say what is being computed from here on, for whoever watches.
+    """Report the step that is computed from here on.
 
     Parameters
     ----------

@@ -24,12 +24,12 @@ _NAME = re.compile(r"gradedesign-[a-z]+-(\d+)-.+")
 
 
 @contextmanager
-def scratch_folder(what: str) -> Iterator[Path]:
+def scratch_folder(purpose: str) -> Iterator[Path]:
     """Make a private temporary folder, and remove those of processes that were killed.
 
     Parameters
     ----------
-    what : str
+    purpose : str
         Lower case, part of the folder's name, as in ``"worker"``.
 
     Yields
@@ -45,7 +45,7 @@ def scratch_folder(what: str) -> Iterator[Path]:
     try:
         root = Path(tempfile.gettempdir())
         sweep_scratch(root)
-        name = tempfile.mkdtemp(prefix=f"gradedesign-{what}-{os.getpid()}-")
+        name = tempfile.mkdtemp(prefix=f"gradedesign-{purpose}-{os.getpid()}-")
     except OSError as cause:
         raise ResourceError(
             f"no place for temporary files: {cause}; free disk space, or set TMPDIR to a folder "

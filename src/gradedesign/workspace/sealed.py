@@ -1,4 +1,4 @@
-"""Files of arrays that know whether they are whole: an ``.npz`` ending in its own SHA-256."""
+"""Files of arrays with an integrity check: an ``.npz`` ending in its own SHA-256."""
 
 from __future__ import annotations
 
@@ -90,11 +90,11 @@ def _digest(handle: BinaryIO, length: int) -> bytes:
     """Return the hexadecimal SHA-256 of the first ``length`` bytes."""
     handle.seek(0)
     digest = hashlib.sha256()
-    left = length
-    while left > 0:
-        block = handle.read(min(_BLOCK, left))
+    remaining = length
+    while remaining > 0:
+        block = handle.read(min(_BLOCK, remaining))
         if not block:
             break
         digest.update(block)
-        left -= len(block)
+        remaining -= len(block)
     return digest.hexdigest().encode("ascii")

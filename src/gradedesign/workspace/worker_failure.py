@@ -105,14 +105,14 @@ def _killed(ending: Ending, words: str) -> ResourceError:
     """Say who may have sent a SIGKILL; we only send it ourselves after the end."""
     peak = _peak_bytes(ending.folder)
     limit = _size(ending.memory_limit_bytes)
-    held = "an unknown amount of memory" if peak is None else f"{_size(peak)} of memory"
+    memory = "an unknown amount of memory" if peak is None else f"{_size(peak)} of memory"
     if peak is not None and peak >= _NEAR_LIMIT * ending.memory_limit_bytes:
         return ResourceError(
-            f"worker {ending.module} was killed while it held {held}, near its limit of {limit}; "
+            f"worker {ending.module} was killed while it held {memory}, near its limit of {limit}; "
             f"raise run.memory or ask for a coarser mesh; {words}"
         )
     return ResourceError(
-        f"worker {ending.module} was killed from outside (SIGKILL) while it held {held} of the "
+        f"worker {ending.module} was killed from outside (SIGKILL) while it held {memory} of the "
         f"{limit} it may take: by a person or a batch system, or by the memory guard of the "
         f"system or the container, if that has less left than run.memory says; go on with "
         f"--resume, on a machine with more memory or with a coarser mesh if it happens again; "

@@ -58,7 +58,7 @@ def surface_families(
         return np.abs(function(u, **values))
 
     signed_wall, wall = _walls(function, resolution)
-    given = dict(parameters or {})
+    family_parameters = dict(parameters or {})
 
     networks = [
         CellFamily(
@@ -72,7 +72,7 @@ def surface_families(
             name=f"{name}-sheet{variant}",
             shape=sheet,
             source=f"|f| <= t, f = {source}",
-            parameters=given,
+            parameters=family_parameters,
             sides=2,
             signed=function,
         ),
@@ -81,7 +81,7 @@ def surface_families(
             name=f"{name}-wall{variant}",
             shape=wall,
             source=f"distance to f = 0 at most t, f = {source}",
-            parameters=given,
+            parameters=family_parameters,
             distance=True,
             sides=2,
             signed=signed_wall,

@@ -96,15 +96,15 @@ def _reader(path: Path) -> PartReader:
     points = sorted(
         entry_points(group="gradedesign"), key=lambda p: (not p.value.startswith("gradedesign."), p)
     )
-    known: list[str] = []
+    suffixes: list[str] = []
     for point in points:
         supply = getattr(point.load(), "gradedesign_readers", None)
         readers: list[PartReader] = [] if supply is None else list(supply())
         for reader in readers:
             if path.suffix.lower() in reader.suffixes:
                 return reader
-            known.extend(reader.suffixes)
+            suffixes.extend(reader.suffixes)
     raise PluginError(
         f"no installed reader knows '{path.suffix}' files such as {path.name}; known are "
-        f"{', '.join(known)}"
+        f"{', '.join(suffixes)}"
     )

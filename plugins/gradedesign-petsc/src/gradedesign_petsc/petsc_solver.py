@@ -149,13 +149,13 @@ def run_ranks(ranks: Ranks, folder: Path, rtol: float) -> None:
     # A path of gradedesign's Python would lead theirs to the wrong numpy.
     environment.pop("PYTHONPATH", None)
     log = folder / "log"
-    with log.open("wb") as said:
+    with log.open("wb") as output:
         process = subprocess.Popen(
             [*ranks.launch, ranks.python, str(_RANKS), str(folder), repr(rtol)],
             env=environment,
             # Held open: the ranks end when it closes, also where this process is killed.
             stdin=subprocess.PIPE,
-            stdout=said,
+            stdout=output,
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )

@@ -98,9 +98,9 @@ def read_solids(path: str, form: str) -> CadSolids:
     loose: list[CadFace] = []
     for k in range(1, roots.Length() + 1):
         for label, place in _simple_shapes(roots.Value(k), TopLoc_Location()):
-            solids, left = _bodies(label, place)
+            solids, free_faces = _bodies(label, place)
             bodies += solids
-            loose += left
+            loose += free_faces
     if loose:
         sewn, left_out = _sewn(loose)
         bodies += sewn

@@ -157,9 +157,9 @@ def _joined(
                 (places.Add(ends[0]), own[:1]),
                 (places.Add(ends[1]), own[-1:]),
             ):
-                known = first.setdefault(key, part)
-                if len(known) == len(part):
-                    pairs.append(np.stack([known, part], axis=1))
+                first_nodes = first.setdefault(key, part)
+                if len(first_nodes) == len(part):
+                    pairs.append(np.stack([first_nodes, part], axis=1))
     links = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
     graph = coo_array((np.ones(len(links), dtype=np.int8), tuple(links.T)), shape=(len(nodes),) * 2)
     group = connected_components(graph, directed=False)[1]
