@@ -2,12 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.mesh.closest import build_triangle_tree, distance_within
-from gradedesign.mesh.columns import build_columns, winding_at
+from gradedesign.mesh.closest import TriangleTree, build_triangle_tree, distance_within
+from gradedesign.mesh.columns import TriangleColumns, build_columns, winding_at
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+
+#: Memory of a `SurfaceSearch`, bytes for each triangle: measured 134 of the tree and 107 of the
+#: columns on a gyroid sheet of 0.36 M triangles.
+SEARCH_BYTES = 245
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SurfaceSearch:
+    """Triangles of a closed surface, ordered for distances and winding numbers.
+
+    Attributes
+    ----------
+    tree : TriangleTree
+    columns : TriangleColumns
+    """
+
+    tree: TriangleTree
+    columns: TriangleColumns
+
+
+def surface_search(surface: SurfaceMesh) -> SurfaceSearch:
+    """Order the triangles of a closed surface; errors as in `printed_field`."""
+    columns = build_columns(surface)
+    return SurfaceSearch(tree=build_triangle_tree(corner_points(surface)), columns=columns)
 
 
 def printed_field(surface: SurfaceMesh, band: float) -> Field:
@@ -38,10 +64,14 @@ def printed_field(surface: SurfaceMesh, band: float) -> Field:
     ValueError
         If the band is not positive, or when a point is not finite.
     """
+    return field_within(surface_search(surface), band)
+
+
+def field_within(search: SurfaceSearch, band: float) -> Field:
+    """`printed_field` of a surface whose triangles are ordered: several bands share them."""
     if not (band > 0 and np.isfinite(band)):
         raise ValueError(f"a band of {band:g} mm knows no distance; use a positive one")
-    columns = build_columns(surface)
-    tree = build_triangle_tree(corner_points(surface))
+    tree, columns = search.tree, search.columns
 
     def distance(points: FloatArray) -> FloatArray:
         points = np.asarray(points, dtype=np.float64)
