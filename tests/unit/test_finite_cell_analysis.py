@@ -11,10 +11,12 @@ from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.skin import Skin
+from gradedesign.lattice.surface import extract_surface
 from gradedesign.material.material import Material
+from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.output.vtu import write_vtu
 from gradedesign.part.regions import Region
-from gradedesign.verify import finite_cells
+from gradedesign.verify import bricks_within_budget, finite_cells
 from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.finite_cells import FINITE_CELLS, solve_finite_cells
 from gradedesign.verify.printed_solid import PrintedSolid
@@ -101,6 +103,21 @@ def test_stress_and_displacement_are_known_inside_and_outside(solved):
     assert distance == pytest.approx([0.0, 0.0, 0.4, 7.0, 0.0], abs=1e-6)
     nearest = np.minimum(points, BOX[:, None])
     np.testing.assert_allclose(u, moved(nearest), rtol=1e-3, atol=1e-3 * 2.5 / 200e3)
+
+
+def test_pictures_hold_walls_thinner_than_their_usual_grid(monkeypatch):
+    # From a block a wall of 0.5 mm: it holds two planes of the sub-cells of bricks of 1 mm, but one
+    # of the usual grid of 0.56 mm.
+    wall = bar(
+        field=lambda p: np.maximum(box(p), np.minimum(p[0] - 0.5, np.abs(p[1] - 0.85) - 0.25))
+    )
+    # The ridge of the field takes a tenth of the wall off its elements.
+    monkeypatch.setattr(bricks_within_budget, "VOLUME_TOLERANCE", 0.2)
+    thin = solve_finite_cells(wall, Resolution(spacing=1.0), print)
+    surface = thin.surface_fields("pull").surface
+    assert enclosed_volume(surface) == pytest.approx(thin.volumes.sum(), rel=0.05)
+    usual = extract_surface(wall.field, np.zeros(3), BOX, thin.division.surface_size)
+    assert enclosed_volume(usual) < 0.85 * thin.volumes.sum()
 
 
 def test_pictures_and_files_get_the_surface_and_hexahedra(solved, tmp_path):

@@ -82,7 +82,7 @@ def test_a_contour_that_lacks_walls_is_no_evidence():
     assert found.volume_difference == pytest.approx(0.0, abs=1e-12)
     assert found.contour_loss == pytest.approx(-8 / 108)
     (warning,) = comparison_warnings(found)
-    assert "contoured at 0.5 mm" in warning
+    assert "walls are thinner than its grid" in warning
     assert "-7.4%" in warning
 
 

@@ -120,10 +120,10 @@ def comparison_warnings(comparison: BodyComparison) -> tuple[str, ...]:
         )
     if not comparison.contoured:
         warnings.append(
-            f"the surface of the analysed solid, contoured at {comparison.element_mm:.3g} mm, is "
-            f"{comparison.contour_loss:+.1%} off the volume of its elements: walls are thinner "
-            f"than that, pictures of stress and displacement lack them, and topology and distance "
-            f"from the printed surface are not compared"
+            f"the surface drawn of the analysed solid is {comparison.contour_loss:+.1%} off the "
+            f"volume of its elements: walls are thinner than its grid, pictures of stress and "
+            f"displacement lack them, and topology and distance from the printed surface are not "
+            f"compared"
         )
         return _with_advice(warnings)
     counts = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ from scipy.spatial import KDTree
 
 from gradedesign.arrays import Field, FloatArray, IntArray
 from gradedesign.errors import LatticeError
-from gradedesign.finite_cell.elements import Elements, solid_fraction
+from gradedesign.finite_cell.elements import SUBCELLS, Elements, solid_fraction
 from gradedesign.finite_cell.recovery import recovered_stress
 from gradedesign.finite_cell.result import FiniteCellResult, solution_of
 from gradedesign.finite_cell.space import node_points
@@ -25,13 +26,17 @@ from gradedesign.finite_cell.surface import element_table, locate, reference_of
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.closest import build_triangle_tree, closest_triangles
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.verify.analysis import (
     Discretisation,
     StressSample,
     SurfaceFields,
     VolumeFields,
 )
+from gradedesign.verify.body_comparison import CONTOUR_TOLERANCE
 from gradedesign.workspace.progress import report_step
+
+log = logging.getLogger(__name__)
 
 #: Sample points whose stress or displacement is worked out at once.
 CHUNK = 2**18
@@ -145,10 +150,7 @@ class FiniteCellFields:
     def surface_fields(self, load_case: str) -> SurfaceFields:
         """Surface of the field with the stress and displacement of the elements there."""
         report_step("stress for the pictures")
-        grid = self.result.elements.grid
-        upper = grid.lower + grid.edges * grid.shape
-        raw = extract_surface(self.field, grid.lower, upper, self.division.surface_size)
-        surface, _ = remove_islands(raw, keep=self.bodies, max_share=1.0)
+        surface = self._contour()
         points = surface.vertices.T
         stress = self._stress(load_case, self._surface_points(points))
         return SurfaceFields(
@@ -177,6 +179,24 @@ class FiniteCellFields:
                 for name, values in sampled.items()
             },
         )
+
+    def _contour(self) -> SurfaceMesh:
+        """Surface of the field, on sub-cells of the elements where a coarser grid loses walls."""
+        elements, volume = self.result.elements, float(self.volumes.sum())
+        grid = elements.grid
+        upper = grid.lower + grid.edges * grid.shape
+
+        def contour(size: float) -> SurfaceMesh:
+            raw = extract_surface(self.field, grid.lower, upper, size)
+            return remove_islands(raw, keep=self.bodies, max_share=1.0)[0]
+
+        try:
+            surface = contour(self.division.surface_size)
+            if abs(enclosed_volume(surface) / volume - 1.0) <= CONTOUR_TOLERANCE:
+                return surface
+        except LatticeError:
+            log.info("no wall is as thick as %.3g mm", self.division.surface_size)
+        return contour(float(grid.edges.max()) / SUBCELLS)
 
     def _chunks(self) -> Iterator[slice]:
         """The sample points, some at once."""
