@@ -5,12 +5,12 @@ import pytest
 from layer_contours import contours
 from scipy import ndimage
 
-from gradedesign.output import _layer_kernels as kernels
+from gradedesign.output import _contour_kernels as kernels
 from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
 from gradedesign.output.layer_stack import Layers
-from gradedesign.output.layers import _connected
+from gradedesign.output.layers import _connected, _layer
 
-#: Directed segments of a square by its solid corners, see `_layer_kernels`.
+#: Directed segments of a square by its solid corners, see `_contour_kernels`.
 SEGMENTS = {
     1: ((0, 3),), 2: ((1, 0),), 4: ((2, 1),), 8: ((3, 2),),
     3: ((1, 3),), 6: ((2, 0),), 12: ((3, 1),), 9: ((0, 2),),
@@ -89,7 +89,7 @@ def test_components_equal_those_of_labelled_voxels(bodies):
     empty = Layers(
         frame=np.eye(3), lower=np.zeros(3), shape=(30, 26), pixel=0.5, height=0.25, layers=()
     )
-    layers = _connected(empty, iter(values), bodies)
+    layers = _connected(empty, map(_layer, values), bodies)
     label, count = ndimage.label(values < 0)
     size = np.bincount(label.ravel())[1:]
     assert count > 5

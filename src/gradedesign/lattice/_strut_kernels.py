@@ -1,4 +1,8 @@
-"""Compiled field of round struts in equal cells with a net-skin, trimmed by a surface."""
+"""Compiled field of round struts in equal cells with a net-skin, trimmed by a surface.
+
+Inner functions take plain arrays: records of arrays are unpacked once, ahead of the loops, since
+compilers do not lift their fields out of them.
+"""
 
 # mypy: disallow-untyped-defs=False, disallow-incomplete-defs=False
 from __future__ import annotations
@@ -8,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray
 from gradedesign.part._surface_band_kernels import cube_of, nearest_listed
 
 #: Points per unit of threaded work.
@@ -20,6 +25,8 @@ HALVINGS = 3
 _AT_SURFACE = 1e-6
 #: Values this much apart, mm, differ by rounding: of equal ones that at the least depth counts.
 _TIED = 1e-9
+#: Where signs alone are asked for, a value of at most this ends the search, mm.
+_NEGATIVE = -1e-300
 
 
 class StrutArrays(NamedTuple):
@@ -29,7 +36,7 @@ class StrutArrays(NamedTuple):
     ----------
     bins : int
         Of the cell along each axis.
-    first, member : (bins^3 + 1,), (k,) int arrays
+    first, member : (bins^3 + 1,), (k,) int32 arrays
         Struts that may be the nearest in each bin.
     strut : (c, 8) array, cell units
         End, unit direction and length of each, and one over its relative thickness.
@@ -45,8 +52,8 @@ class StrutArrays(NamedTuple):
     """
 
     bins: int
-    first: IntArray
-    member: IntArray
+    first: NDArray[np.int32]
+    member: NDArray[np.int32]
     strut: FloatArray
     matrix: FloatArray
     start: FloatArray
@@ -56,15 +63,13 @@ class StrutArrays(NamedTuple):
 
 
 @njit(cache=True)
-def cell_value(cells, x, y, z):
-    """Field of the struts, about mm, negative inside."""
-    m = cells.matrix
-    x, y, z = x - cells.start[0], y - cells.start[1], z - cells.start[2]
-    u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z
-    v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z
-    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z
+def cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z):
+    """Field of the struts, about mm, negative inside; the others are those of `StrutArrays`."""
+    x, y, z = x - start[0], y - start[1], z - start[2]
+    u = matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z
+    v = matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z
+    w = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z
     u, v, w = u - math.floor(u), v - math.floor(v), w - math.floor(w)
-    bins = cells.bins
     # A tiny negative coordinate rounds to 1, which is the far side of the last bin.
     a, b, c = (
         min(int(u * bins), bins - 1),
@@ -73,19 +78,21 @@ def cell_value(cells, x, y, z):
     )
     place = (a * bins + b) * bins + c
     least = np.inf
-    for entry in range(cells.first[place], cells.first[place + 1]):
-        k = cells.member[entry]
-        s = cells.strut
-        dx, dy, dz = u - s[k, 0], v - s[k, 1], w - s[k, 2]
-        along = dx * s[k, 3] + dy * s[k, 4] + dz * s[k, 5]
-        foot = min(max(along, 0.0), s[k, 6])
-        dx, dy, dz = dx - foot * s[k, 3], dy - foot * s[k, 4], dz - foot * s[k, 5]
-        least = min(least, (dx * dx + dy * dy + dz * dz) * (s[k, 7] * s[k, 7]))
-    return cells.scale * (math.sqrt(least) - cells.level)
+    for entry in range(first[place], first[place + 1]):
+        k = member[entry]
+        dx, dy, dz = u - strut[k, 0], v - strut[k, 1], w - strut[k, 2]
+        along = dx * strut[k, 3] + dy * strut[k, 4] + dz * strut[k, 5]
+        foot = min(max(along, 0.0), strut[k, 6])
+        dx, dy, dz = dx - foot * strut[k, 3], dy - foot * strut[k, 4], dz - foot * strut[k, 5]
+        least = min(least, (dx * dx + dy * dy + dz * dz) * (strut[k, 7] * strut[k, 7]))
+    return scale * (math.sqrt(least) - level)
 
 
 @njit(cache=True)
-def projected(cells, foot, outward, depths, enough, most, stack, ends):
+def projected(
+    bins, first, member, strut, matrix, start, scale, level, steep,
+    foot, outward, depths, enough, most, stack, ends,
+):  # fmt: skip
     """Least value below a foot, of samples at even depths, then about the best, see `net_skin`.
 
     It ends at a value of at most ``enough``; one above ``most`` need not be the least. Between two
@@ -94,14 +101,18 @@ def projected(cells, foot, outward, depths, enough, most, stack, ends):
     """
     last = len(depths) - 1
     step = depths[1] - depths[0]
-    fall = cells.steep * step
+    fall = steep * step
     # The refinement may find this much less than the samples.
     limit = most + 0.875 * fall
     x, y, z = foot
     nx, ny, nz = outward
     least, best = np.inf, 0
     for k in (0, last):
-        value = cell_value(cells, x - depths[k] * nx, y - depths[k] * ny, z - depths[k] * nz)
+        d = depths[k]
+        value = cell_value(
+            bins, first, member, strut, matrix, start, scale, level,
+            x - d * nx, y - d * ny, z - d * nz,
+        )  # fmt: skip
         ends[0, 0 if k == 0 else 1] = value
         if value < least:
             least, best = value, k
@@ -110,13 +121,17 @@ def projected(cells, foot, outward, depths, enough, most, stack, ends):
     stack[0, 0], stack[0, 1], depth = 0, last, 1
     while depth > 0:
         depth -= 1
-        a, b = stack[depth]
-        va, vb = ends[depth]
+        a, b = stack[depth, 0], stack[depth, 1]
+        va, vb = ends[depth, 0], ends[depth, 1]
         if b - a < 2 or 0.5 * (va + vb - fall * (b - a)) > min(least, limit) + _TIED:
             continue
         k = math.floor(0.5 * (a + b) + 0.5 * (va - vb) / fall + 0.5)
         k = min(max(k, a + 1), b - 1)
-        value = cell_value(cells, x - depths[k] * nx, y - depths[k] * ny, z - depths[k] * nz)
+        d = depths[k]
+        value = cell_value(
+            bins, first, member, strut, matrix, start, scale, level,
+            x - d * nx, y - d * ny, z - d * nz,
+        )  # fmt: skip
         if value < least or (value == least and k < best):
             least, best = value, k
             if least <= enough:
@@ -134,7 +149,10 @@ def projected(cells, foot, outward, depths, enough, most, stack, ends):
         middle = at
         for shift in (-step, step):
             d = min(max(middle + shift, depths[0]), depths[last])
-            value = cell_value(cells, x - d * nx, y - d * ny, z - d * nz)
+            value = cell_value(
+                bins, first, member, strut, matrix, start, scale, level,
+                x - d * nx, y - d * ny, z - d * nz,
+            )  # fmt: skip
             if value < least:
                 least, at = value, d
                 if least <= enough:
@@ -143,32 +161,57 @@ def projected(cells, foot, outward, depths, enough, most, stack, ends):
 
 
 @njit(cache=True)
-def _value(cells, band, thickness, exact, depths, x, y, z, stack, ends):
-    """Field of the trimmed lattice at a point, exact where it is at most ``exact``."""
-    a, b, c = cube_of(band, x, y, z)
+def trimmed_value(
+    bins, first, member, strut, matrix, start, scale, level, steep,
+    tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
+    thickness, exact, depths, signs, x, y, z, stack, ends,
+):  # fmt: skip
+    """Field of the trimmed lattice at a point, and how far around it its sign is the same.
+
+    Exact where it is at most ``exact``; with ``signs`` of 1 only its sign is right, of 2 it is
+    right where the sign is the same within more than 0 mm, and the net-skin is not looked at.
+    """
+    a, b, c = cube_of(origin, edge, slot.shape, x, y, z)
     if a < 0:
-        return 2.0 * exact
-    s = band.slot[a, b, c]
+        return 2.0 * exact, exact
+    s = slot[a, b, c]
     if s < 0:
-        bound = float(band.bound[a, b, c])
-        if bound > 0.0:
-            return bound
-        return max(bound, cell_value(cells, x, y, z))
-    distance, ax, ay, az, nx, ny, nz = nearest_listed(band, s, x, y, z)
-    if distance > exact:
-        return distance
-    value = cell_value(cells, x, y, z)
+        far = float(bound[a, b, c])
+        if far > 0.0:
+            return far, far
+        value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
+        if value < 0.0:
+            return max(far, value), min(-value / steep, -far)
+        return value, min(value / steep, -far - thickness)
+    distance, ax, ay, az, nx, ny, nz = nearest_listed(
+        tri, flat, ball, normals, listed, begin[s], begin[s + 1], x, y, z
+    )
+    if distance > exact or (signs > 0 and distance >= 0.0):
+        return distance, distance
+    value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
     layer = -distance - thickness
-    if layer < exact and value > layer and len(depths):
+    if signs > 0:
+        if value < 0.0:
+            return value, min(-value / steep, -distance)
+        if layer >= 0.0:
+            return value, min(value / steep, layer)
+        if signs > 1:
+            return value, 0.0
+    if layer < (0.0 if signs > 0 else exact) and value > layer and len(depths):
         if abs(distance) <= _AT_SURFACE:
             ax, ay, az = nx, ny, nz
         length = math.sqrt(ax * ax + ay * ay + az * az)
         out = (ax / length, ay / length, az / length)
         foot = (x - distance * out[0], y - distance * out[1], z - distance * out[2])
-        most = min(value, exact)
-        least = projected(cells, foot, out, depths, layer, most, stack, ends)
+        enough, most = layer, min(value, exact)
+        if signs > 0:
+            enough, most = _NEGATIVE, 0.0
+        least = projected(
+            bins, first, member, strut, matrix, start, scale, level, steep,
+            foot, out, depths, enough, most, stack, ends,
+        )  # fmt: skip
         value = min(value, max(layer, least))
-    return max(distance, value)
+    return max(distance, value), 0.0
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -184,12 +227,15 @@ def fill_values(cells, band, thickness, exact, depths, points, value):
     exact : float, mm
         Farther from the surface of the lattice values have the right sign only.
     """
+    bins, first, member, strut, matrix, start, scale, level, steep = cells
+    tri, flat, ball, normals, origin, edge, slot, bound, begin, listed = band
     count = points.shape[1]
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         stack = np.zeros((len(depths) + 2, 2), dtype=np.int64)
         ends = np.zeros((len(depths) + 2, 2))
         for i in range(chunk * CHUNK, min((chunk + 1) * CHUNK, count)):
-            value[i] = _value(
-                cells, band, thickness, exact, depths,
-                points[0, i], points[1, i], points[2, i], stack, ends,
-            )  # fmt: skip
+            value[i] = trimmed_value(
+                bins, first, member, strut, matrix, start, scale, level, steep,
+                tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
+                thickness, exact, depths, 0, points[0, i], points[1, i], points[2, i], stack, ends,
+            )[0]  # fmt: skip

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.fields.near_segments import nearest_candidates
 from gradedesign.lattice._strut_kernels import StrutArrays, fill_values
+from gradedesign.lattice._strut_pixel_kernels import fill_chosen, fill_solid
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.lattice import LatticeDesign, cell_gradient, lattice_field
 from gradedesign.lattice.net_skin import depths_of
@@ -25,6 +27,44 @@ _CUBES = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PixelPlane:
+    """Centres of pixels in a plane of the machine.
+
+    Attributes
+    ----------
+    frame : (3, 3) array
+        Rows are the machine's axes.
+    lower : (3,) array, mm
+        Centre of the first pixel in these axes.
+    pixel : float, mm
+        Edge of a pixel.
+    shape : (int, int)
+        Pixels along the first two axes.
+    """
+
+    frame: FloatArray
+    lower: FloatArray
+    pixel: float
+    shape: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PixelField:
+    """A field evaluated in planes of pixels, by compiled code that other threads run beside.
+
+    Attributes
+    ----------
+    solid : callable
+        A plane to its pixels of negative value, ``(nx, ny)``.
+    chosen : callable
+        A plane and some of its pixels, ``(nx, ny)``, to the values there, row by row, ``(k,)`` mm.
+    """
+
+    solid: Callable[[PixelPlane], BoolArray]
+    chosen: Callable[[PixelPlane, BoolArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DenseLattice:
     """Field of a lattice, right in sign everywhere and exact near its surface; called like one.
 
@@ -34,10 +74,13 @@ class DenseLattice:
         Points ``(3, n)`` mm to values ``(n,)``, about mm, negative inside.
     part : callable
         The same for the part alone: outside it never more than the distance to it.
+    pixels : PixelField or None
+        The same field in planes of pixels, where there is a faster way.
     """
 
     field: Field
     part: Field
+    pixels: PixelField | None = None
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Values ``(...)`` at points ``(3, ...)`` mm."""
@@ -97,13 +140,25 @@ def strut_lattice(design: LatticeDesign, apart: float) -> DenseLattice | None:
         domain.distance, _CUBES * apart, inner=thickness + 1.01 * exact, outer=1.01 * exact
     )
 
+    lattice = (cells, band.arrays, thickness, exact, depths)
+
     def field(points: FloatArray) -> FloatArray:
         flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
         value = np.zeros(flat.shape[1])
-        fill_values(cells, band.arrays, thickness, exact, depths, flat, value)
+        fill_values(*lattice, flat, value)
         return value.reshape(np.shape(points)[1:])
 
-    return DenseLattice(field=field, part=band)
+    def solid(plane: PixelPlane) -> BoolArray:
+        pixels = np.zeros(plane.shape, dtype=bool)
+        fill_solid(*lattice, plane.frame, plane.lower, plane.pixel, pixels)
+        return pixels
+
+    def chosen(plane: PixelPlane, pixels: BoolArray) -> FloatArray:
+        value = np.zeros(int(np.count_nonzero(pixels)))
+        fill_chosen(*lattice, plane.frame, plane.lower, plane.pixel, pixels, value)
+        return value
+
+    return DenseLattice(field=field, part=band, pixels=PixelField(solid=solid, chosen=chosen))
 
 
 def strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> StrutArrays:
@@ -119,8 +174,8 @@ def strut_arrays(design: LatticeDesign, axes: StrutAxes, cell_map: CellMap) -> S
     scale = design.cell_size / cell_gradient(design)
     return StrutArrays(
         near.bins,
-        near.first,
-        near.member,
+        near.first.astype(np.int32),
+        near.member.astype(np.int32),
         np.column_stack([near.start, near.axis, near.length, inverse]),
         matrix,
         np.asarray(-np.linalg.solve(matrix, corner), dtype=np.float64),

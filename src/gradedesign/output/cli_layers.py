@@ -17,7 +17,8 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
-from gradedesign.output import _layer_kernels as kernels
+from gradedesign.output import _cli_kernels as kernels
+from gradedesign.output._contour_kernels import spread_values
 from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
 from gradedesign.output.layer_stack import Layers
 from gradedesign.output.layers import slice_lattice
@@ -62,7 +63,7 @@ def _export(path: Path, lattice: PrintedLattice, *, binary: bool) -> None:
             report_step("contours of layers", number / len(layers.layers))
             solid, values = layers.solid(number), np.zeros(layers.shape)
             pixel = layers.pixel
-            kernels.spread_values(solid, layer.beside, _CLEAR * pixel, pixel, values)
+            spread_values(solid, layer.beside, _CLEAR * pixel, pixel, values)
             places, first = tracer.polygons(values)
             places = layers.lower[:2] + pixel * places
             enclosed = enclosed_areas(places, first)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.output._layer_kernels import polygon_areas, trace
+from gradedesign.output._contour_kernels import polygon_areas, trace
 
 
 class Tracer:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
-from gradedesign.output import _layer_kernels as kernels
+from gradedesign.output import _run_kernels as kernels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

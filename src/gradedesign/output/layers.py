@@ -7,7 +7,7 @@ printed surface leaves them. Where no surface is made the layers are compared wi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,14 +15,16 @@ import numpy as np
 from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.case.print_schema import FRAMES
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.dense_lattice import DenseLattice
+from gradedesign.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
 from gradedesign.lattice.islands import refuse_large
 from gradedesign.lattice.sample import checked_values
 from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.output import _layer_kernels as kernels
+from gradedesign.output import _run_kernels as kernels
+from gradedesign.output._tile_kernels import place_tiles, tile_points
 from gradedesign.output.layer_stack import Layer, Layers
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
+from gradedesign.workspace.threads import in_threads
 
 #: Largest relative difference of the layers' volume from the surface's: pixels and layers are not
 #: as fine as its triangles, but nothing is missing.
@@ -102,7 +104,9 @@ def _slice_at(lattice: PrintedLattice, height: float, pixel: float) -> Layers:
         layers=(),
     )
     field = dense_field(lattice, pixel)
-    return _connected(layers, _sampled(layers, field, count), lattice.bodies)
+    if isinstance(field, DenseLattice) and field.pixels is not None:
+        return _connected(layers, _by_pixels(layers, field.pixels, count), lattice.bodies)
+    return _connected(layers, map(_layer, _sampled(layers, field, count)), lattice.bodies)
 
 
 def dense_field(lattice: PrintedLattice, pixel: float) -> Field:
@@ -110,6 +114,22 @@ def dense_field(lattice: PrintedLattice, pixel: float) -> Field:
     if lattice.dense_field is None:
         raise LatticeError("the lattice comes without a field")
     return lattice.dense_field(3.0 * pixel)
+
+
+def _by_pixels(layers: Layers, field: PixelField, count: int) -> Iterator[Layer]:
+    """Layers of a field that is evaluated in planes of pixels, many at a time."""
+    frame = np.ascontiguousarray(layers.frame)
+
+    def layer(number: int) -> Layer:
+        lower = np.array([*layers.lower[:2], layers.top(number) - 0.5 * layers.height])
+        plane = PixelPlane(frame=frame, lower=lower, pixel=layers.pixel, shape=layers.shape)
+        solid = field.solid(plane)
+        near = _changing(solid)
+        return _runs(solid, field.chosen(plane, near))
+
+    for number, made in enumerate(in_threads(layer, range(count))):
+        report_step("layers", number / count)
+        yield made
 
 
 def _sampled(layers: Layers, field: Field, count: int) -> Iterator[FloatArray]:
@@ -132,12 +152,12 @@ def _sampled(layers: Layers, field: Field, count: int) -> Iterator[FloatArray]:
             places = np.concatenate([centres, np.full((1, centres.shape[1]), z)])
             chosen = (field.part(layers.frame.T @ places) <= beyond).reshape(tiles)
         points = np.zeros((3, _TILE**2 * int(np.count_nonzero(chosen))))
-        count = kernels.tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
+        count = tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
         points = points[:, :count]
         points[:2] += layers.lower[:2, None]
         points[2] = z
         values = np.full(layers.shape, np.inf)
-        kernels.place_tiles(chosen, _TILE, _values(field, layers.frame, points), values)
+        place_tiles(chosen, _TILE, _values(field, layers.frame, points), values)
         yield values
 
 
@@ -149,14 +169,13 @@ def _values(field: Field, frame: FloatArray, points: FloatArray) -> FloatArray:
     return values
 
 
-def _connected(empty: Layers, sampled: Iterator[FloatArray], bodies: int) -> Layers:
+def _connected(empty: Layers, sampled: Iterable[Layer], bodies: int) -> Layers:
     """The layers with the largest components alone, as many as there are bodies."""
     runs: list[Layer] = []
     base = [0]
     parent = np.arange(1 << 16, dtype=np.int32)
     none = (np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int32), 0)
-    for values in sampled:
-        layer = _layer(values)
+    for layer in sampled:
         runs.append(layer)
         base.append(base[-1] + len(layer.ends))
         if base[-1] > len(parent):
@@ -176,31 +195,42 @@ def _connected(empty: Layers, sampled: Iterator[FloatArray], bodies: int) -> Lay
     largest = np.zeros(len(parent), dtype=bool)
     largest[np.argsort(-volume, kind="stable")[:bodies]] = True
     in_largest = largest[parent]
-    for number, layer in enumerate(runs):
+
+
+    def largest_of(number: int) -> Layer:
         own = in_largest[base[number] : base[number + 1]]
-        if not own.all():
-            runs[number] = _thinned(layer, own, empty.shape[1])
+        return runs[number] if own.all() else _thinned(runs[number], own, empty.shape[1])
+
     share = 1.0 - float(volume[largest].sum() / volume.sum())
-    return replace(empty, layers=tuple(runs), dropped=count - bodies, dropped_share=share)
+    kept = tuple(in_threads(largest_of, range(len(runs))))
+    return replace(empty, layers=kept, dropped=count - bodies, dropped_share=share)
 
 
 def _layer(values: FloatArray) -> Layer:
     """Runs of a sampled layer, and its values beside their ends."""
     solid = values < 0.0
+    return _runs(solid, values[_changing(solid)])
+
+
+def _runs(solid: BoolArray, beside: FloatArray) -> Layer:
+    """A layer of solid pixels and the values where they change."""
     first = np.zeros(len(solid) + 1, dtype=np.int64)
     ends = np.zeros((kernels.row_runs(solid, first, np.zeros((0, 2), dtype=np.int32)), 2),
                     dtype=np.int32)  # fmt: skip
     kernels.row_runs(solid, first, ends)
+    return Layer(first=first, ends=ends, beside=beside.astype(np.float32))
+
+
+def _changing(solid: BoolArray) -> BoolArray:
+    """Pixels with a neighbour that is not as they are."""
     near = np.zeros(solid.shape, dtype=bool)
     kernels.beside_change(solid, near)
-    return Layer(first=first, ends=ends, beside=values[near].astype(np.float32))
+    return near
 
 
 def _thinned(layer: Layer, held: BoolArray, ny: int) -> Layer:
     """A layer with some of its runs, whole components of it."""
     before = np.concatenate([[0], np.cumsum(held)])
     thinner = Layer(first=before[layer.first], ends=layer.ends[held], beside=layer.beside)
-    old, new = np.zeros((2, len(layer.first) - 1, ny), dtype=bool)
-    kernels.beside_change(layer.solid(ny), old)
-    kernels.beside_change(thinner.solid(ny), new)
+    old, new = _changing(layer.solid(ny)), _changing(thinner.solid(ny))
     return replace(thinner, beside=layer.beside[new[old]])

@@ -59,13 +59,12 @@ class BandArrays(NamedTuple):
 
 
 @njit(cache=True)
-def cube_of(band, x, y, z):
+def cube_of(origin, edge, shape, x, y, z):
     """Cube that a point lies in; the first index is -1 outside all cubes."""
-    i = math.floor((x - band.origin[0]) / band.edge)
-    j = math.floor((y - band.origin[1]) / band.edge)
-    k = math.floor((z - band.origin[2]) / band.edge)
-    a, b, c = band.slot.shape
-    if 0 <= i < a and 0 <= j < b and 0 <= k < c:
+    i = math.floor((x - origin[0]) / edge)
+    j = math.floor((y - origin[1]) / edge)
+    k = math.floor((z - origin[2]) / edge)
+    if 0 <= i < shape[0] and 0 <= j < shape[1] and 0 <= k < shape[2]:
         return i, j, k
     return -1, -1, -1
 
@@ -79,25 +78,25 @@ def _beyond(ball, t, x, y, z, within):
 
 
 @njit(cache=True)
-def nearest_listed(band, s, x, y, z):
-    """Signed distance to the nearest triangle of a list, its outward direction, not of unit length.
+def nearest_listed(tri, flat, ball, normals, member, low, high, x, y, z):
+    """Signed distance to the nearest of listed triangles, its outward direction, not of unit length.
 
-    Baerentzen & Aanaes (2005): the pseudonormal of the nearest feature gives the sign.
+    The list is ``member[low:high]``. Baerentzen & Aanaes (2005): the pseudonormal of the nearest
+    feature gives the sign.
     """
     best, near, at, v, w, feature = np.inf, np.inf, 0, 0.0, 0.0, 0
-    for m in range(band.first[s], band.first[s + 1]):
-        t = band.member[m]
-        if _beyond(band.ball, t, x, y, z, near):
+    for m in range(low, high):
+        t = member[m]
+        if _beyond(ball, t, x, y, z, near):
             continue
-        d, share_v, share_w, code = _nearest_on_triangle(band.tri, band.flat, t, x, y, z)
+        d, share_v, share_w, code = _nearest_on_triangle(tri, flat, t, x, y, z)
         if d < best:
             best, at, v, w, feature = d, t, share_v, share_w, code
             near = math.sqrt(best)
-    tri = band.tri
     ax = x - tri[at, 0] - v * tri[at, 3] - w * tri[at, 6]
     ay = y - tri[at, 1] - v * tri[at, 4] - w * tri[at, 7]
     az = z - tri[at, 2] - v * tri[at, 5] - w * tri[at, 8]
-    nx, ny, nz = band.normals[at, feature]
+    nx, ny, nz = normals[at, feature, 0], normals[at, feature, 1], normals[at, feature, 2]
     distance = near
     if ax * nx + ay * ny + az * nz < 0.0:
         return -distance, -ax, -ay, -az, nx, ny, nz
@@ -107,15 +106,20 @@ def nearest_listed(band, s, x, y, z):
 @njit(cache=True, parallel=True, nogil=True)
 def banded_distances(band, beyond, points, distance):
     """Fill signed distances at points (3, n), or bounds where no list is; ``beyond`` all cubes."""
+    tri, flat, ball, normals, origin, edge, slot, bound, first, member = band
     for i in prange(points.shape[1]):
         x, y, z = points[0, i], points[1, i], points[2, i]
-        a, b, c = cube_of(band, x, y, z)
+        a, b, c = cube_of(origin, edge, slot.shape, x, y, z)
         if a < 0:
             distance[i] = beyond
-        elif band.slot[a, b, c] < 0:
-            distance[i] = band.bound[a, b, c]
+            continue
+        s = slot[a, b, c]
+        if s < 0:
+            distance[i] = bound[a, b, c]
         else:
-            distance[i] = nearest_listed(band, band.slot[a, b, c], x, y, z)[0]
+            distance[i] = nearest_listed(
+                tri, flat, ball, normals, member, first[s], first[s + 1], x, y, z
+            )[0]
 
 
 @njit(cache=True)
