@@ -21,12 +21,12 @@ from gradedesign.part._surface_band_kernels import cube_of, nearest_listed
 CHUNK = 1024
 #: Halvings of the distance of depths about the best one, see `net_skin`.
 HALVINGS = 3
+#: Farthest that they reach together, in steps of the depths.
+REACH = 1.0 - 0.5**HALVINGS
 #: Nearer to the surface, mm, its normal gives the direction, see `SurfaceDistance`.
-_AT_SURFACE = 1e-6
+AT_SURFACE = 1e-6
 #: Values this much apart, mm, differ by rounding: of equal ones that at the least depth counts.
-_TIED = 1e-9
-#: Where signs alone are asked for, a value of at most this ends the search, mm.
-_NEGATIVE = -1e-300
+TIED = 1e-9
 
 
 class StrutArrays(NamedTuple):
@@ -89,21 +89,18 @@ def cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
 
 
 @njit(cache=True)
-def projected(
+def least_sample(
     bins, first, member, strut, matrix, start, scale, level, steep,
-    foot, outward, depths, enough, most, stack, ends,
+    foot, outward, depths, enough, limit, stack, ends,
 ):  # fmt: skip
-    """Least value below a foot, of samples at even depths, then about the best, see `net_skin`.
+    """Least value below a foot of samples at even depths, and the number of its depth.
 
-    It ends at a value of at most ``enough``; one above ``most`` need not be the least. Between two
+    It ends at a value of at most ``enough``; one above ``limit`` need not be the least. Between two
     depths the value cannot fall faster than its largest slope: where that leaves no room below the
     least yet, nothing is evaluated.
     """
     last = len(depths) - 1
-    step = depths[1] - depths[0]
-    fall = steep * step
-    # The refinement may find this much less than the samples.
-    limit = most + 0.875 * fall
+    fall = steep * (depths[1] - depths[0])
     x, y, z = foot
     nx, ny, nz = outward
     least, best = np.inf, 0
@@ -117,13 +114,13 @@ def projected(
         if value < least:
             least, best = value, k
             if least <= enough:
-                return least
+                return least, best
     stack[0, 0], stack[0, 1], depth = 0, last, 1
     while depth > 0:
         depth -= 1
         a, b = stack[depth, 0], stack[depth, 1]
         va, vb = ends[depth, 0], ends[depth, 1]
-        if b - a < 2 or 0.5 * (va + vb - fall * (b - a)) > min(least, limit) + _TIED:
+        if b - a < 2 or 0.5 * (va + vb - fall * (b - a)) > min(least, limit) + TIED:
             continue
         k = math.floor(0.5 * (a + b) + 0.5 * (va - vb) / fall + 0.5)
         k = min(max(k, a + 1), b - 1)
@@ -135,15 +132,25 @@ def projected(
         if value < least or (value == least and k < best):
             least, best = value, k
             if least <= enough:
-                return least
+                return least, best
         stack[depth, 0], stack[depth, 1] = k, b
         ends[depth, 0], ends[depth, 1] = value, vb
         stack[depth + 1, 0], stack[depth + 1, 1] = a, k
         ends[depth + 1, 0], ends[depth + 1, 1] = va, value
         depth += 2
-    if least > limit:
-        return least
-    at = depths[best]
+    return least, best
+
+
+@njit(cache=True)
+def refined(
+    bins, first, member, strut, matrix, start, scale, level,
+    foot, outward, depths, least, best, enough,
+):  # fmt: skip
+    """Least value about the depth of the least sample; it ends at a value of at most ``enough``."""
+    x, y, z = foot
+    nx, ny, nz = outward
+    last = len(depths) - 1
+    at, step = depths[best], depths[1] - depths[0]
     for _ in range(HALVINGS):
         step *= 0.5
         middle = at
@@ -161,57 +168,53 @@ def projected(
 
 
 @njit(cache=True)
+def foot_of(distance, toward, normal, x, y, z):
+    """Nearest point of the surface, and the unit vector in which the distance grows there."""
+    ax, ay, az = normal if abs(distance) <= AT_SURFACE else toward
+    length = math.sqrt(ax * ax + ay * ay + az * az)
+    out = (ax / length, ay / length, az / length)
+    return (x - distance * out[0], y - distance * out[1], z - distance * out[2]), out
+
+
+@njit(cache=True)
 def trimmed_value(
     bins, first, member, strut, matrix, start, scale, level, steep,
     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
-    thickness, exact, depths, signs, x, y, z, stack, ends,
+    thickness, exact, depths, x, y, z, stack, ends,
 ):  # fmt: skip
-    """Field of the trimmed lattice at a point, and how far around it its sign is the same.
-
-    Exact where it is at most ``exact``; with ``signs`` of 1 only its sign is right, of 2 it is
-    right where the sign is the same within more than 0 mm, and the net-skin is not looked at.
-    """
+    """Field of the trimmed lattice at a point, exact where it is at most ``exact``."""
     a, b, c = cube_of(origin, edge, slot.shape, x, y, z)
     if a < 0:
-        return 2.0 * exact, exact
+        return 2.0 * exact
     s = slot[a, b, c]
     if s < 0:
         far = float(bound[a, b, c])
         if far > 0.0:
-            return far, far
-        value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
-        if value < 0.0:
-            return max(far, value), min(-value / steep, -far)
-        return value, min(value / steep, -far - thickness)
-    distance, ax, ay, az, nx, ny, nz = nearest_listed(
+            return far
+        return max(
+            far, cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
+        )
+    distance, toward, normal, _, _ = nearest_listed(
         tri, flat, ball, normals, listed, begin[s], begin[s + 1], x, y, z
     )
-    if distance > exact or (signs > 0 and distance >= 0.0):
-        return distance, distance
+    if distance > exact:
+        return distance
     value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
     layer = -distance - thickness
-    if signs > 0:
-        if value < 0.0:
-            return value, min(-value / steep, -distance)
-        if layer >= 0.0:
-            return value, min(value / steep, layer)
-        if signs > 1:
-            return value, 0.0
-    if layer < (0.0 if signs > 0 else exact) and value > layer and len(depths):
-        if abs(distance) <= _AT_SURFACE:
-            ax, ay, az = nx, ny, nz
-        length = math.sqrt(ax * ax + ay * ay + az * az)
-        out = (ax / length, ay / length, az / length)
-        foot = (x - distance * out[0], y - distance * out[1], z - distance * out[2])
-        enough, most = layer, min(value, exact)
-        if signs > 0:
-            enough, most = _NEGATIVE, 0.0
-        least = projected(
+    if layer < exact and value > layer and len(depths):
+        foot, out = foot_of(distance, toward, normal, x, y, z)
+        limit = min(value, exact) + REACH * steep * (depths[1] - depths[0])
+        least, best = least_sample(
             bins, first, member, strut, matrix, start, scale, level, steep,
-            foot, out, depths, enough, most, stack, ends,
+            foot, out, depths, layer, limit, stack, ends,
         )  # fmt: skip
+        if layer < least <= limit:
+            least = refined(
+                bins, first, member, strut, matrix, start, scale, level,
+                foot, out, depths, least, best, layer,
+            )  # fmt: skip
         value = min(value, max(layer, least))
-    return max(distance, value), 0.0
+    return max(distance, value)
 
 
 @njit(cache=True, parallel=True, nogil=True)
@@ -237,5 +240,5 @@ def fill_values(cells, band, thickness, exact, depths, points, value):
             value[i] = trimmed_value(
                 bins, first, member, strut, matrix, start, scale, level, steep,
                 tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
-                thickness, exact, depths, 0, points[0, i], points[1, i], points[2, i], stack, ends,
-            )[0]  # fmt: skip
+                thickness, exact, depths, points[0, i], points[1, i], points[2, i], stack, ends,
+            )  # fmt: skip

@@ -8,12 +8,88 @@ import math
 import numpy as np
 from numba import njit
 
-from gradedesign.lattice._strut_kernels import trimmed_value
+from gradedesign.lattice._strut_kernels import (
+    REACH,
+    TIED,
+    cell_value,
+    foot_of,
+    least_sample,
+    refined,
+    trimmed_value,
+)
+from gradedesign.part._surface_band_kernels import cube_of, nearest_listed
 
 #: Pixels along the edge of the largest tiles, as a power of two.
 LEVELS = 4
-#: Tiles of one sign are this much smaller than the distance within which the sign is the same.
-_CLEAR = 1.0 - 1e-9
+#: Distances within which the sign is the same are taken this much smaller, mm: they are rounded.
+_ROUNDING = 1e-6
+#: A value of at most this is negative, mm.
+_NEGATIVE = -1e-300
+#: Least values below feet are known, to this many pixels, for use at other feet.
+_KEPT = 2.0
+
+
+@njit(cache=True)
+def _sign(
+    bins, first, member, strut, matrix, start, scale, level, steep,
+    tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
+    thickness, exact, depths, x, y, z, most, single, seen, stack, ends,
+):  # fmt: skip
+    """A value of the trimmed lattice's sign, how far it is the same, the part's distance at most.
+
+    ``most`` is known to be above the part's signed distance. Unless the point is a ``single`` one,
+    the net-skin is not looked at, and the sign is right only where it is the same farther than 0.
+    """
+    distance, s = most, 0
+    if most >= -thickness:
+        a, b, c = cube_of(origin, edge, slot.shape, x, y, z)
+        if a < 0:
+            return exact, exact, most
+        s = slot[a, b, c]
+        if s < 0:
+            distance = min(most, float(bound[a, b, c]))
+            if distance > 0.0:
+                return distance, distance, distance
+    value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
+    if value < 0.0 and distance < 0.0:
+        return value, min(-value / steep, -distance), distance
+    if distance < -thickness:
+        return value, min(value / steep, -distance - thickness), distance
+    distance, toward, normal, t, feature = nearest_listed(
+        tri, flat, ball, normals, listed, begin[s], begin[s + 1], x, y, z
+    )
+    if distance >= 0.0:
+        return distance, distance, distance
+    if value < 0.0:
+        return value, min(-value / steep, -distance), distance
+    if distance <= -thickness:
+        return value, min(value / steep, -distance - thickness), distance
+    if not single or not len(depths):
+        return value, 0.0, distance
+    foot, out = foot_of(distance, toward, normal, x, y, z)
+    refining = REACH * steep * (depths[1] - depths[0])
+    # Below one face all feet look along one line: values there have the largest slope too.
+    if feature == 0 and seen[t, 3] != 0.0:
+        dx, dy, dz = foot[0] - seen[t, 0], foot[1] - seen[t, 1], foot[2] - seen[t, 2]
+        change = steep * math.sqrt(dx * dx + dy * dy + dz * dz) + _ROUNDING
+        if seen[t, 3] + change < 0.0:
+            return seen[t, 3], 0.0, distance
+        if seen[t, 3] - change > refining:
+            return seen[t, 3], 0.0, distance
+    limit = _KEPT * exact + refining
+    least, best = least_sample(
+        bins, first, member, strut, matrix, start, scale, level, steep,
+        foot, out, depths, -_KEPT * exact, limit, stack, ends,
+    )  # fmt: skip
+    if feature == 0:
+        seen[t, 0], seen[t, 1], seen[t, 2] = foot
+        seen[t, 3] = least if least < 0.0 else min(least, limit) - TIED
+    if 0.0 <= least <= refining + TIED:
+        least = refined(
+            bins, first, member, strut, matrix, start, scale, level,
+            foot, out, depths, least, best, _NEGATIVE,
+        )  # fmt: skip
+    return least, 0.0, distance
 
 
 @njit(cache=True)
@@ -49,12 +125,15 @@ def fill_solid(cells, band, thickness, exact, depths, frame, lower, pixel, solid
     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed = band
     stack = np.zeros((len(depths) + 2, 2), dtype=np.int64)
     ends = np.zeros((len(depths) + 2, 2))
-    tiles = np.zeros((4 * LEVELS + 4, 3), dtype=np.int64)
+    tiles = np.zeros((3 * LEVELS + 1, 3), dtype=np.int64)
+    above = np.zeros(len(tiles))
+    seen = np.zeros((len(tri), 4))
     nx, ny = solid.shape
     wide = 1 << LEVELS
     for i in range(0, nx, wide):
         for j in range(0, ny, wide):
             tiles[0, 0], tiles[0, 1], tiles[0, 2], depth = i, j, wide, 1
+            above[0] = np.inf
             while depth > 0:
                 depth -= 1
                 p, q, side = tiles[depth, 0], tiles[depth, 1], tiles[depth, 2]
@@ -62,14 +141,15 @@ def fill_solid(cells, band, thickness, exact, depths, frame, lower, pixel, solid
                     continue
                 middle = 0.5 * (side - 1)
                 x, y, z = _place(frame, lower, pixel, p + middle, q + middle)
-                value, clear = trimmed_value(
+                value, clear, distance = _sign(
                     bins, first, member, strut, matrix, start, scale, level, steep,
                     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
-                    thickness, exact, depths, 1 if side == 1 else 2, x, y, z, stack, ends,
+                    thickness, exact, depths, x, y, z, above[depth], side == 1, seen, stack, ends,
                 )  # fmt: skip
+                across = math.sqrt(2.0) * middle * pixel
                 if side == 1:
                     solid[p, q] = value < 0.0
-                elif clear * _CLEAR > math.sqrt(2.0) * middle * pixel:
+                elif clear > across + _ROUNDING:
                     if value < 0.0:
                         solid[p : p + side, q : q + side] = True
                 else:
@@ -78,6 +158,7 @@ def fill_solid(cells, band, thickness, exact, depths, frame, lower, pixel, solid
                         tiles[depth, 0] = p + half * (k % 2)
                         tiles[depth, 1] = q + half * (k // 2)
                         tiles[depth, 2] = half
+                        above[depth] = distance + across + _ROUNDING
                         depth += 1
 
 
@@ -96,6 +177,6 @@ def fill_chosen(cells, band, thickness, exact, depths, frame, lower, pixel, chos
                 value[found] = trimmed_value(
                     bins, first, member, strut, matrix, start, scale, level, steep,
                     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
-                    thickness, exact, depths, 0, x, y, z, stack, ends,
-                )[0]  # fmt: skip
+                    thickness, exact, depths, x, y, z, stack, ends,
+                )  # fmt: skip
                 found += 1

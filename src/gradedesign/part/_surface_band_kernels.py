@@ -82,7 +82,8 @@ def nearest_listed(tri, flat, ball, normals, member, low, high, x, y, z):
     """Signed distance to the nearest of listed triangles, its outward direction, not of unit length.
 
     The list is ``member[low:high]``. Baerentzen & Aanaes (2005): the pseudonormal of the nearest
-    feature gives the sign.
+    feature gives the sign. The direction is followed by the pseudonormal, the triangle and its
+    feature.
     """
     best, near, at, v, w, feature = np.inf, np.inf, 0, 0.0, 0.0, 0
     for m in range(low, high):
@@ -99,8 +100,8 @@ def nearest_listed(tri, flat, ball, normals, member, low, high, x, y, z):
     nx, ny, nz = normals[at, feature, 0], normals[at, feature, 1], normals[at, feature, 2]
     distance = near
     if ax * nx + ay * ny + az * nz < 0.0:
-        return -distance, -ax, -ay, -az, nx, ny, nz
-    return distance, ax, ay, az, nx, ny, nz
+        return -distance, (-ax, -ay, -az), (nx, ny, nz), at, feature
+    return distance, (ax, ay, az), (nx, ny, nz), at, feature
 
 
 @njit(cache=True, parallel=True, nogil=True)

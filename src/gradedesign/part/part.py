@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -42,7 +43,8 @@ class Part:
     ----------
     surface : SurfaceMesh
         Closed, outward.
-    faces : SmoothFaces
+    find_faces : callable
+        Its smooth faces, found when they are asked for first; ``faces`` calls it.
     file_faces : FileFaces or None
         Faces, names and colours of the file on the triangles of ``surface``.
     units : str or None
@@ -63,7 +65,7 @@ class Part:
     """
 
     surface: SurfaceMesh
-    faces: SmoothFaces
+    find_faces: Callable[[], SmoothFaces]
     file_faces: FileFaces | None
     units: str | None
     chord_tolerance: float | None
@@ -73,6 +75,11 @@ class Part:
     source: str
     report: RepairReport
     bodies: Mapping[BodySpec, SurfaceMesh] = field(default_factory=dict)
+
+    @property
+    def faces(self) -> SmoothFaces:
+        """Smooth faces of the surface."""
+        return self.find_faces()
 
 
 def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | None = None) -> Part:
@@ -116,16 +123,21 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
         source = "box"
     else:
         raise CaseError('part: neither file nor box is given; add e.g. file = "part.stl"')
-    if file_faces is not None and file_faces.surfaces:
-        faces = exact_faces(surface, file_faces)
-    else:
-        faces = segment_faces(surface)
-    regions = select_regions(surface, faces, case.region, file_faces)
+
+    @cache
+    def find_faces() -> SmoothFaces:
+        if file_faces is not None and file_faces.surfaces:
+            return exact_faces(surface, file_faces)
+        return segment_faces(surface)
+
+    regions = {}
+    if case.region:
+        regions = select_regions(surface, find_faces(), case.region, file_faces)
     bodies, notes = _bodies(case, surface, regions, readers)
     notes = [*region_notes(regions, case.region), *notes]
     part = Part(
         surface=surface,
-        faces=faces,
+        find_faces=find_faces,
         file_faces=file_faces,
         units=units,
         chord_tolerance=chord_tolerance,
@@ -137,11 +149,10 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
         bodies=bodies,
     )
     log.info(
-        "%s: %.4g mm^3, %d triangles, %d faces, %.2f s",
+        "%s: %.4g mm^3, %d triangles, %.2f s",
         source,
         part.volume,
         len(surface.faces),
-        len(faces.faces),
         time.perf_counter() - start,
     )
     return part
