@@ -62,7 +62,7 @@ class StrutArrays(NamedTuple):
     steep: float
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z):
     """Field of the struts, about mm, negative inside; the others are those of `StrutArrays`."""
     x, y, z = x - start[0], y - start[1], z - start[2]
@@ -201,17 +201,19 @@ def trimmed_value(
         return distance
     value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
     layer = -distance - thickness
-    if layer < exact and value > layer and len(depths):
+    # Nothing below the one or the other changes what is returned.
+    enough = max(layer, distance)
+    if layer < exact and value > enough and len(depths):
         foot, out = foot_of(distance, toward, normal, x, y, z)
         limit = min(value, exact) + REACH * steep * (depths[1] - depths[0])
         least, best = least_sample(
             bins, first, member, strut, matrix, start, scale, level, steep,
-            foot, out, depths, layer, limit, stack, ends,
+            foot, out, depths, enough, limit, stack, ends,
         )  # fmt: skip
-        if layer < least <= limit:
+        if enough < least <= limit:
             least = refined(
                 bins, first, member, strut, matrix, start, scale, level,
-                foot, out, depths, least, best, layer,
+                foot, out, depths, least, best, enough,
             )  # fmt: skip
         value = min(value, max(layer, least))
     return max(distance, value)

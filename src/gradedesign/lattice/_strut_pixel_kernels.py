@@ -25,11 +25,13 @@ LEVELS = 4
 _ROUNDING = 1e-6
 #: A value of at most this is negative, mm.
 _NEGATIVE = -1e-300
+#: Distances of the middles of cubes are rounded by less, mm.
+_FLOAT32 = 1e-4
 #: Least values below feet are known, to this many pixels, for use at other feet.
 _KEPT = 2.0
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _sign(
     bins, first, member, strut, matrix, start, scale, level, steep,
     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed,
@@ -50,6 +52,15 @@ def _sign(
             distance = min(most, float(bound[a, b, c]))
             if distance > 0.0:
                 return distance, distance, distance
+        else:
+            dx = x - origin[0] - edge * (a + 0.5)
+            dy = y - origin[1] - edge * (b + 0.5)
+            dz = z - origin[2] - edge * (c + 0.5)
+            around = math.sqrt(dx * dx + dy * dy + dz * dz) + _FLOAT32
+            middle = float(bound[a, b, c])
+            if middle > around:
+                return middle, middle - around, middle + around
+            distance = min(distance, middle + around)
     value = cell_value(bins, first, member, strut, matrix, start, scale, level, x, y, z)
     if value < 0.0 and distance < 0.0:
         return value, min(-value / steep, -distance), distance
@@ -92,7 +103,7 @@ def _sign(
     return least, 0.0, distance
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _place(frame, lower, pixel, i, j):
     """Centre of a pixel in the axes of the part, mm."""
     x, y, z = i * pixel + lower[0], j * pixel + lower[1], lower[2]

@@ -30,8 +30,9 @@ class BandArrays(NamedTuple):
         First corner and the two edge vectors from it.
     flat : (m,) bool array
         Triangles without area.
-    ball : (m, 4) array, mm
-        Centre and radius of a ball around each triangle.
+    ball : (m, 8) array, mm
+        Centre and radius of a ball around each triangle, its plane's unit normal and place along
+        it; of triangles without area both are 0.
     normals : (m, 7, 3) array
         Pseudonormals of the triangles, by feature.
     origin : (3,) array, mm
@@ -41,7 +42,8 @@ class BandArrays(NamedTuple):
     slot : (a, b, c) int32 array
         List of every cube; -1 where the surface is too far away.
     bound : (a, b, c) float32 array, mm
-        There, nearer to zero than the signed distance of any place in the cube.
+        There, nearer to zero than the signed distance of any place in the cube. Of a cube with a
+        list, the signed distance of its middle.
     first, member : (n + 1,), (k,) int arrays
         Triangles ``member[first[s]:first[s + 1]]`` of list s.
     """
@@ -58,7 +60,7 @@ class BandArrays(NamedTuple):
     member: NDArray[np.int32]
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def cube_of(origin, edge, shape, x, y, z):
     """Cube that a point lies in; the first index is -1 outside all cubes."""
     i = math.floor((x - origin[0]) / edge)
@@ -71,10 +73,13 @@ def cube_of(origin, edge, shape, x, y, z):
 
 @njit(cache=True)
 def _beyond(ball, t, x, y, z, within):
-    """Whether the ball around a triangle is farther from a point than a distance."""
+    """Whether the ball around a triangle, or its plane, is farther from a point than a distance."""
     dx, dy, dz = x - ball[t, 0], y - ball[t, 1], z - ball[t, 2]
     most = within + ball[t, 3]
-    return dx * dx + dy * dy + dz * dz > most * most
+    if dx * dx + dy * dy + dz * dz > most * most:
+        return True
+    off = x * ball[t, 4] + y * ball[t, 5] + z * ball[t, 6] - ball[t, 7]
+    return abs(off) > within + _ROUNDING
 
 
 @njit(cache=True)
@@ -195,7 +200,9 @@ def _toward(tri, s, v, w, x, y, z, distance):
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, bound, start, out):
+def settle(
+    tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, bound, start, out, count
+):
     """Settle cubes that the band does not meet; list the triangles that may be nearest in others.
 
     The distance to a triangle is convex: in the cube it is at least its value at the centre plus
@@ -213,9 +220,13 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
     reach : (inner, outer), mm
         Of the band.
     bound : (n,) float32 array, mm
-        Filled for settled cubes; NaN for others.
-    start, out : arrays
-        As in `list_roots`; the nearest triangle to the centre comes first.
+        Filled: bounds of settled cubes, distances of the middles of others.
+    start : (n + 1,) int array
+        Where each cube has room for as many triangles as its parent.
+    out : (k,) int32 array
+        Filled from there; the nearest triangle to the centre comes first.
+    count : (n,) int array
+        Filled: triangles of each cube; 0 where it is settled.
     """
     first, member = lists
     inner, outer = reach
@@ -227,8 +238,6 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
         candidates = np.zeros((longest, 4))
         for n in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(cubes))):
             low, high = first[parent[n]], first[parent[n] + 1]
-            if len(out) and start[n] == start[n + 1]:
-                continue
             x = origin[0] + edge * (cubes[n, 0] + 0.5)
             y = origin[1] + edge * (cubes[n, 1] + 0.5)
             z = origin[2] + edge * (cubes[n, 2] + 0.5)
@@ -252,12 +261,11 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
                 # Nearer to zero by more than float32 rounds.
                 near = (best - half) * (1.0 - 1e-6)
                 bound[n] = near if outside else -near
-                start[n] = 0
+                count[n] = 0
                 continue
-            bound[n] = np.nan
+            bound[n] = best if outside else -best
             kept = 1
-            if len(out):
-                out[start[n]] = member[low + at]
+            out[start[n]] = member[low + at]
             for m in range(high - low):
                 d, hx, hy, hz = candidates[m]
                 if m == at or d > best + 2.0 * half + _ROUNDING:
@@ -267,19 +275,28 @@ def settle(tri, flat, ball, normals, lists, origin, edge, cubes, parent, reach, 
                     turn = 0.5 * edge * (abs(gx - hx) + abs(gy - hy) + abs(gz - hz))
                     apart = min(apart, turn + half * half / (2.0 * best))
                 if d - best <= apart + _ROUNDING:
-                    if len(out):
-                        out[start[n] + kept] = member[low + m]
+                    out[start[n] + kept] = member[low + m]
                     kept += 1
-            if not len(out):
-                start[n] = kept
+            count[n] = kept
+
+
+@njit(cache=True, nogil=True)
+def gather(start, count, out, first, member):
+    """Put lists with room between them (see `settle`) one behind the other."""
+    for n in range(len(count)):
+        for m in range(count[n]):
+            member[first[n] + m] = out[start[n] + m]
 
 
 @njit(cache=True, nogil=True)
 def paint(cubes, bound, wide, kept, slot, grid):
-    """Write the bounds of settled cubes of ``wide`` small ones, and the numbers of kept ones."""
+    """Write the bounds of settled cubes of ``wide`` small ones, and the numbers of kept ones.
+
+    Of the last kept ones the distances of their middles are written too.
+    """
     for n in range(len(cubes)):
         if kept[n] >= 0 and slot.size:
             slot[cubes[n, 0], cubes[n, 1], cubes[n, 2]] = kept[n]
-        if kept[n] < 0:
+        if kept[n] < 0 or slot.size:
             i, j, k = wide * cubes[n, 0], wide * cubes[n, 1], wide * cubes[n, 2]
             grid[i : i + wide, j : j + wide, k : k + wide] = bound[n]

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
+from gradedesign.mesh.closest import TriangleTree
 from gradedesign.part import _surface_band_kernels as kernels
 from gradedesign.part.signed_distance import SurfaceDistance
 
 #: Cubes of the first level hold this many of the last along each axis, as a power of two.
 LEVELS = 4
+#: Cubes whose lists are made at once, with room for all triangles of their parents.
+_AT_ONCE = 1 << 18
 #: Most cubes of the last level: about 100 MB are taken.
 MOST_CUBES = 12_000_000
 
@@ -74,28 +78,23 @@ def surface_band(
     shape = np.ceil((upper - lower) / (edge * wide)).astype(np.int64)
     origin = 0.5 * (lower + upper) - 0.5 * edge * wide * shape
     cubes = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
-    normals, ball = np.ascontiguousarray(surface.normals[tree.order]), _balls(tree.triangles)
+    normals, ball = np.ascontiguousarray(surface.normals[tree.order]), _balls(tree)
     lists = _root_lists(surface, origin[:, None] + edge * wide * (cubes.T + 0.5), edge * wide,
                         max(inner, outer))  # fmt: skip
     parent = np.arange(len(cubes))
-    grid = np.zeros(tuple(shape * wide), dtype=np.float32)
-    slot = np.full(grid.shape, -1, dtype=np.int32)
+    # Cubes of one height lie together, as samples of one layer do.
+    last, first, middle = np.roll(shape * wide, 1)
+    grid = np.zeros((last, first, middle), dtype=np.float32).transpose(1, 2, 0)
+    slot = np.full((last, first, middle), -1, dtype=np.int32).transpose(1, 2, 0)
     none = np.zeros((0, 0, 0), dtype=np.int32)
     while True:
-        bound = np.zeros(len(cubes), dtype=np.float32)
-        start = np.zeros(len(cubes) + 1, dtype=np.int64)
         fixed = (tree.triangles, tree.flat, ball, normals, lists, origin, edge * wide)
-        arguments = (*fixed, cubes, parent, (inner, outer), bound)
-        kernels.settle(*arguments, start, np.zeros(0, dtype=np.int32))
-        start[1:] = np.cumsum(start[:-1])
-        start[0] = 0
-        member = np.zeros(max(int(start[-1]), 1), dtype=np.int32)
-        kernels.settle(*arguments, start, member)
-        unsettled = np.flatnonzero(np.isnan(bound))
+        bound, count, member = _settled(fixed, cubes, parent, (inner, outer))
+        unsettled = np.flatnonzero(count)
         number = np.full(len(cubes), -1, dtype=np.int64)
         number[unsettled] = np.arange(len(unsettled))
         kernels.paint(cubes, bound, wide, number, slot if wide == 1 else none, grid)
-        lists = (np.append(start[unsettled], start[-1]), member)
+        lists = (np.append(0, np.cumsum(count[unsettled])), member)
         if wide == 1:
             break
         wide //= 2
@@ -105,6 +104,26 @@ def surface_band(
         tree.triangles, tree.flat, ball, normals, origin, edge, slot, grid, *lists
     )
     return SurfaceBand(arrays=arrays, outer=1.01 * outer)
+
+
+def _settled(
+    fixed: tuple[object, ...], cubes: IntArray, parent: IntArray, reach: tuple[float, float]
+) -> tuple[NDArray[np.float32], IntArray, NDArray[np.int32]]:
+    """Bounds of cubes, the lengths of their lists, and all lists; see `kernels.settle`."""
+    first = cast("tuple[IntArray, NDArray[np.int32]]", fixed[4])[0]
+    bound = np.zeros(len(cubes), dtype=np.float32)
+    count = np.zeros(len(cubes), dtype=np.int64)
+    members = []
+    for low in range(0, len(cubes), _AT_ONCE):
+        some = slice(low, low + _AT_ONCE)
+        start = np.append(0, np.cumsum(np.diff(first)[parent[some]]))
+        out = np.zeros(int(start[-1]), dtype=np.int32)
+        kernels.settle(*fixed, cubes[some], parent[some], reach, bound[some], start, out,
+                       count[some])  # fmt: skip
+        ends = np.append(0, np.cumsum(count[some]))
+        members.append(np.zeros(int(ends[-1]), dtype=np.int32))
+        kernels.gather(start, count[some], out, ends, members[-1])
+    return bound, count, np.concatenate(members)
 
 
 def _root_lists(
@@ -124,12 +143,16 @@ def _root_lists(
     return start, member
 
 
-def _balls(triangles: FloatArray) -> FloatArray:
-    """Centroids of triangles and their largest distances to a corner, ``(m, 4)``, mm."""
-    a, b, c = triangles[:, :3], triangles[:, 3:6], triangles[:, 6:]
+def _balls(tree: TriangleTree) -> FloatArray:
+    """Balls around triangles and their planes as `BandArrays` holds them, ``(m, 8)``, mm."""
+    a, b, c = tree.triangles[:, :3], tree.triangles[:, 3:6], tree.triangles[:, 6:]
     centre = (b + c) / 3.0
     radius = np.max([np.linalg.norm(p - centre, axis=1) for p in (0.0 * b, b, c)], axis=0)
-    return np.column_stack([a + centre, radius * (1.0 + 1e-9)])
+    normal = np.cross(b, c)
+    normal[tree.flat] = 0.0
+    normal /= np.where(tree.flat, 1.0, np.linalg.norm(normal, axis=1))[:, None]
+    along = np.einsum("ij,ij->i", a, normal)
+    return np.column_stack([a + centre, radius * (1.0 + 1e-9), normal, along])
 
 
 def _halved(cubes: IntArray) -> IntArray:
