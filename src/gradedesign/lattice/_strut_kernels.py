@@ -167,7 +167,7 @@ def refined(
     return least
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def foot_of(distance, toward, normal, x, y, z):
     """Nearest point of the surface, and the unit vector in which the distance grows there."""
     ax, ay, az = normal if abs(distance) <= AT_SURFACE else toward
