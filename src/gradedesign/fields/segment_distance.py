@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,7 +11,7 @@ from gradedesign.arrays import Field, FloatArray
 from gradedesign.errors import PluginError
 from gradedesign.fields._graph_kernels import least_gauge
 from gradedesign.fields.graph import graph_segments
-from gradedesign.fields.near_segments import nearest_candidates
+from gradedesign.fields.near_segments import NearSegments, nearest_candidates
 
 
 def periodic_distance_to_graph(nodes: ArrayLike, edges: ArrayLike) -> Field:
@@ -57,14 +59,18 @@ def periodic_distance_to_segments(
     sides = np.zeros((len(ends), 0, 3)) if normals is None else np.array(normals, dtype=np.float64)
     relative = np.array(np.broadcast_to(np.asarray(thickness, dtype=np.float64), (len(ends),)))
     _check(ends, relative, sides)
-    near = nearest_candidates(ends, relative, sides)
-    own_thickness, own_sides = relative[near.owner], sides[near.owner]
+
+    @cache
+    def listed() -> NearSegments:
+        return nearest_candidates(ends, relative, sides)
 
     def evaluate(u: FloatArray) -> FloatArray:
         points = np.asarray(u)
         kind = points.dtype if points.dtype == np.float32 else np.dtype(np.float64)
         flat = np.ascontiguousarray(points.reshape(3, -1), dtype=kind)
         value: FloatArray = np.zeros(flat.shape[1], dtype=kind)
+        near = listed()
+        own_thickness, own_sides = relative[near.owner], sides[near.owner]
         least_gauge(
             flat, near.bins, near.first, near.member, near.start, near.axis, near.length,
             own_thickness, own_sides, value,

@@ -68,7 +68,9 @@ def beside_change(solid, near):
     for i in range(nx):
         here, marked = solid[i], near[i]
         before, after = solid[max(i - 1, 0)], solid[min(i + 1, nx - 1)]
-        marked[0] = (here[0] != before[0]) | (here[0] != after[0]) | (here[0] != here[min(1, ny - 1)])
+        marked[0] = (
+            (here[0] != before[0]) | (here[0] != after[0]) | (here[0] != here[min(1, ny - 1)])
+        )
         for j in range(1, ny - 1):
             marked[j] = (
                 (here[j] != here[j - 1])

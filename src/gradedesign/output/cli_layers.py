@@ -24,6 +24,7 @@ from gradedesign.output.layer_stack import Layers
 from gradedesign.output.layers import slice_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
+from gradedesign.workspace.threads import in_threads
 
 _HEADER_END = b"$$HEADEREND"
 #: Command of the binary form that begins a layer.
@@ -54,19 +55,23 @@ def export_cli_binary(path: Path, lattice: PrintedLattice) -> None:
 
 def _export(path: Path, lattice: PrintedLattice, *, binary: bool) -> None:
     layers = slice_lattice(lattice)
-    tracer = Tracer(layers.shape)
+
+    def polygons(number: int) -> tuple[FloatArray, IntArray, FloatArray]:
+        values, pixel = np.zeros(layers.shape), layers.pixel
+        beside = layers.layers[number].beside
+        spread_values(layers.solid(number), beside, _CLEAR * pixel, pixel, values)
+        places, first = Tracer(layers.shape).polygons(values)
+        places = layers.lower[:2] + pixel * places
+        return places, first, enclosed_areas(places, first)
+
     areas = [0.0]
     with path.open("wb") as file:
         file.write(_header(lattice, layers, binary=binary))
         _put_layer(file, layers.top(-1), binary=binary)
-        for number, layer in enumerate(layers.layers):
-            report_step("contours of layers", number / len(layers.layers))
-            solid, values = layers.solid(number), np.zeros(layers.shape)
-            pixel = layers.pixel
-            spread_values(solid, layer.beside, _CLEAR * pixel, pixel, values)
-            places, first = tracer.polygons(values)
-            places = layers.lower[:2] + pixel * places
-            enclosed = enclosed_areas(places, first)
+        count = len(layers.layers)
+        for number, traced in enumerate(in_threads(polygons, range(count))):
+            report_step("contours of layers", number / count)
+            places, first, enclosed = traced
             areas.append(float(enclosed.sum()))
             _put_layer(file, layers.top(number), binary=binary)
             _put_polygons(file, places, first, enclosed, binary=binary)

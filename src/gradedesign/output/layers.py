@@ -196,7 +196,6 @@ def _connected(empty: Layers, sampled: Iterable[Layer], bodies: int) -> Layers:
     largest[np.argsort(-volume, kind="stable")[:bodies]] = True
     in_largest = largest[parent]
 
-
     def largest_of(number: int) -> Layer:
         own = in_largest[base[number] : base[number + 1]]
         return runs[number] if own.all() else _thinned(runs[number], own, empty.shape[1])

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.mesh.closest import TriangleTree
-from gradedesign.part import _surface_band_kernels as kernels
+from gradedesign.part import _band_list_kernels as kernels
+from gradedesign.part._surface_band_kernels import BandArrays, banded_distances
 from gradedesign.part.signed_distance import SurfaceDistance
 
 #: Cubes of the first level hold this many of the last along each axis, as a power of two.
@@ -33,7 +34,7 @@ class SurfaceBand:
         Half width of the band outside the surface.
     """
 
-    arrays: kernels.BandArrays
+    arrays: BandArrays
     outer: float
 
     def __call__(self, points: FloatArray) -> FloatArray:
@@ -44,7 +45,7 @@ class SurfaceBand:
         """
         flat = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(3, -1))
         distance = np.zeros(flat.shape[1])
-        kernels.banded_distances(self.arrays, self.outer, flat, distance)
+        banded_distances(self.arrays, self.outer, flat, distance)
         return distance.reshape(np.shape(points)[1:])
 
 
@@ -100,9 +101,7 @@ def surface_band(
         wide //= 2
         cubes = _halved(cubes[unsettled])
         parent = np.repeat(np.arange(len(unsettled)), 8)
-    arrays = kernels.BandArrays(
-        tree.triangles, tree.flat, ball, normals, origin, edge, slot, grid, *lists
-    )
+    arrays = BandArrays(tree.triangles, tree.flat, ball, normals, origin, edge, slot, grid, *lists)
     return SurfaceBand(arrays=arrays, outer=1.01 * outer)
 
 
