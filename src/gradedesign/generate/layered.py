@@ -73,8 +73,9 @@ def generate_layers(
         field = field_points(design, (fields, fields.part))
         bounds = np.stack([design.domain.lower, design.domain.upper])
         lattice = replace(lattice, measured=MeasuredField(bounds=bounds, volume=field.volume))
-        layers = slice_lattice(lattice)
-        mass = None if material is None else layers.volume * material.density * 1e6
+        layers = slice_lattice(lattice, contoured=all(f.exporter.contoured for f in formats))
+        volume = layers.printed_volume
+        mass = None if material is None else volume * material.density * 1e6
         lattice = replace(lattice, layers=layers, mass_g=mass)
         thickness = max(case.lattice.cell_size, design.cell_size)
         slabs = layered_density(
@@ -85,9 +86,7 @@ def generate_layers(
         f"{len(layers.layers)} layers of {layers.shape[0]} x {layers.shape[1]} pixels, density "
         f"{total(slabs[0], 'surface'):.4f} of {total(slabs[0], 'target'):.4f}",
     )
-    result = stated_result(
-        (case, registry), stated, slabs, (layers.volume, layers.dropped), material
-    )
+    result = stated_result((case, registry), stated, slabs, (volume, layers.dropped), material)
     if joints := result.measures["joints_mm3"]:
         announce.say("lattice", f"joints add {joints:.4g} mm^3")
     cell = {

@@ -18,8 +18,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import ResourceError
 from gradedesign.output import _cli_kernels as kernels
-from gradedesign.output._contour_kernels import spread_values
-from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
+from gradedesign.output.contours import signed_area
+from gradedesign.output.layer_contours import LayerContours, layer_contours
 from gradedesign.output.layer_stack import Layers
 from gradedesign.output.layers import slice_lattice
 from gradedesign.output.printed_lattice import PrintedLattice
@@ -29,8 +29,6 @@ from gradedesign.workspace.threads import in_threads
 _HEADER_END = b"$$HEADEREND"
 #: Command of the binary form that begins a layer.
 _LAYER = kernels.LAYER
-#: Values are this far from 0 at least, so that every point is between two pixels, of a pixel.
-_CLEAR = 1e-6
 #: Area read back may differ by text and float32 this share.
 _SAME = 1e-3
 
@@ -54,22 +52,17 @@ def export_cli_binary(path: Path, lattice: PrintedLattice) -> None:
 
 
 def _export(path: Path, lattice: PrintedLattice, *, binary: bool) -> None:
-    layers = slice_lattice(lattice)
+    layers = slice_lattice(lattice, contoured=True)
 
-    def polygons(number: int) -> tuple[FloatArray, IntArray, FloatArray]:
-        values, pixel = np.zeros(layers.shape), layers.pixel
-        beside = layers.layers[number].beside
-        spread_values(layers.solid(number), beside, _CLEAR * pixel, pixel, values)
-        places, first = Tracer(layers.shape).polygons(values)
-        places = layers.lower[:2] + pixel * places
-        return places, first, enclosed_areas(places, first)
+    def contours(number: int) -> LayerContours:
+        return layer_contours(layers, number)
 
     areas = [0.0]
     with path.open("wb") as file:
         file.write(_header(lattice, layers, binary=binary))
         _put_layer(file, layers.top(-1), binary=binary)
         count = len(layers.layers)
-        for number, traced in enumerate(in_threads(polygons, range(count))):
+        for number, traced in enumerate(in_threads(contours, range(count))):
             report_step("contours of layers", number / count)
             places, first, enclosed = traced
             areas.append(float(enclosed.sum()))

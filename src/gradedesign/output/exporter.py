@@ -24,9 +24,12 @@ class Exporter:
         takes its place in the run folder when ``write`` returns.
     needs_surface : bool
         Whether it reads ``lattice.surface``; where no format does, `generate` makes none.
+    contoured : bool
+        Whether it writes contours of the layers, which hold thin struts better than their pixels.
     """
 
     name: str
     suffix: str
     write: Callable[[Path, PrintedLattice], None]
     needs_surface: bool = True
+    contoured: bool = False

@@ -60,6 +60,8 @@ class Layers:
         Disconnected components that were left out.
     dropped_share : float
         Their share of the solid pixels before.
+    contour_volume : float or None, mm^3
+        Inside the contours, where they are printed and pixels hold another volume.
     """
 
     frame: FloatArray
@@ -70,6 +72,7 @@ class Layers:
     layers: tuple[Layer, ...]
     dropped: int = 0
     dropped_share: float = 0.0
+    contour_volume: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frame", locked(self.frame, (3, 3), name="frame"))
@@ -88,8 +91,15 @@ class Layers:
         """Of the solid pixels, mm^3."""
         return sum(layer.count for layer in self.layers) * self.pixel**2 * self.height
 
+    @property
+    def printed_volume(self) -> float:
+        """Inside the contours or of the solid pixels, whichever is printed, mm^3."""
+        return self.volume if self.contour_volume is None else self.contour_volume
+
     def axis_volumes(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Solid volume by slices of a pixel or layer across x, y and z of the part.
+
+        That of the pixels, scaled to the printed volume.
 
         Returns
         -------
@@ -99,6 +109,7 @@ class Layers:
         along = [np.zeros(n, dtype=np.int64) for n in self.shape]
         for layer in self.layers:
             kernels.count_along(layer.first, layer.ends, *along)
+        scale = 1.0 if self.contour_volume is None else self.contour_volume / self.volume
         counts = [*along, np.array([layer.count for layer in self.layers])]
         steps = np.array([self.pixel, self.pixel, self.height])
         middle = self.lower + np.array([0.0, 0.0, 0.5 * self.height])
@@ -106,6 +117,6 @@ class Layers:
         for axis in range(3):
             own = int(np.argmax(np.abs(self.frame[:, axis])))
             places = middle[own] + steps[own] * np.arange(len(counts[own]))
-            each = self.pixel**2 * self.height
+            each = self.pixel**2 * self.height * scale
             volumes.append((self.frame[own, axis] * places, each * counts[own]))
         return tuple(volumes)

@@ -21,6 +21,7 @@ from gradedesign.lattice.sample import checked_values
 from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.output import _run_kernels as kernels
 from gradedesign.output._tile_kernels import place_tiles, tile_points
+from gradedesign.output.layer_contours import contour_volume
 from gradedesign.output.layer_stack import Layer, Layers
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.workspace.progress import report_step
@@ -51,13 +52,14 @@ def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
     return lattice.layer_height, lattice.pixel_size or lattice.layer_height
 
 
-def slice_lattice(lattice: PrintedLattice) -> Layers:
+def slice_lattice(lattice: PrintedLattice, *, contoured: bool = False) -> Layers:
     """Sample the layers of a lattice.
 
     Where no pixel is stated it is the layer height, or a half or a quarter of it where the layers
     do not hold the volume of the surface otherwise: walls that lie along rows of pixels gain or
     lose a whole row. Without a surface they are to hold the volume of the field, by evenly spread
-    points, with what is left out as disconnected.
+    points, with what is left out as disconnected. ``contoured``: contours between the pixels are
+    what is printed, and suffice where they hold the volume; thin struts lose more as pixels.
 
     Raises
     ------
@@ -72,10 +74,13 @@ def slice_lattice(lattice: PrintedLattice) -> Layers:
     meant = enclosed_volume(lattice.surface) if stated is None else stated.volume
     for left in range(0 if lattice.pixel_size else HALVINGS, -1, -1):
         layers = _slice_at(lattice, height, pixel)
-        volume = layers.volume
-        if stated is not None:
-            volume /= 1.0 - layers.dropped_share
-        if abs(volume - meant) <= VOLUME_TOLERANCE * meant:
+        # Printed surfaces lack the disconnected components as the layers do; the field has them.
+        kept = 1.0 if stated is None else 1.0 - layers.dropped_share
+        near = VOLUME_TOLERANCE * meant
+        if contoured and abs(layers.volume / kept - meant) > near:
+            layers = replace(layers, contour_volume=contour_volume(layers))
+        volume = layers.printed_volume / kept
+        if abs(volume - meant) <= near:
             if stated is not None:
                 refuse_large(layers.dropped, layers.dropped_share)
             return layers

@@ -81,8 +81,8 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
     yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
     yield Exporter(name="3mf-beams", suffix=".3mf", write=export_3mf_beams)
-    yield Exporter(name="cli", suffix=".cli", write=export_cli, needs_surface=False)
-    yield Exporter(name="cli-binary", suffix=".cli", write=export_cli_binary, needs_surface=False)
+    for name, write in (("cli", export_cli), ("cli-binary", export_cli_binary)):
+        yield Exporter(name=name, suffix=".cli", write=write, needs_surface=False, contoured=True)
     yield Exporter(name="png-stack", suffix=".zip", write=export_png_stack, needs_surface=False)
     yield Exporter(name="obj", suffix=".obj", write=export_obj)
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
