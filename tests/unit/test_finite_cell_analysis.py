@@ -200,12 +200,6 @@ def test_a_grid_follows_the_memory_and_the_walls():
     assert 0.5 < coarser.division.mesh_size <= 0.7
     assert coarser.division.refused == tuple(said)
     assert "taking" in said[0]
-    # Results that are kept beside it count.
-    enough = bar(memory=300_000_000 + 480 * 2400)
-    assert solve_finite_cells(enough, Resolution(spacing=0.5), print).division.unknowns == 2295
-    beside = Resolution(spacing=0.5, kept_bytes=480 * 200)
-    with pytest.raises(ResourceError, match=r"GB with 9\.6e-05 GB of earlier results, more than"):
-        solve_finite_cells(enough, beside, print)
     # A wall of 0.2 mm between the samples of a brick of 2 mm is lost.
     wall = replace(solid, field=lambda p: np.maximum(box(p), np.abs(p[1] - 1.3) - 0.1))
     with pytest.raises(LatticeError, match=r"no finite cell holds solid|too coarse"):

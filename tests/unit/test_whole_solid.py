@@ -33,11 +33,10 @@ class Stand:
 
     def __init__(self, slope=0.02, fails=(), finest=0.0):
         self.slope, self.fails, self.finest = slope, dict(fails), finest
-        self.tried, self.kept = [], []
+        self.tried = []
 
-    def analyse(self, spacing, kept):
+    def analyse(self, spacing):
         self.tried.append(round(spacing, 4))
-        self.kept.append(kept)
         for size, error in self.fails.items():
             if abs(spacing - size) < 1e-3:
                 raise error
@@ -45,7 +44,6 @@ class Stand:
             mesh_size=spacing,
             tip=1.0 - self.slope * spacing**1.5,
             traction_residual={},
-            solved=SimpleNamespace(division=SimpleNamespace(unknowns=round(30 / spacing**3))),
         )
 
     def judge(self, allowed, ratio=1.5):
@@ -74,8 +72,6 @@ def test_a_wide_band_that_holds_the_limit_is_refined_until_it_decides():
     stand = Stand(slope=0.2)
     (row,) = stand.judge(1.05).rows
     assert stand.tried == [1.0, 0.6667, 0.4444]
-    # Of each analysis the finest result before it is kept: 30 / h^3 unknowns.
-    assert stand.kept == [0, 30, 101]
     assert (row.band.order, row.passed) == ("observed", True)
     assert row.value == pytest.approx(1.0)
 
@@ -143,7 +139,7 @@ def test_no_resolution_at_all_is_an_error_by_name():
 def test_elements_that_divide_the_part_alike_are_no_second_resolution():
     stand = Stand()
     same = stand.analyse
-    stand.analyse = lambda h, kept: SimpleNamespace(**(vars(same(h, kept)) | {"mesh_size": 1.0}))
+    stand.analyse = lambda h: SimpleNamespace(**(vars(same(h)) | {"mesh_size": 1.0}))
     found = stand.judge(1.5)
     assert found.rows[0].band is None
     assert "divide the part as others do" in found.refused[0]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.loop.iteration import Analysed
-from gradedesign.mesh.printed_field import SEARCH_BYTES, field_within, surface_search
+from gradedesign.mesh.printed_field import field_within, surface_search
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
@@ -15,7 +15,6 @@ from gradedesign.verify.analysis import PlannedSolid, Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
 from gradedesign.verify.whole_resolution import (
-    HELD_BYTES,
     RATIO,
     TIME_SHARE,
     finer_estimate,
@@ -48,29 +47,22 @@ def printed_stage(
     )
 
     search = surface_search(surface)
-    search_bytes = SEARCH_BYTES * len(surface.faces)
 
     def need(spacing: float) -> tuple[bool, str]:
         size = finer_estimate(planned, spacing, division.unknowns)
-        size = replace(size, memory_bytes=size.memory_bytes + search_bytes)
         return within_budgets(size, run.memory, run.time), (
             f"{size.unknowns / 1e6:.2g} M unknowns, about {size.memory_bytes / 1e9:.2g} of "
             f"{run.memory / 1e9:.3g} GB of [run] memory, and {seconds(size):.0f} s of "
             f"{TIME_SHARE * run.time:.0f} s, a sixth of [run] time"
         )
 
-    def analyse(spacing: float, kept: int) -> ExplicitResult:
+    def analyse(spacing: float) -> ExplicitResult:
         field = field_within(search, BAND * spacing)
-        # Values of several resolutions say how they converge only if elements are of one size.
-        printed = replace(solid, field=field, grading=None)
+        printed = replace(solid, field=field)
         return analyse_printed_solid(
             FINITE_CELLS,
             printed,
-            Resolution(
-                spacing=spacing,
-                coarsest=None if kept else FINITE_CELLS.coarsest * spacing,
-                kept_bytes=search_bytes + HELD_BYTES * (division.unknowns + kept),
-            ),
+            Resolution(spacing=spacing),
             lambda message: on_event(Event(stage="acceptance", message=message)),
         )
 

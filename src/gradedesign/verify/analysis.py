@@ -27,13 +27,10 @@ class Resolution:
     coarsest : float or None, mm
         Largest spacing to take instead where that one does not fit the memory; the analysis may
         then refine too, where the solid is not held. None: ``spacing`` or an error.
-    kept_bytes : int
-        Memory that results of earlier analyses take meanwhile.
     """
 
     spacing: float
     coarsest: float | None = None
-    kept_bytes: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

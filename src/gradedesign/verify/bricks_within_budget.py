@@ -121,8 +121,6 @@ def divided_within_budget(
     asked for is taken everywhere or refused: analyses that are compared divide the solid alike.
     """
     spacing, memory = resolution.spacing, solid.case.run.memory
-    kept = f" with {resolution.kept_bytes / 1e9:.3g} GB of earlier results"
-    kept = kept if resolution.kept_bytes else ""
     refused: list[str] = []
     lost_before, graded = 0.0, False
 
@@ -134,11 +132,11 @@ def divided_within_budget(
     while True:
         problem = design_problem(solid, spacing, graded=graded)
         require_regions(problem)
-        _require_room(problem, spacing, memory - resolution.kept_bytes)
+        _require_room(problem, spacing, memory)
         lost, why, divided = _tried(problem, spacing)
         if divided is not None:
             unknowns = unknown_count(divided[1])
-            need = predict_memory(unknowns) + resolution.kept_bytes
+            need = predict_memory(unknowns)
             if need <= memory:
                 return DividedSolid(
                     problem=problem,
@@ -147,11 +145,10 @@ def divided_within_budget(
                     requested=spacing,
                     refused=tuple(refused),
                 )
-            room = max(memory - resolution.kept_bytes, 1.0)
-            step = 1.02 * (predict_memory(unknowns) / room) ** (1 / 3)
+            step = 1.02 * (need / memory) ** (1 / 3)
             words = (
                 f"finite cells of {spacing:.3g} mm have {unknowns / 1e6:.3g} M unknowns and need "
-                f"{need / 1e9:.3g} GB{kept}, more than [run] memory {memory / 1e9:.3g} GB"
+                f"{need / 1e9:.3g} GB, more than [run] memory {memory / 1e9:.3g} GB"
             )
             if resolution.coarsest is not None and solid.grading is not None and not graded:
                 graded = True

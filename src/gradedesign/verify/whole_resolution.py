@@ -12,11 +12,11 @@ from gradedesign.verify.finite_cells import FINITE_CELLS, bricks_per_grid_cell
 RATIO = 1.5
 #: Share of the stated time that one analysis may be predicted to take, beyond the first.
 TIME_SHARE = 1.0 / 6.0
-#: Bytes that the result of an analysis keeps for each of its unknowns: weights of elements,
-#: displacements, and stress at the sample points. Measured 126 of the process, on gyroid sheets of
-#: density 0.15 with 1.1 M unknowns, once memory that had been freed was given back to the system;
-#: before, 280, which the next analysis uses again.
-HELD_BYTES = 140
+#: Bytes that stay for each unknown of an analysis: 140 of its result, weights of elements,
+#: displacements and stress at the sample points (measured 126, gyroid sheets of density 0.15, 1.1 M
+#: unknowns), and 180 of the search of the printed surface (245 a triangle; `ramirez-whole` has
+#: 6.3 M triangles to 8.7 M unknowns that stay).
+HELD_BYTES = 320
 
 
 def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell, rho: float) -> float:

@@ -29,8 +29,7 @@ class WholeStage:
     Attributes
     ----------
     analyse : callable
-        ``analyse(spacing, kept) -> ExplicitResult``, mm, while the result of an earlier analysis
-        with so many unknowns is kept; a `LatticeError` or `MeshError` where that
+        ``analyse(spacing) -> ExplicitResult``, mm; a `LatticeError` or `MeshError` where that
         spacing does not hold the solid, a `ResourceError` where the memory does not hold it.
     spacing : float, mm
         Of the first, cheap analysis.
@@ -45,7 +44,7 @@ class WholeStage:
         prediction, and what it takes.
     """
 
-    analyse: Callable[[float, int], ExplicitResult]
+    analyse: Callable[[float], ExplicitResult]
     spacing: float
     ratio: float
     orders: Sequence[float] | None
@@ -94,7 +93,7 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
     analyses.attempt(stage.spacing, first=True)
     goes_on = analyses.attempt(stage.spacing / stage.ratio)
     if not goes_on and analyses.result is not None:
-        analyses.attempt(max(stage.spacing, analyses.result.mesh_size) * stage.ratio)
+        analyses.attempt(stage.spacing * stage.ratio)
     elif len(analyses.values) == 1:  # the first one did not hold the solid
         goes_on = analyses.attempt(stage.spacing / stage.ratio**2)
     if analyses.result is None:
@@ -137,8 +136,7 @@ class _Analyses:
             return False
         try:
             with stepping(f"elements of {spacing:.3g} mm"):
-                kept = 0 if self.result is None else self.result.solved.division.unknowns
-                result = self.stage.analyse(spacing, kept)
+                result = self.stage.analyse(spacing)
         except ResourceError as error:
             if first:
                 raise
