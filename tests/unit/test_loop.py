@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gradedesign import pipeline
 from gradedesign.errors import MeshError
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.displacement import DisplacementLimit
@@ -615,3 +616,23 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         iteration_steps.SizingPlan(most_iterations=1),
     )
     assert [one.allowed for one in problem.limits] == pytest.approx([2.0, 1.6, 62.5])
+
+
+def test_a_limit_without_a_second_resolution_says_why_it_is_not_accepted(monkeypatch):
+    key = LimitKey(kind="displacement", region="tip", load_case="pull")
+    row = LimitRow(
+        key=key, name="tip", load_case="pull", value=0.9, limit=1.0, unit="mm",
+        judged_by="finite cells", converges=True,
+    )  # fmt: skip
+    why = "elements of 5 mm were refused: they need 9 GB"
+    once = SimpleNamespace(rows=(row,), whole=SimpleNamespace(refused=(why,)))
+    band = Banded(value=0.9, low=0.89, high=0.91, sizes_mm=(1.0, 0.7))
+    twice = SimpleNamespace(rows=(replace(row, band=band),), whole=once.whole)
+    said = []
+    announce = Announcer(lambda event: said.append(event.message or ""))
+    for accepted, words in ((once, f"tip at one resolution only: {why}"), (twice, None)):
+        said.clear()
+        monkeypatch.setattr(pipeline, "accept_design", lambda *_, a=accepted: a)
+        assert pipeline.judge(None, None, announce, None, object()) is accepted
+        assert ("not accepted" in " ".join(said)) == (words is not None)
+        assert words is None or words in said[-1]
