@@ -232,7 +232,9 @@ def fill_values(cells, band, thickness, exact, depths, points, value):
     exact : float, mm
         Farther from the surface of the lattice values have the right sign only.
     """
-    bins, first, member, strut, matrix, start, scale, level, steep = cells
+    bins, first, member, strut = cells.bins, cells.first, cells.member, cells.strut
+    matrix, start, scale = cells.matrix, cells.start, cells.scale
+    level, steep = cells.level, cells.steep
     tri, flat, ball, normals, origin, edge, slot, bound, begin, listed = band
     count = points.shape[1]
     for chunk in prange((count + CHUNK - 1) // CHUNK):

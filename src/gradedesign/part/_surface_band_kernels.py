@@ -108,7 +108,9 @@ def nearest_listed(tri, flat, ball, normals, member, low, high, x, y, z):
 @njit(cache=True, parallel=True, nogil=True)
 def banded_distances(band, beyond, points, distance):
     """Fill signed distances at points (3, n), or bounds where no list is; ``beyond`` all cubes."""
-    tri, flat, ball, normals, origin, edge, slot, bound, first, member = band
+    tri, flat, ball, normals = band.tri, band.flat, band.ball, band.normals
+    origin, edge, slot, bound = band.origin, band.edge, band.slot, band.bound
+    first, member = band.first, band.member
     for i in prange(points.shape[1]):
         x, y, z = points[0, i], points[1, i], points[2, i]
         a, b, c = cube_of(origin, edge, slot.shape, x, y, z)
