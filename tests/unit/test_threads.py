@@ -1,5 +1,7 @@
 """Work in threads: results in order, and errors of the work."""
 
+from threading import Event
+
 import pytest
 
 from gradedesign.workspace.threads import in_threads
@@ -10,12 +12,14 @@ def test_results_come_in_the_order_of_the_items():
 
 
 def test_an_error_of_the_work_is_raised_and_what_waits_is_left():
-    done = []
+    done, never = [], Event()
 
     def work(n):
         done.append(n)
         if n == 3:
             raise ValueError("three")
+        if n > 3:
+            never.wait(0.01)  # All of them would take longer than any stop of this thread.
         return n
 
     results = in_threads(work, range(10_000))
