@@ -1,6 +1,6 @@
-"""Layers of a print, sampled from the field one at a time: which pixels are solid.
+"""Layers of a print, sampled from the field a few at a time: which pixels are solid.
 
-Memory holds the values of one layer, and of every layer its runs of solid pixels and the values
+Memory holds the values of these, and of every layer its runs of solid pixels and the values
 beside their ends. Disconnected components are looked for across the layers and left out, as the
 printed surface leaves them. Where no surface is made the layers are compared with the field.
 """
@@ -157,8 +157,8 @@ def _sampled(layers: Layers, field: Field, count: int) -> Iterator[FloatArray]:
             places = np.concatenate([centres, np.full((1, centres.shape[1]), z)])
             chosen = (field.part(layers.frame.T @ places) <= beyond).reshape(tiles)
         points = np.zeros((3, _TILE**2 * int(np.count_nonzero(chosen))))
-        count = tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
-        points = points[:, :count]
+        filled = tile_points(chosen, _TILE, layers.shape, layers.pixel, points)
+        points = points[:, :filled]
         points[:2] += layers.lower[:2, None]
         points[2] = z
         values = np.full(layers.shape, np.inf)

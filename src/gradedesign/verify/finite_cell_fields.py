@@ -194,8 +194,9 @@ class FiniteCellFields:
             surface = contour(self.division.surface_size)
             if abs(enclosed_volume(surface) / volume - 1.0) <= CONTOUR_TOLERANCE:
                 return surface
-        except LatticeError:
-            log.info("no wall is as thick as %.3g mm", self.division.surface_size)
+        except LatticeError as error:
+            # On the coarse grid nothing may be left; what is left of the fine one is looked at.
+            log.info("surface for pictures at %.3g mm: %s", self.division.surface_size, error)
         return contour(float(grid.edges.max()) / SUBCELLS)
 
     def _chunks(self) -> Iterator[slice]:

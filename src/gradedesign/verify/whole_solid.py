@@ -157,7 +157,7 @@ class _Analyses:
         rows = limit_rows(self.limits, result, self.stage.judged_by)
         row_of = {row.key: row for row in rows}
         self.values.append((size, row_of, result.traction_residual))
-        self.values.sort(key=lambda analysed_size: -analysed_size[0])
+        self.values.sort(key=lambda entry: -entry[0])
         return True
 
     def rows(self) -> tuple[LimitRow, ...]:
