@@ -9,12 +9,14 @@ from small_parts import box_part, held_bar
 
 from gradedesign.case.read_case import load_case
 from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.cell_surface import cell_surface
 from gradedesign.errors import ResourceError
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.part.part import read_part
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.resolve.analysable import analysable_bounds, chosen_analysis, grid_spacing
 from gradedesign.resolve.least_density import Need, Needs
+from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
 from gradedesign.resolve.setup import prepare
 from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.finite_cells import FINITE_CELLS
@@ -42,7 +44,17 @@ cell = "bcc"
 size = "10 mm"
 """
 )
-PLANNED = {"latticed": 60.0 * 40.0 * 40.0, "solid": 0.0}
+PLANNED = PlannedPart(
+    box=(60.0, 40.0, 40.0),
+    latticed=60.0 * 40.0 * 40.0,
+    solid=0.0,
+    inclined=0.0,
+    skin=0.0,
+    load_cases=1,
+)
+BLOCK = PlannedSolid(
+    box=(60.0, 40.0, 40.0), volume=3e4, projections=4e4, curvature=0.0, load_cases=1
+)
 
 
 def domain_of(case):
@@ -60,7 +72,7 @@ def bounds_of(tmp_path):
         path.write_text(CASE + more, encoding="utf-8")
         case = load_case(path)
         found = analysable_bounds(
-            case, bcc(), bounds, 10.0, STUFFED_TETS, domain=domain_of(case), **PLANNED
+            case, bcc(), bounds, 10.0, STUFFED_TETS, part=PLANNED, domain=domain_of(case)
         )
         return case, found
 
@@ -92,17 +104,15 @@ def test_the_lower_density_rises_to_what_acceptance_can_judge_in_time(bounds_of)
     (warning,) = found.warnings
     assert "and time 20 min hold (at density 0.05" in warning
     # The finer of two resolutions takes a sixth of the time there.
-    planned = PlannedSolid(
-        box=(60.0, 40.0, 40.0), load_cases=1,
-        volume=PLANNED["latticed"] * (found.bounds[0] + (0.8 - found.bounds[0]) / 3),
-    )  # fmt: skip
+    mean = found.bounds[0] + (0.8 - found.bounds[0]) / 3
+    planned = planned_solid(PLANNED, mean, cell_surface(bcc(), mean, 10.0))
     first = first_spacing(STUFFED_TETS, found.spacing, bcc(), found.bounds[0])
     _, finer = whole_estimates(planned, first)
     assert seconds(finer) == pytest.approx(case.run.time / 6, rel=0.05)
 
 
 def test_results_that_stay_count_in_the_memory_of_a_finer_resolution():
-    planned = PlannedSolid(box=(60.0, 40.0, 40.0), volume=3e4, load_cases=1)
+    planned = BLOCK
     first, finer = whole_estimates(planned, 1.5, earlier_unknowns=1_000_000)
     # Those of the iteration and of the first resolution, 320 bytes an unknown, as measured.
     alone = FINITE_CELLS.estimate(planned, 1.0).memory_bytes
@@ -134,7 +144,7 @@ def chosen_of(case, cell, low=0.05):
     return chosen_analysis(
         [
             analysable_bounds(
-                case, cell, (low, 0.8), 10.0, analysis, domain=domain_of(case), **PLANNED
+                case, cell, (low, 0.8), 10.0, analysis, part=PLANNED, domain=domain_of(case)
             )
             for analysis in (STUFFED_TETS, FINITE_CELLS)
         ]
@@ -169,7 +179,7 @@ def test_another_analysis_is_named_only_where_density_falls_much_lower(bounds_of
 def _of_struts(case, analysis):
     """Bounds of the block's struts for an analysis."""
     return analysable_bounds(
-        case, bcc(), (0.3, 0.8), 10.0, analysis, domain=domain_of(case), **PLANNED
+        case, bcc(), (0.3, 0.8), 10.0, analysis, part=PLANNED, domain=domain_of(case)
     )
 
 
@@ -178,7 +188,7 @@ def test_the_least_density_takes_the_elements_that_its_own_walls_want(bounds_of)
     octet = calibrate(lookup(build_registry(), "cell_families", "octet"))
     case, _ = bounds_of('[run]\nmemory = "5 GB"\n')
     found = analysable_bounds(
-        case, octet, (0.05, 0.8), 10.0, STUFFED_TETS, domain=domain_of(case), **PLANNED
+        case, octet, (0.05, 0.8), 10.0, STUFFED_TETS, part=PLANNED, domain=domain_of(case)
     )
     low, per_wall = found.bounds[0], found.elements_per_wall
     assert per_wall == STUFFED_TETS.elements_per_wall(octet, low) == 2.0
@@ -221,7 +231,7 @@ def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
 
 
 def test_time_counts_the_resolutions_that_the_budgets_hold():
-    planned = PlannedSolid(box=(60.0, 40.0, 40.0), volume=3e4, load_cases=1)
+    planned = BLOCK
     first, finer = whole_estimates(planned, 1.0, 1_000_000)
     coarser = FINITE_CELLS.estimate(planned, 1.5)
     for memory, second in ((2 * finer.memory_bytes, finer), (0.9 * finer.memory_bytes, coarser)):

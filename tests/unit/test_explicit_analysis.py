@@ -85,7 +85,9 @@ def test_what_an_analysis_of_a_plugin_raises_names_it(tmp_path):
 
 
 def test_the_spacing_that_will_be_taken_fits_memory_and_box():
-    planned = PlannedSolid(box=(60.0, 40.0, 40.0), volume=2e4, load_cases=1)
+    planned = PlannedSolid(
+        box=(60.0, 40.0, 40.0), volume=2e4, projections=0.0, curvature=0.0, load_cases=1
+    )
     # 59 and 39 cubes of a little more would not end on the faces: 1 mm divides all three.
     assert STUFFED_TETS.fitted_spacing(planned, 1.0, 1e12) == pytest.approx(1.0)
     need = STUFFED_TETS.estimate(planned, 1.0).memory_bytes

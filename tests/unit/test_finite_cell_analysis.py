@@ -207,7 +207,7 @@ def test_a_grid_follows_the_memory_and_the_walls():
 
 
 def test_an_estimate_is_near_what_is_solved(solved):
-    planned = PlannedSolid(box=tuple(BOX), volume=8.0, load_cases=1)
+    planned = PlannedSolid(box=tuple(BOX), volume=8.0, projections=0.0, curvature=0.0, load_cases=1)
     found = FINITE_CELLS.estimate(planned, 0.5)
     assert 0.5 < found.unknowns / (3 * 17 * 9 * 5) < 2.0
     assert found.memory_bytes > 3e8

@@ -94,7 +94,12 @@ def test_a_stage_that_is_missing_teaches_nothing():
 
 def test_tetrahedra_are_estimated_before_they_are_made():
     # A box of 8 x 4 x 4 mm on cubes of 1 mm, two to spare at every face, 100 mm^3 of it solid.
-    found = estimate(PlannedSolid(box=(8.0, 4.0, 4.0), volume=100.0, load_cases=3), 1.0)
+    found = estimate(
+        PlannedSolid(
+            box=(8.0, 4.0, 4.0), volume=100.0, projections=0.0, curvature=0.0, load_cases=3
+        ),
+        1.0,
+    )
     assert found.mesh_s == pytest.approx(GRID_CELL_S * 12 * 8 * 8)
     # 14 tetrahedra a cube of solid and 5.1 unknowns each are expected, 5.4 are allowed for.
     assert found.surface_tets == pytest.approx(1400.0)

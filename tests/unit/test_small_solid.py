@@ -10,8 +10,9 @@ from gradedesign.verify.analysis import PlannedSolid
 from gradedesign.verify.finite_cells import AFFORDABLE, FINITE_CELLS
 from gradedesign.verify.small_solid import FINEST, small_solid_spacing
 
-#: Unknowns go with the volume over the cube of the spacing; the counts are those of the estimate.
-BOX = PlannedSolid(box=(40.0, 20.0, 20.0), volume=5000.0, load_cases=1)
+BOX = PlannedSolid(
+    box=(40.0, 20.0, 20.0), volume=5000.0, projections=6000.0, curvature=0.0, load_cases=1
+)
 
 
 def unknowns(spacing):

@@ -55,14 +55,28 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
         solid=solid, result=SimpleNamespace(volume=8.0, solved=SimpleNamespace(division=division))
     )
     part = SimpleNamespace(surface=box_surface(HIGH))
+    domain = SimpleNamespace(skins=())
     sheets = calibrate(build_registry().cell_families["gyroid-sheet"])
     setup = SimpleNamespace(
-        problem=SimpleNamespace(case=case, part=part, analysis=STUFFED_TETS),
-        cells=SimpleNamespace(cell=sheets, bounds=(0.3, 0.8), zoning=None, elements_per_wall=1.25),
+        problem=SimpleNamespace(
+            case=case,
+            part=part,
+            domain=domain,
+            analysis=STUFFED_TETS,
+            space=SimpleNamespace(mesh=None),
+        ),
+        cells=SimpleNamespace(
+            cell=sheets,
+            bounds=(0.3, 0.8),
+            zoning=None,
+            elements_per_wall=1.25,
+            layout=SimpleNamespace(typical=2.0),
+        ),
+        model=SimpleNamespace(volumes=np.array([8.0]), solid_fraction=np.array([0.0])),
     )
     key = LimitKey(kind="displacement", region="x1", component="x", load_case="pull")
     limit = DisplacementLimit(key=key, name="tip", allowed=1.0, nodes=np.array([0]), component=0)
-    found = judge_whole([limit], printed_stage(setup, printed, analysed, ignore))
+    found = judge_whole([limit], printed_stage(setup, printed, analysed, np.array([0.3]), ignore))
     (row,) = found.rows
     # F L / (E A) with A = 1 mm^2; the clamp holds back some contraction.
     assert row.value == pytest.approx(5.0 * 4.0 / (200e3 * 1.0), rel=0.02)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
+from gradedesign.cell.cell_surface import cell_surface
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.layout.passive import keep_words
 from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cost
 from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
+from gradedesign.resolve.planned_solid import planned_part, planned_solid
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import (
     ResolvedCase,
     analysable_lattice,
     stated_zones,
 )
-from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
+from gradedesign.verify.analysis import AnalysisEstimate
 from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
@@ -113,10 +113,18 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
     low, high = able.bounds
     density = low + (high - low) * EXPECTED_SHARE
     grid = predicted_grid(resolved, density, able)
-    solid = resolved.part.volume * (1.0 - share + share * density)
     explicit = case.run.stop_after == "verdict"
-    x, y, z = np.ptp(_corners(resolved), axis=0).tolist()
-    planned = PlannedSolid(box=(x, y, z), volume=solid, load_cases=len(case.load_case))
+    planned = planned_solid(
+        planned_part(
+            resolved.part.surface,
+            resolved.domain,
+            latticed=resolved.part.volume * share,
+            solid=resolved.part.volume * (1.0 - share),
+            load_cases=len(case.load_case),
+        ),
+        density,
+        cell_surface(resolved.cell, density, resolved.layout.typical),
+    )
     fine = small_solid_spacing(able.analysis, planned, grid.spacing, case.run)
     if fine < grid.spacing:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
@@ -202,7 +210,3 @@ def budget_warnings(resolved: ResolvedCase, run: PredictedRun) -> tuple[str, ...
             f"{limits.time / 60:.3g} min of [run] time: it may end before its design is accepted"
         )
     return tuple(remarks)
-
-
-def _corners(resolved: ResolvedCase) -> np.ndarray:
-    return resolved.part.surface.vertices

@@ -102,7 +102,9 @@ def accept_design(
     surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
     limits = setup.problem.limits
-    whole = judge_whole(limits, printed_stage(setup, surface, analysed, announce.listener))
+    whole = judge_whole(
+        limits, printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
+    )
     announce.took("whole printed surface", time.perf_counter() - began)
     acceptance = _body_fitted(setup, surface, analysed, whole, announce)
     if acceptance.scope == "whole":

@@ -28,7 +28,7 @@ from gradedesign.loop.iteration_steps import (
     size_design,
 )
 from gradedesign.loop.lesson import Lesson, Prior, learn
-from gradedesign.loop.planned_solid import planned_solid
+from gradedesign.loop.planned_design import planned_design
 from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
@@ -131,7 +131,7 @@ def analyse_cells(
     else:
         follows = explicit_spacing(problem, cells, grid)
         fine = small_solid_spacing(
-            problem.analysis, planned_solid(setup, rho), follows, problem.case.run
+            problem.analysis, planned_design(setup, rho), follows, problem.case.run
         )
         resolution = Resolution(
             spacing=min(fine, at_most), coarsest=follows * problem.analysis.coarsest

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
+from gradedesign.arrays import FloatArray
 from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.planned_design import planned_design
 from gradedesign.mesh.printed_field import field_within, surface_search
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
-from gradedesign.verify.analysis import PlannedSolid, Resolution
+from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
 from gradedesign.verify.finite_cells import FINITE_CELLS, ORDERS
 from gradedesign.verify.whole_resolution import (
@@ -30,22 +30,17 @@ BAND = 2.0
 
 
 def printed_stage(
-    setup: Setup, surface: SurfaceMesh, analysed: Analysed, on_event: Listener
+    setup: Setup, surface: SurfaceMesh, analysed: Analysed, rho: FloatArray, on_event: Listener
 ) -> WholeStage:
     """Finite cells on the surface as read back from its file.
 
-    The first spacing resolves walls and struts as the explicit analysis does.
+    The first spacing resolves walls and struts as the explicit analysis does. ``rho`` is the
+    density of every element of the part, from which the cost of a spacing follows.
     """
     run, solid = setup.problem.case.run, analysed.solid
     own = setup.problem.analysis.name == FINITE_CELLS.name
     division = analysed.result.solved.division
-    x, y, z = np.ptp(setup.problem.part.surface.vertices, axis=0).tolist()
-    planned = PlannedSolid(
-        box=(x, y, z),
-        volume=analysed.result.volume,
-        load_cases=len(setup.problem.case.load_case),
-    )
-
+    planned = replace(planned_design(setup, rho), volume=analysed.result.volume)
     search = surface_search(surface)
 
     def need(spacing: float) -> tuple[bool, str]:

@@ -10,7 +10,7 @@ from gradedesign.case.run_schema import RunSpec
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
-from gradedesign.loop.planned_solid import planned_solid
+from gradedesign.loop.planned_design import planned_design
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
 from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
@@ -43,7 +43,7 @@ def run_work(setup: Setup, solid: Sequence[LimitRow] = ()) -> RunWork:
     """
     case = setup.problem.case
     density = guessed_density(setup, solid)
-    planned = planned_solid(setup, density)
+    planned = planned_design(setup, density)
     spacing = predicted_spacing(setup, density, planned)
     explicit = setup.problem.analysis.estimate(planned, spacing)
     first = min(

@@ -16,10 +16,12 @@ import numpy as np
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
+from gradedesign.cell.cell_surface import CellSurface, cell_surface
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.resolve.least_density import SAMPLES, Need, Needs, least_fitting, need_of
-from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
+from gradedesign.resolve.planned_solid import PlannedPart, planned_solid
+from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.verify.whole_resolution import first_spacing
 
 #: Mean density that a sized lattice is expected to have: this share of its window above the lower
@@ -86,8 +88,7 @@ def analysable_bounds(
     least_size: float,
     analysis: ExplicitAnalysis,
     *,
-    latticed: float,
-    solid: float,
+    part: PlannedPart,
     domain: DesignDomain,
 ) -> Analysable:
     """Raise the lower density bound to the least that the budgets can analyse and accept.
@@ -102,8 +103,8 @@ def analysable_bounds(
     least_size : float, mm
         Shortest extent of any cell.
     analysis : ExplicitAnalysis
-    latticed, solid : float, mm^3
-        Volume that becomes lattice, and volume that stays solid.
+    part : PlannedPart
+        With the volumes of its lattice and of what stays solid.
     domain : DesignDomain
 
     Returns
@@ -119,10 +120,10 @@ def analysable_bounds(
     stated = case.lattice.wall
     walls = np.full(SAMPLES, stated) if stated else _walls(cell, rho, least_size)
     mean = rho if case.lattice.grading == "uniform" else rho + EXPECTED_SHARE * (high - rho)
-    x, y, z = (domain.upper - domain.lower).tolist()
+    surfaces = cell_surface(cell, mean, least_size)
     planned = [
-        PlannedSolid(box=(x, y, z), volume=float(volume), load_cases=len(case.load_case))
-        for volume in solid + latticed * mean
+        planned_solid(part, *of_lattice)
+        for of_lattice in zip(mean, map(CellSurface, *surfaces), strict=True)
     ]
 
     def wanted(k: int) -> float:

@@ -47,6 +47,7 @@ from gradedesign.resolve.open_loads import open_load_warnings
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
+from gradedesign.resolve.planned_solid import planned_part
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.print_checks import require_voxels_fit
 from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
@@ -249,6 +250,13 @@ def analysable_lattice(
     latticed, solid : float, mm^3
         Volume that becomes lattice, and volume that stays solid.
     """
+    part = planned_part(
+        resolved.part.surface,
+        resolved.domain,
+        latticed=latticed,
+        solid=solid,
+        load_cases=len(resolved.case.load_case),
+    )
     return chosen_analysis(
         [
             analysable_together(
@@ -259,8 +267,7 @@ def analysable_lattice(
                         window,
                         resolved.layout.least,
                         analysis,
-                        latticed=latticed,
-                        solid=solid,
+                        part=part,
                         domain=resolved.domain,
                     )
                     for zone, window in zip(stated_zones(resolved), bounds, strict=True)

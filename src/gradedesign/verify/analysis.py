@@ -43,11 +43,17 @@ class PlannedSolid:
         Edges of the part's box.
     volume : float, mm^3
         Expected of the solid.
+    projections : float, mm^2
+        Area of its surface projected along each of three axes, together.
+    curvature : float, mm
+        Integral of mean curvature over its surface.
     load_cases : int
     """
 
     box: tuple[float, float, float]
     volume: float
+    projections: float
+    curvature: float
     load_cases: int
 
 

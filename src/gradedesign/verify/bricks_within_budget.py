@@ -145,7 +145,8 @@ def divided_within_budget(
                     requested=spacing,
                     refused=tuple(refused),
                 )
-            step = 1.02 * (need / memory) ** (1 / 3)
+            # Unknowns fall at least with the square of the spacing: those of a surface.
+            step = 1.02 * (need / memory) ** (1 / 2)
             words = (
                 f"finite cells of {spacing:.3g} mm have {unknowns / 1e6:.3g} M unknowns and need "
                 f"{need / 1e9:.3g} GB, more than [run] memory {memory / 1e9:.3g} GB"

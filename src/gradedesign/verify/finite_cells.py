@@ -28,6 +28,7 @@ from gradedesign.verify.finite_cell_fields import FiniteCellFields
 from gradedesign.verify.grid_resolution import LAYER_ELEMENTS
 from gradedesign.verify.grid_resolution import elements_per_wall as tets_per_wall
 from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.spacing_for import spacing_for
 from gradedesign.verify.tets import TETS_PER_GRID_CELL
 
 log = logging.getLogger(__name__)
@@ -44,9 +45,6 @@ STRUT, BRICKS_PER_STRUT = 2.0, 0.9
 #: that was observed; less than 1 where plates meet sheets in re-entrant edges and one cell is
 #: across.
 ORDERS = (0.75, 1.5, 3.0)
-#: Bricks that hold solid per solid volume of a brick, and unknowns of each: measured 2.7 and 28 to
-#: 30 on gyroid sheets of 1.4 walls a brick; solid layers have fewer.
-BRICKS_PER_SOLID, UNKNOWNS_PER_BRICK = 2.7, 29.0
 #: Seconds for each brick of the box (sampling its field) and each unknown (the first load case) on
 #: two idle cores, and what a further load case adds as a share of the latter: set-up is shared.
 BRICK_S, UNKNOWN_S, MORE_CASES = 1e-4, 1.8e-5, 0.7
@@ -99,9 +97,9 @@ def solve_finite_cells(
 
 def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     """Size of the analysis on bricks of a spacing, mm."""
-    bricks = float(np.ceil(np.asarray(planned.box) / spacing).prod())
-    active = BRICKS_PER_SOLID * planned.volume / spacing**3
-    unknowns = int(UNKNOWNS_PER_BRICK * (min(active, bricks) if bricks else active))
+    edges = np.ceil(np.asarray(planned.box) / spacing)
+    bricks = float(edges.prod())
+    unknowns = int(min(touched_unknowns(planned, spacing), 3.0 * float((2.0 * edges + 1.0).prod())))
     surface_tets = TETS_PER_GRID_CELL * planned.volume / (SURFACE_PER_BRICK * spacing) ** 3
     return AnalysisEstimate(
         unknowns=unknowns,
@@ -112,13 +110,31 @@ def estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
     )
 
 
+def touched_unknowns(planned: PlannedSolid, spacing: float) -> float:
+    """Displacements at the nodes of all bricks that a solid touches, wherever the grid lies.
+
+    A node is there if the solid reaches one of its bricks: if it lies in the solid, grown by a box
+    of one or two bricks an edge. By Steiner's formula the volume of a solid grown by a box of edges
+    a, b, c is ``V + (a + b + c) P / 6 + (ab + bc + ca) M / (2 pi)`` for a surface whose
+    projections P along three axes are alike; a brick has 8 nodes of its own: its centre, and three
+    faces, three edges and one corner that it shares.
+
+    References
+    ----------
+    L. A. Santalo (1976), Integral Geometry and Geometric Probability, chapter III.13.
+    """
+    return (
+        24.0 * planned.volume / spacing**3
+        + 18.0 * planned.projections / spacing**2
+        + 81.0 / np.pi * planned.curvature / spacing
+    )
+
+
 def fitted_spacing(planned: PlannedSolid, spacing: float, memory_bytes: float) -> float:
     """Longest edge that bricks have, mm: one that the memory holds and that divides the box."""
-    need = estimate(planned, spacing).unknowns * BYTES_PER_UNKNOWN
-    room = max(memory_bytes - BASE_BYTES, 1.0)
-    step = (need / room) ** (1 / 3)
-    if 1.0 < step <= COARSEST:
-        spacing *= step
+    room = (memory_bytes - BASE_BYTES) / BYTES_PER_UNKNOWN
+    if estimate(planned, spacing).unknowns > room:
+        spacing = spacing_for(estimate, planned, room, spacing, COARSEST * spacing) or spacing
     box = np.asarray(planned.box)
     return float((box / np.ceil(box / spacing * (1.0 - 1e-9))).max())
 

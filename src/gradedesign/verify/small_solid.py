@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gradedesign.case.run_schema import RunSpec
 from gradedesign.verify.analysis import ExplicitAnalysis, PlannedSolid
+from gradedesign.verify.spacing_for import spacing_for
 
 #: Largest spacing that walls and layers ask for over the one taken.
 FINEST = 1.7
@@ -28,5 +29,8 @@ def small_solid_spacing(
     """
     if run.elements_per_wall is not None or run.explicit_mesh_size is not None:
         return spacing
-    step = (analysis.affordable / max(analysis.estimate(planned, spacing).unknowns, 1)) ** (1 / 3)
-    return spacing / min(max(step, 1.0), FINEST)
+    if analysis.estimate(planned, spacing).unknowns >= analysis.affordable:
+        return spacing
+    finest = spacing / FINEST
+    fine = spacing_for(analysis.estimate, planned, analysis.affordable, finest, spacing)
+    return fine or finest
