@@ -15,7 +15,7 @@ from pathlib import Path
 from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.verdict import Factors, all_hold
-from gradedesign.loop.accepted import Accepted, accept_design, export_surface, without_band
+from gradedesign.loop.accepted import Accepted, accept_design, export_surface
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import why_ended
 from gradedesign.loop.graded_cells import with_cells
@@ -267,8 +267,6 @@ def judge(
     with announce.stage("acceptance"):
         accepted = accept_design(setup, out, iteration, analysed, announce)
     announce.limits("acceptance", accepted.rows)
-    if missing := without_band(accepted.rows):
-        names = ", ".join(dict.fromkeys(row.name for row in missing))
-        why = "; ".join(accepted.whole.refused)
-        announce.say("acceptance", f"not accepted, {names} at one resolution only: {why}")
+    if accepted.unjudged:
+        announce.say("acceptance", f"not accepted, {accepted.unjudged}")
     return accepted

@@ -83,8 +83,8 @@ def taught(factor):
 class Faked:
     """Stages that take given iterations; `accepts` maps one to accepted over explicit values."""
 
-    def __init__(self, designs, accepts=None, ends=None, **start):
-        self.left, self.accepts = list(designs), accepts or {}
+    def __init__(self, designs, accepts=None, ends=None, unjudged=None, **start):
+        self.left, self.accepts, self.unjudged = list(designs), accepts or {}, unjudged or {}
         self.ends = ends or (lambda _: None)
         self.start = Progress(**start)
         self.judged, self.given, self.iterations_stored, self.saved = [], [], [], []
@@ -104,8 +104,9 @@ class Faked:
         return SimpleNamespace(
             iteration=done,
             rows=rows,
-            holds=all_hold(rows),
+            holds=all_hold(rows) and number not in self.unjudged,
             factors=learned_factors(done.rows, rows),
+            unjudged=self.unjudged.get(number, ""),
         )
 
     def run(self):
@@ -168,6 +169,23 @@ def test_the_second_design_that_holds_teaches_before_one_is_tight():
     little = Faked([an_iteration(n, 0.8) for n in (1, 2, 3)], ends=after(3))
     little.run()
     assert [number for number, _ in little.judged] == [1]  # the lightest left, at the end
+
+
+def test_two_designs_at_one_resolution_only_end_the_loop():
+    why = "displacement of tip at one resolution only: elements of 1 mm are out of budget"
+    values = (0.98, 0.99, 0.955, 0.98)
+    designs = [an_iteration(n, value) for n, value in enumerate(values, start=1)]
+    faked = Faked(designs, unjudged={1: why, 2: why})
+    outcome = faked.run()
+    assert outcome.ended.by == "unjudged"
+    assert why in outcome.ended.words
+    assert "more [run] memory" in outcome.ended.words
+    # Neither of them is judged again, and no other design is tried.
+    assert [number for number, _ in faked.judged] == [1, 2]
+    # One that can be judged in between starts the count again.
+    faked = Faked(designs, accepts={2: (1.03,)}, unjudged={1: why, 3: why})
+    assert faked.run().ended.by == "tight"
+    assert [number for number, _ in faked.judged] == [1, 2, 3, 4]
 
 
 def test_fields_of_what_decides_no_more_are_freed():
@@ -433,7 +451,9 @@ class Judge:
         replaced = {
             "export_surface": lambda *_: (None, None, "0"),
             "printed_stage": lambda *_: None,
-            "judge_whole": lambda *_: SimpleNamespace(rows=self.found, result=None),
+            "judge_whole": lambda *_: SimpleNamespace(
+                rows=self.found, result=None, refused=("elements of 5 mm need 9 GB",)
+            ),
             "accept_whole": self.whole,
             "accept_submodels": self.submodels,
             "limit_rows": lambda _limits, found, judge: tuple(
@@ -566,6 +586,9 @@ def test_a_limit_without_a_band_does_not_hold(monkeypatch):
     judge.found = (moved(0.9, PULL),)
     found = judge.accept(an_iteration(1, 0.98))
     assert (all_hold(found.rows), found.holds) == (True, False)
+    assert (
+        found.unjudged == f"{found.rows[0].name} at one resolution only: elements of 5 mm need 9 GB"
+    )
 
 
 def test_bands_hold_what_the_mesh_of_the_whole_lattice_shows(monkeypatch):
@@ -625,9 +648,9 @@ def test_a_limit_without_a_second_resolution_says_why_it_is_not_accepted(monkeyp
         judged_by="finite cells", converges=True,
     )  # fmt: skip
     why = "elements of 5 mm were refused: they need 9 GB"
-    once = SimpleNamespace(rows=(row,), whole=SimpleNamespace(refused=(why,)))
+    once = SimpleNamespace(rows=(row,), unjudged=f"tip at one resolution only: {why}")
     band = Banded(value=0.9, low=0.89, high=0.91, sizes_mm=(1.0, 0.7))
-    twice = SimpleNamespace(rows=(replace(row, band=band),), whole=once.whole)
+    twice = SimpleNamespace(rows=(replace(row, band=band),), unjudged="")
     said = []
     announce = Announcer(lambda event: said.append(event.message or ""))
     for accepted, words in ((once, f"tip at one resolution only: {why}"), (twice, None)):

@@ -70,6 +70,8 @@ class Accepted:
     fitted : frozenset of LimitKey
         Limits whose value is that of the body-fitted meshes.
     holds : bool
+    unjudged : str
+        Limits that were analysed at one resolution only, and why; empty where all have a band.
     """
 
     iteration: DesignIteration
@@ -83,6 +85,7 @@ class Accepted:
     factors: Factors
     fitted: frozenset[LimitKey]
     holds: bool
+    unjudged: str
 
 
 def accept_design(
@@ -128,6 +131,7 @@ def accept_design(
         factors=learned_factors(iteration.rows, rows),
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
+        unjudged=_unjudged(rows, whole.refused),
     )
 
 
@@ -259,6 +263,12 @@ def with_submodels(
         words = f"{row.judged_by} times the ratio of {len(submodels)} submodels"
         out.append(row if factor is None else row.scaled(factor, words))
     return tuple(out)
+
+
+def _unjudged(rows: Sequence[LimitRow], refused: Sequence[str]) -> str:
+    """Limits without a band, with the resolutions that were refused; empty without any."""
+    names = ", ".join(dict.fromkeys(row.name for row in without_band(rows)))
+    return f"{names} at one resolution only: {'; '.join(refused)}" if names else ""
 
 
 def without_band(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:

@@ -33,11 +33,12 @@ class Ended:
 
     Attributes
     ----------
-    by : {"tight", "enclosed", "iterations", "time", "stuck", "saturated", "refused"}
+    by : {"tight", "enclosed", "iterations", "time", "stuck", "saturated", "refused", "unjudged"}
         ``tight``: the lightest design that was looked for was accepted. ``enclosed``: one that is
         hardly lighter was refused. ``iterations``, ``time``: a budget of [run]. ``stuck``: the last
         iteration changed nothing. ``saturated``: no density of this lattice can hold a limit.
-        ``refused``: the next design could not be analysed.
+        ``refused``: the next design could not be analysed. ``unjudged``: two designs in succession
+        could be analysed at one resolution only.
     words : str
         For the verdict.
     """
@@ -120,6 +121,22 @@ def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
     if lighter < (1.0 - ENCLOSED) * mass:
         return None
     return Ended(by="enclosed", words=f"a design of {1 - lighter / mass:.2%} less mass was refused")
+
+
+def unjudged_end(unjudged: str) -> Ended:
+    """End where designs cannot be judged: nothing is known of the error of a value.
+
+    Parameters
+    ----------
+    unjudged : str
+        `Accepted.unjudged` of the last one.
+    """
+    return Ended(
+        by="unjudged",
+        words=f"two designs in succession were analysed with {unjudged}; more [run] memory and "
+        f"time, a higher lower density, larger cells or a coarser [run] elements_per_wall would "
+        f"let a second resolution tell the error",
+    )
 
 
 def refused_end(iterations: Sequence[DesignIteration], error: GradeDesignError) -> Ended:

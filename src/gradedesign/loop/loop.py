@@ -18,13 +18,16 @@ from gradedesign.limits.verdict import (
     worst_utilisation,
 )
 from gradedesign.loop.accepted import Accepted
-from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end, refused_end
+from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end, refused_end, unjudged_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
 
 #: Least utilisation of a limit at which acceptance of a design corrects the next one.
 NEAR = 0.88
 #: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
 MAY_HOLD = 1.02
+#: Designs in succession that could be analysed at one resolution only, after which no other is
+#: tried: those of one case need much the same.
+MOST_UNJUDGED = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +121,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     start = Progress() if start is None else start
     iterations, refused = start.iterations, start.refused
     factors, last = start.factors, start.last
-    tried = set(refused)
+    tried, unjudged = set(refused), 0
     accepted: Accepted | None = None
     analysed: Analysed | None = None
     while True:
@@ -142,6 +145,10 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             if not latest.holds:
                 refused = (*refused, iterations[-1].summary.number)
             stages.store_acceptance(refused, factors, judged)
+            unjudged = unjudged + 1 if latest.unjudged else 0
+            if unjudged == MOST_UNJUDGED:
+                ended = unjudged_end(latest.unjudged)
+                break
             enclosed = _enclosed(accepted, iterations, refused)
             if enclosed is not None:
                 ended = enclosed
@@ -162,7 +169,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             break
         iterations = (*iterations, iteration)
         stages.store_iteration(iterations)
-    if accepted is None or not accepted.holds:
+    if (accepted is None or not accepted.holds) and ended.by != "unjudged":
         accepted = _best_left(stages, iterations, factors, tried) or accepted
         if (accepted is None or not accepted.holds) and ended.by == "iterations":
             accepted = _nearest_left(stages, iterations, factors, tried) or accepted

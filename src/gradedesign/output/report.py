@@ -31,6 +31,7 @@ _ENDED = {
     "time": "its time was used up",
     "stuck": "the last iteration changed nothing",
     "saturated": "no density of this lattice can hold a limit",
+    "unjudged": "its designs could be analysed at one resolution only",
     "solid": "the fully solid part breaks a limit",
     "stop_after": "the case asks for no more",
     "error": "of an error",

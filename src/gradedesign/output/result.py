@@ -110,7 +110,8 @@ class RunResult:
         ``tight``: a design with a limit at 97 % or more was accepted. ``enclosed``: a design was
         accepted, and one of at most 1 % less mass refused. ``iterations``, ``time``: that budget.
         ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
-        hold a limit. ``refused``: the next design could not be analysed. ``solid``: the solid part
+        hold a limit. ``refused``: the next design could not be analysed. ``unjudged``: two
+        designs in succession could be analysed at one resolution only. ``solid``: the solid part
         breaks a limit. ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
     solid : tuple of LimitRow
