@@ -169,8 +169,9 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             break
         iterations = (*iterations, iteration)
         stages.store_iteration(iterations)
-    if (accepted is None or not accepted.holds) and ended.by != "unjudged":
-        accepted = _best_left(stages, iterations, factors, tried) or accepted
+    if accepted is None or not accepted.holds:
+        if ended.by != "unjudged":
+            accepted = _best_left(stages, iterations, factors, tried) or accepted
         if (accepted is None or not accepted.holds) and ended.by == "iterations":
             accepted = _nearest_left(stages, iterations, factors, tried) or accepted
     elif ended.by == "iterations" and last is not None:
