@@ -13,6 +13,7 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.report import render_report
 from gradedesign.output.result import RunResult, as_json, from_json
+from gradedesign.resolve import print_checks
 from gradedesign.results.printable import with_print_limits
 from gradedesign.verify.printability import measure_printability
 from gradedesign.verify.wall_thickness import wall_thickness
@@ -147,6 +148,7 @@ def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path
     assert (result.status, result.lightest) == ("not_met", False)
     # 8 x 2 mm of the bar, 4.5 mm up.
     assert "all holds; but print support volume is 7" in result.reason
+    assert result.reason.endswith("(another [print] build_direction or another cell would help)")
     assert [row.passed for row in result.limits] == [True, False]
     data = as_json(result)
     assert data["measures"]["printability"]["islands"]["count"] == 0
@@ -155,3 +157,7 @@ def test_a_met_design_that_breaks_a_print_limit_is_not_met_and_reported(tmp_path
     for words in ("How it is printed", "print support volume", "BROKEN", "to first order"):
         assert words in page
     assert with_print_limits(met, case, None, None) == met
+
+
+def test_every_limit_of_the_print_has_a_remedy():
+    assert set(print_checks._HELPS) == set(PrintLimitsSpec.model_fields)

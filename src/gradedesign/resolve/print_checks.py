@@ -29,6 +29,15 @@ from gradedesign.verify.wall_thickness import WallThickness
 _MEMORY_SHARE = 0.5
 #: Percentiles that limits are set on, %.
 _THIN, _NARROW = "5", "5"
+#: Changes of the case that help where a limit of ``[print.limits]`` is broken.
+_HELPS = {
+    "thickness": "[print] min_wall, larger cells or a higher lower density",
+    "pore_throat": "larger cells or a lower upper density",
+    "overhang": "another [print] build_direction or another cell",
+    "support_volume": "another [print] build_direction or another cell",
+    "islands": "another [print] build_direction or a skin",
+    "trapped_powder": "[lattice] drain, no skin, or a cell with an open void",
+}
 
 
 def require_voxels_fit(case: CaseIdentity, part: SurfaceMesh) -> None:
@@ -113,11 +122,12 @@ def print_rows(case: CaseIdentity, printability: Printability | None) -> tuple[L
 
 
 def broken_words(rows: Sequence[LimitRow]) -> str:
-    """The limits of ``[print.limits]`` that do not hold, for the verdict; empty where all do."""
+    """The limits of ``[print.limits]`` that do not hold, and what helps; empty where all do."""
     return "; ".join(
         f"{row.name} is {row.value:.4g} {row.unit}".rstrip()
         + f" instead of {'at least' if row.unfavourable == 'low' else 'at most'} "
         + f"{row.limit:.4g} {row.unit}".rstrip()
+        + f" ({_HELPS[row.key.region]} would help)"
         for row in rows
         if not row.passed
     )
