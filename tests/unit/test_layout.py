@@ -5,6 +5,7 @@ import pytest
 from gradedesign.cli import show
 from gradedesign.cli.layout import table_lines, wrapped
 from gradedesign.cli.run import print_verdict
+from gradedesign.cli.show import without_noise
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
@@ -119,3 +120,9 @@ def test_a_unit_stays_with_its_number():
     for width in range(20, 40):
         for line in wrapped("found 12 MPa beside 3.5 mm and 7 % more", width=width):
             assert not line.endswith(("12", "3.5", "7"))
+
+
+def test_rounding_noise_beside_a_part_is_shown_as_zero():
+    assert without_noise([-1.301e-15, 12.5, 25.0], 25.0) == [0.0, 12.5, 25.0]
+    # What is small but no noise stays.
+    assert without_noise([1e-6], 25.0) == [1e-6]

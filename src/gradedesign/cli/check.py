@@ -20,7 +20,7 @@ from gradedesign.cli.check_data import (
 )
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
+from gradedesign.cli.show import print_json, print_table, print_text, print_warnings, without_noise
 from gradedesign.cli.show_answer import answer_data, print_answer
 from gradedesign.errors import CaseError
 from gradedesign.loop.stages import default_folder
@@ -129,11 +129,11 @@ def print_check(checked: CaseCheck) -> None:
     resolved = checked.resolved
     for line in _part_lines(checked):
         print_text(line, hang=2)
-    regions = sorted(resolved.part.regions.items())
+    regions, size = sorted(resolved.part.regions.items()), _extent(checked)
     print_table(
         "Regions",
         ("region", "faces", "area mm^2", "centroid mm"),
-        [(n, str(len(r.faces)), f"{r.area:.4g}", _triple(r.centroid)) for n, r in regions],
+        [(n, str(len(r.faces)), f"{r.area:.4g}", _triple(r.centroid, size)) for n, r in regions],
     )
     if solids := passive_solids(checked):
         print_table(
@@ -182,7 +182,7 @@ def _print_file_faces(checked: CaseCheck) -> None:
                 row["color"] or "",
                 f"{row['area_mm2']:.4g}",
                 _surface_words(row),
-                _triple(np.array(row["centroid_mm"])),
+                _triple(np.array(row["centroid_mm"]), _extent(checked)),
             )
             for row in rows[:_MOST_FILE_FACES]
         ],
@@ -206,7 +206,7 @@ def _print_holes(checked: CaseCheck) -> None:
                 "hole" if group.concave else "boss or rounding",
                 str(group.count),
                 group.selector,
-                _points(group.points),
+                _points(group.points, _extent(checked)),
             )
             for group in checked.holes[:_MOST_HOLES]
         ],
@@ -223,7 +223,8 @@ def _print_loads(checked: CaseCheck) -> None:
             (balance.load_case, row.source, _triple(row.force), _triple(row.moment), "")
             for row in balance.rows
         ]
-        total = (_triple(balance.force), _triple(balance.moment), _triple(balance.about))
+        about = _triple(balance.about, _extent(checked))
+        total = (_triple(balance.force), _triple(balance.moment), about)
         rows.append((balance.load_case, "sum", *total))
     columns = ("load case", "on", "force N", "moment N mm", "about the held regions' centre, mm")
     print_table("Loads", columns, rows)
@@ -308,13 +309,18 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _points(points: FloatArray) -> str:
-    text = " ".join(_triple(point) for point in points[:_MOST_POINTS])
+def _points(points: FloatArray, size: float) -> str:
+    text = " ".join(_triple(point, size) for point in points[:_MOST_POINTS])
     more = len(points) - _MOST_POINTS
     return text if more <= 0 else f"{text} and {more} more"
 
 
-def _triple(vector: FloatArray) -> str:
-    """Three figures, without rounding noise beside larger ones."""
-    quiet = np.where(np.abs(vector) < 1e-9 * np.abs(vector).max(initial=0.0), 0.0, vector)
-    return f"({', '.join(f'{v + 0.0:.4g}' for v in quiet)})"
+def _triple(vector: FloatArray, size: float = 0.0) -> str:
+    """Three figures, without rounding noise beside each other and beside a size."""
+    largest = max(float(np.abs(vector).max(initial=0.0)), size)
+    return f"({', '.join(f'{v:.4g}' for v in without_noise(vector, largest))})"
+
+
+def _extent(checked: CaseCheck) -> float:
+    """Longest edge of the part's box, mm."""
+    return float(np.ptp(checked.resolved.part.surface.vertices, axis=0).max())

@@ -11,7 +11,14 @@ from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
 from gradedesign.cli.run import UNMET, holds_only_a_failure, print_result_json
-from gradedesign.cli.show import print_files, print_limits, print_table, print_text, print_warnings
+from gradedesign.cli.show import (
+    print_files,
+    print_limits,
+    print_table,
+    print_text,
+    print_warnings,
+    without_noise,
+)
 from gradedesign.generate.generate import generate as generate_lattice
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.result import RunResult
@@ -60,11 +67,12 @@ def print_generated(result: RunResult) -> None:
     axis, slabs = max(
         density["slabs"].items(), key=lambda item: max(item[1]["target"]) - min(item[1]["target"])
     )
+    edges = without_noise(slabs["edges_mm"], max(map(abs, slabs["edges_mm"])))
     rows = [
         (f"{low:.4g} to {high:.4g}", f"{t:.4f}", f"{f:.4f}", f"{s:.4f}", f"{s - t:+.4f}")
         for low, high, t, f, s in zip(
-            slabs["edges_mm"],
-            slabs["edges_mm"][1:],
+            edges,
+            edges[1:],
             slabs["target"],
             slabs["field"],
             slabs[measured_on],

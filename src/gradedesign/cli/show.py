@@ -12,6 +12,9 @@ import typer
 from gradedesign.cli.layout import say, table_lines, wrapped
 from gradedesign.limits.row import LimitRow
 
+#: Share of a size below which a value is rounding noise.
+_NOISE = 1e-9
+
 
 def print_json(data: Any) -> None:
     """Print plain data for another program."""
@@ -21,6 +24,11 @@ def print_json(data: Any) -> None:
 def print_text(text: str, *, hang: int = 0) -> None:
     """Print a text within the width, its later lines indented by ``hang``."""
     say("\n".join(wrapped(text, hang=hang)))
+
+
+def without_noise(values: Iterable[float], size: float) -> list[float]:
+    """Values for a person: 0 for what is rounding noise beside a size."""
+    return [0.0 if abs(value) < _NOISE * size else float(value) for value in values]
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
