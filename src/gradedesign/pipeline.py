@@ -21,7 +21,8 @@ from gradedesign.loop.ended import why_ended
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration import Analysed, DesignIteration, analyse_design, run_iteration
 from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
-from gradedesign.loop.loop import Progress, Stages, run_loop
+from gradedesign.loop.loop import Progress, run_loop
+from gradedesign.loop.loop_stages import Stages
 from gradedesign.loop.run_cost import RunCost
 from gradedesign.loop.stages import (
     default_folder,

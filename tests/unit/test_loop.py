@@ -18,11 +18,13 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
 from gradedesign.loop import accepted as accepting
 from gradedesign.loop import ended as ending
-from gradedesign.loop import iteration_steps, loop
+from gradedesign.loop import iteration_steps
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
-from gradedesign.loop.loop import Judged, Progress, Stages, run_loop
+from gradedesign.loop.left_designs import is_ready
+from gradedesign.loop.loop import Progress, run_loop
+from gradedesign.loop.loop_stages import Judged, Stages
 from gradedesign.output.result import Iteration
 from gradedesign.verify.acceptance import Acceptance, NoSubmodelError
 from gradedesign.verify.correction import Correction, Discrepancy
@@ -602,7 +604,7 @@ def test_bands_hold_what_the_mesh_of_the_whole_lattice_shows(monkeypatch):
     assert [r.value for r in with_factors(done.rows, found.factors)] == pytest.approx(
         [0.9996, 1.02]
     )
-    assert not loop._is_ready(done, found.factors)
+    assert not is_ready(done, found.factors)
 
 
 def test_stress_of_the_whole_lattice_is_that_of_its_mesh(monkeypatch):

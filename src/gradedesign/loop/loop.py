@@ -5,7 +5,7 @@ It depends on no mesh, solver or file: the steps of an iteration are injected as
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
@@ -18,50 +18,14 @@ from gradedesign.limits.verdict import (
     worst_utilisation,
 )
 from gradedesign.loop.accepted import Accepted
-from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end, refused_end, unjudged_end
+from gradedesign.loop.ended import TIGHT_END, Ended, refused_end, unjudged_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
+from gradedesign.loop.left_designs import NEAR, enclosed_by, is_ready, judge_left
+from gradedesign.loop.loop_stages import Judged, Stages
 
-#: Least utilisation of a limit at which acceptance of a design corrects the next one.
-NEAR = 0.88
-#: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
-MAY_HOLD = 1.02
 #: Designs in succession that could be analysed at one resolution only, after which no other is
 #: tried: those of one case need much the same.
 MOST_UNJUDGED = 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
-    """Outcome of an acceptance: whether the design holds; accepted over explicit values."""
-
-    holds: bool
-    factors: Factors
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stages:
-    """Stages of the loop, injected as functions.
-
-    Attributes
-    ----------
-    iterate : callable
-        Finished iterations and factors to the next iteration and its analysis: size with the
-        corrections so far, analyse explicitly and update the corrections.
-    accept : callable
-        An iteration, and its analysis where that is at hand, to the acceptance of its design.
-    why_ended : callable
-        Finished iterations and factors to the reason to end before another iteration, or None.
-    store_iteration : callable
-        Keeps the last of the finished iterations for a run that is resumed.
-    store_acceptance : callable
-        Keeps the iterations that were refused, the factors, and the last verdict.
-    """
-
-    iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
-    accept: Callable[[DesignIteration, Analysed | None], Accepted]
-    why_ended: Callable[[tuple[DesignIteration, ...], Factors], Ended | None]
-    store_iteration: Callable[[tuple[DesignIteration, ...]], None]
-    store_acceptance: Callable[[tuple[int, ...], Factors, Judged], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +92,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         if (
             iterations
             and iterations[-1].summary.number not in tried
-            and (_is_ready(iterations[-1], factors) or _teaches(iterations, factors, tried))
+            and (is_ready(iterations[-1], factors) or _teaches(iterations, factors, tried))
         ):
             tried.add(iterations[-1].summary.number)
             if accepted is not None and not accepted.holds:
@@ -149,7 +113,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             if unjudged == MOST_UNJUDGED:
                 ended = unjudged_end(latest.unjudged)
                 break
-            enclosed = _enclosed(accepted, iterations, refused)
+            enclosed = enclosed_by(accepted, iterations, refused)
             if enclosed is not None:
                 ended = enclosed
                 break
@@ -169,13 +133,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             break
         iterations = (*iterations, iteration)
         stages.store_iteration(iterations)
-    if accepted is None or not accepted.holds:
-        if ended.by != "unjudged":
-            accepted = _best_left(stages, iterations, factors, tried) or accepted
-        if (accepted is None or not accepted.holds) and ended.by == "iterations":
-            accepted = _nearest_left(stages, iterations, factors, tried) or accepted
-    elif ended.by == "iterations" and last is not None:
-        accepted, ended = _lighter_left(stages, iterations, last, accepted, ended, tried)
+    accepted, ended = judge_left(stages, iterations, factors, last, accepted, ended, tried)
     if accepted is None and refused:
         # Refused before this process: its rows are what decided.
         accepted = stages.accept(iterations[refused[-1] - 1], None)
@@ -199,85 +157,6 @@ def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factor
     return mean_factors(before.factors, now.factors)
 
 
-def _enclosed(
-    accepted: Accepted, iterations: Sequence[DesignIteration], refused: Sequence[int]
-) -> Ended | None:
-    """The end where the accepted design holds and a hardly lighter one was refused, or None.
-
-    A design far from all its limits is not the lightest because another one failed.
-    """
-    if not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
-        return None
-    masses = [iterations[number - 1].summary.mass_g for number in refused]
-    return enclosed_end(accepted.iteration.summary.mass_g, masses)
-
-
-def _best_left(
-    stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
-) -> Accepted | None:
-    """Accept the lightest earlier design that held every limit, if there is one left."""
-    candidates = [
-        i
-        for i in iterations
-        if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
-    ]
-    for iteration in sorted(candidates, key=lambda i: i.summary.mass_g):
-        accepted = stages.accept(iteration, None)
-        if accepted.holds:
-            return accepted
-    return None
-
-
-def _nearest_left(
-    stages: Stages, iterations: tuple[DesignIteration, ...], factors: Factors, tried: set[int]
-) -> Accepted | None:
-    """Accept the earlier design that by its factors breaks a limit least, if it may hold.
-
-    Nothing is judged where there is no time for another iteration.
-    """
-    used = {
-        worst_utilisation(with_factors(i.rows, factors)): i
-        for i in iterations
-        if i.summary.number not in tried
-    }
-    if not used or min(used) > MAY_HOLD:
-        return None
-    if stages.why_ended(iterations[:-1], factors) is not None:
-        return None
-    latest = stages.accept(used[min(used)], None)
-    return latest if latest.holds else None
-
-
-def _lighter_left(
-    stages: Stages,
-    iterations: tuple[DesignIteration, ...],
-    last: Judged,
-    accepted: Accepted,
-    ended: Ended,
-    tried: set[int],
-) -> tuple[Accepted, Ended]:
-    """Judge the lightest earlier design that uses a limit by the latest factors, if any.
-
-    The factors of two acceptances differ by some per cent where walls meet faces: a design that the
-    first ones broke may hold. Either it is accepted, or it shows that the accepted one is the
-    lightest. Nothing is judged where there is no time for another iteration.
-    """
-    mass = accepted.iteration.summary.mass_g
-    candidates = [
-        i
-        for i in iterations
-        if i.summary.number not in tried and i.summary.mass_g < mass and _is_ready(i, last.factors)
-    ]
-    if not candidates or stages.why_ended(iterations[:-1], last.factors) is not None:
-        return accepted, ended
-    latest = stages.accept(min(candidates, key=lambda i: i.summary.mass_g), None)
-    if not latest.holds:
-        number = latest.iteration.summary.number
-        return accepted, _enclosed(accepted, iterations, (number,)) or ended
-    tight = is_tight(latest.rows, at_lower_bound=latest.iteration.at_lower_bound)
-    return latest, TIGHT_END if tight else ended
-
-
 def _better(earlier: Accepted | None, later: Accepted) -> Accepted:
     """The design that holds; of two, the lighter; of none, the later."""
     if earlier is None or not earlier.holds:
@@ -295,9 +174,3 @@ def _teaches(iterations: Sequence[DesignIteration], factors: Factors, tried: set
     rows = with_factors(iterations[-1].rows, factors)
     near = worst_utilisation(rows) >= NEAR
     return not tried and len(iterations) > 1 and all_hold(rows) and near
-
-
-def _is_ready(iteration: DesignIteration, factors: Factors) -> bool:
-    """Whether explicit values times the factors of acceptance hold, and use up a limit."""
-    rows = with_factors(iteration.rows, factors)
-    return all_hold(rows) and is_tight(rows, at_lower_bound=iteration.at_lower_bound)

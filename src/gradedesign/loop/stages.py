@@ -15,7 +15,7 @@ from gradedesign.limits.key import LimitKey, keyed_from_json
 from gradedesign.limits.row import row_from_json
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.iteration import DesignIteration
-from gradedesign.loop.loop import Judged
+from gradedesign.loop.loop_stages import Judged
 from gradedesign.output.result import iteration_from_json
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.correction import Correction, Discrepancy

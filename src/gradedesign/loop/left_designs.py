@@ -1,0 +1,146 @@
+"""Designs that the loop has analysed but not judged: which of them to judge when it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gradedesign.limits.verdict import (
+    Factors,
+    all_hold,
+    is_tight,
+    with_factors,
+    worst_utilisation,
+)
+from gradedesign.loop.accepted import Accepted
+from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end
+from gradedesign.loop.iteration import DesignIteration
+from gradedesign.loop.loop_stages import Judged, Stages
+
+#: Least utilisation of a limit at which acceptance of a design corrects the next one.
+NEAR = 0.88
+#: A design with this expected utilisation may hold: factors of two acceptances differ by 1 to 3 %.
+MAY_HOLD = 1.02
+
+
+def judge_left(
+    stages: Stages,
+    iterations: tuple[DesignIteration, ...],
+    factors: Factors,
+    last: Judged | None,
+    accepted: Accepted | None,
+    ended: Ended,
+    tried: set[int],
+) -> tuple[Accepted | None, Ended]:
+    """Judge what the loop left, where it may hold or be lighter than the accepted design.
+
+    Parameters
+    ----------
+    stages : Stages
+    iterations : tuple of DesignIteration
+    factors : Factors
+        Accepted over explicit values, by the last acceptance.
+    last : Judged or None
+        Design that was judged last.
+    accepted : Accepted or None
+    ended : Ended
+    tried : set of int
+        Numbers of the iterations that were judged.
+
+    Returns
+    -------
+    accepted : Accepted or None
+    ended : Ended
+    """
+    if accepted is None or not accepted.holds:
+        if ended.by != "unjudged":
+            accepted = _best_left(stages, iterations, factors, tried) or accepted
+        if (accepted is None or not accepted.holds) and ended.by == "iterations":
+            accepted = _nearest_left(stages, iterations, factors, tried) or accepted
+    elif ended.by == "iterations" and last is not None:
+        accepted, ended = _lighter_left(stages, iterations, last, accepted, ended, tried)
+    return accepted, ended
+
+
+def enclosed_by(
+    accepted: Accepted, iterations: Sequence[DesignIteration], refused: Sequence[int]
+) -> Ended | None:
+    """The end where the accepted design holds and a hardly lighter one was refused, or None.
+
+    A design far from all its limits is not the lightest because another one failed.
+    """
+    if not accepted.holds or worst_utilisation(accepted.rows) < NEAR:
+        return None
+    masses = [iterations[number - 1].summary.mass_g for number in refused]
+    return enclosed_end(accepted.iteration.summary.mass_g, masses)
+
+
+def is_ready(iteration: DesignIteration, factors: Factors) -> bool:
+    """Whether explicit values times the factors of acceptance hold, and use up a limit."""
+    rows = with_factors(iteration.rows, factors)
+    return all_hold(rows) and is_tight(rows, at_lower_bound=iteration.at_lower_bound)
+
+
+def _best_left(
+    stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
+) -> Accepted | None:
+    """Accept the lightest earlier design that held every limit, if there is one left."""
+    candidates = [
+        i
+        for i in iterations
+        if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
+    ]
+    for iteration in sorted(candidates, key=lambda i: i.summary.mass_g):
+        accepted = stages.accept(iteration, None)
+        if accepted.holds:
+            return accepted
+    return None
+
+
+def _nearest_left(
+    stages: Stages, iterations: tuple[DesignIteration, ...], factors: Factors, tried: set[int]
+) -> Accepted | None:
+    """Accept the earlier design that by its factors breaks a limit least, if it may hold.
+
+    Nothing is judged where there is no time for another iteration.
+    """
+    used = {
+        worst_utilisation(with_factors(i.rows, factors)): i
+        for i in iterations
+        if i.summary.number not in tried
+    }
+    if not used or min(used) > MAY_HOLD:
+        return None
+    if stages.why_ended(iterations[:-1], factors) is not None:
+        return None
+    latest = stages.accept(used[min(used)], None)
+    return latest if latest.holds else None
+
+
+def _lighter_left(
+    stages: Stages,
+    iterations: tuple[DesignIteration, ...],
+    last: Judged,
+    accepted: Accepted,
+    ended: Ended,
+    tried: set[int],
+) -> tuple[Accepted, Ended]:
+    """Judge the lightest earlier design that uses a limit by the latest factors, if any.
+
+    The factors of two acceptances differ by some per cent where walls meet faces: a design that the
+    first ones broke may hold. Either it is accepted, or it shows that the accepted one is the
+    lightest. Nothing is judged where there is no time for another iteration.
+    """
+    mass = accepted.iteration.summary.mass_g
+    candidates = [
+        i
+        for i in iterations
+        if i.summary.number not in tried and i.summary.mass_g < mass and is_ready(i, last.factors)
+    ]
+    if not candidates or stages.why_ended(iterations[:-1], last.factors) is not None:
+        return accepted, ended
+    latest = stages.accept(min(candidates, key=lambda i: i.summary.mass_g), None)
+    if not latest.holds:
+        number = latest.iteration.summary.number
+        return accepted, enclosed_by(accepted, iterations, (number,)) or ended
+    tight = is_tight(latest.rows, at_lower_bound=latest.iteration.at_lower_bound)
+    return latest, TIGHT_END if tight else ended
