@@ -661,3 +661,13 @@ def test_a_limit_without_a_second_resolution_says_why_it_is_not_accepted(monkeyp
         assert pipeline.judge(None, None, announce, None, object()) is accepted
         assert ("not accepted" in " ".join(said)) == (words is not None)
         assert words is None or words in said[-1]
+
+
+@pytest.mark.parametrize(("mass", "kept"), [(10.2, 2), (10.0, 3), (9.9, 3)])
+def test_of_a_lighter_design_and_a_tight_one_the_lighter_is_kept_and_said(mass, kept):
+    """Held at 95 % with 10 g; the next design uses 98 % and weighs more, the same, or less."""
+    faked = Faked([an_iteration(1, 0.9), an_iteration(2, 0.95), an_iteration(3, 0.98, mass=mass)])
+    outcome = faked.run()
+    assert outcome.ended.by == "tight"
+    assert outcome.accepted.iteration.summary.number == kept
+    assert outcome.ended.words.startswith("a design of 2.00% more mass") == (kept == 2)

@@ -123,6 +123,15 @@ def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
     return Ended(by="enclosed", words=f"a design of {1 - lighter / mass:.2%} less mass was refused")
 
 
+def heavier_end(mass: float, tight: float) -> Ended:
+    """End at an accepted design where a heavier one uses a limit; masses in g."""
+    return Ended(
+        by="tight",
+        words=f"a design of {tight / mass - 1:.2%} more mass uses a limit to 97 %, so that designs "
+        f"of one mass differ by more than what is left",
+    )
+
+
 def unjudged_end(unjudged: str) -> Ended:
     """End where designs cannot be judged: nothing is known of the error of a value.
 

@@ -18,7 +18,7 @@ from gradedesign.limits.verdict import (
     worst_utilisation,
 )
 from gradedesign.loop.accepted import Accepted
-from gradedesign.loop.ended import TIGHT_END, Ended, refused_end, unjudged_end
+from gradedesign.loop.ended import TIGHT_END, Ended, heavier_end, refused_end, unjudged_end
 from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.left_designs import NEAR, enclosed_by, is_ready, judge_left
 from gradedesign.loop.loop_stages import Judged, Stages
@@ -101,7 +101,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             latest = stages.accept(iterations[-1], analysed)
             accepted = _better(accepted, latest)
             if latest.holds and is_tight(latest.rows, at_lower_bound=iterations[-1].at_lower_bound):
-                ended = TIGHT_END
+                ended = tight_end(accepted, latest)
                 break
             judged = Judged(holds=latest.holds, factors=dict(latest.factors))
             factors = next_factors(last, judged, refused=bool(refused))
@@ -157,13 +157,20 @@ def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factor
     return mean_factors(before.factors, now.factors)
 
 
+def tight_end(accepted: Accepted, latest: Accepted) -> Ended:
+    """End at a design that uses a limit, or at an earlier one that is lighter and does not."""
+    if accepted is latest:
+        return TIGHT_END
+    return heavier_end(accepted.iteration.summary.mass_g, latest.iteration.summary.mass_g)
+
+
 def _better(earlier: Accepted | None, later: Accepted) -> Accepted:
-    """The design that holds; of two, the lighter; of none, the later."""
+    """The design that holds; of two, the lighter; of none and of equal ones, the later."""
     if earlier is None or not earlier.holds:
         return later
     if not later.holds:
         return earlier
-    return min(earlier, later, key=lambda a: a.iteration.summary.mass_g)
+    return min(later, earlier, key=lambda a: a.iteration.summary.mass_g)
 
 
 def _teaches(iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]) -> bool:
