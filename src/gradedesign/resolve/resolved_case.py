@@ -35,6 +35,7 @@ from gradedesign.resolve.analysable import (
     analysable_together,
     chosen_analysis,
 )
+from gradedesign.resolve.analysis_of_gaps import chosen_beside_gaps
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.default_mesh_size import with_mesh_size
 from gradedesign.resolve.expected_design import expected_design
@@ -257,25 +258,26 @@ def analysable_lattice(
         solid=solid,
         load_cases=len(resolved.case.load_case),
     )
-    return chosen_analysis(
-        [
-            analysable_together(
-                [
-                    analysable_bounds(
-                        resolved.case,
-                        zone.cell,
-                        window,
-                        resolved.layout.least,
-                        analysis,
-                        part=part,
-                        domain=resolved.domain,
-                    )
-                    for zone, window in zip(stated_zones(resolved), bounds, strict=True)
-                ]
-            )
-            for analysis in resolved.analyses
-        ]
-    )
+    candidates = [
+        analysable_together(
+            [
+                analysable_bounds(
+                    resolved.case,
+                    zone.cell,
+                    window,
+                    resolved.layout.least,
+                    analysis,
+                    part=part,
+                    domain=resolved.domain,
+                )
+                for zone, window in zip(stated_zones(resolved), bounds, strict=True)
+            ]
+        )
+        for analysis in resolved.analyses
+    ]
+    if resolved.case.run.stop_after != "verdict":
+        return chosen_analysis(candidates)
+    return chosen_beside_gaps(candidates, resolved.part.surface)
 
 
 def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:

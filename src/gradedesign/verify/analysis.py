@@ -261,6 +261,8 @@ class ExplicitAnalysis:
     affordable : float
         Unknowns that take little of any budget: solids that need fewer are analysed finer, see
         :func:`gradedesign.verify.small_solid.small_solid_spacing`.
+    closes : float
+        Width of the gaps between faces of a part that its elements may join, over their edge.
     """
 
     name: str
@@ -272,3 +274,4 @@ class ExplicitAnalysis:
     least_per_wall: float = 0.0
     coarsest: float = 1.0
     affordable: float = 0.0
+    closes: float = 1.0

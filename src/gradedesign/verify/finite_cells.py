@@ -50,6 +50,8 @@ ORDERS = (0.75, 1.5, 3.0)
 BRICK_S, UNKNOWN_S, MORE_CASES = 1e-4, 1.8e-5, 0.7
 #: Largest spacing over the one that walls ask for, where that does not fit the memory.
 COARSEST = 1.25
+#: Gaps narrower than this share of a brick are joined: the edge of a sub-cell.
+CLOSES = 0.25
 #: Unknowns that are solved for in some 5 s and 0.3 GB.
 AFFORDABLE = 3e5
 
@@ -159,4 +161,5 @@ FINITE_CELLS = ExplicitAnalysis(
     elements_per_layer=SURFACE_PER_BRICK * LAYER_ELEMENTS,
     coarsest=COARSEST,
     affordable=AFFORDABLE,
+    closes=CLOSES,
 )
