@@ -24,6 +24,7 @@ SLOW = {
     "engine-bracket",
     "heat-sink",
     "hollow-sphere",
+    "knot",
     "mbb-beam",
     "ramirez-cantilever",
     "ramirez-whole",
