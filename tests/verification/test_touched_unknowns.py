@@ -15,8 +15,8 @@ from gradedesign.verify.finite_cells import FINITE_CELLS
 
 CELLS = (3.0, 2.0, 2.0)
 #: The formula is exact for grids in random places; what 12 cells leave of chance was measured on
-#: 36 combinations of cell, density and spacing: within 12 % where bricks are smaller than a
-#: quarter of a cell.
+#: 36 combinations of cell, density and spacing: 0.75 to 1.21 where bricks are smaller than
+#: a quarter of a cell, thick struts of bcc worst; those below lie within this.
 SPREAD = 0.15
 
 

@@ -7,18 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.mesh._cell_kernels import exit_lengths_in_cells
-from gradedesign.mesh._ray_kernels import exit_lengths
-from gradedesign.mesh.closest import build_triangle_tree
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
-from gradedesign.mesh.triangle_cells import triangle_cells
+from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.signed_distance import surface_distance
-from gradedesign.verify.wall_thickness import surface_rays
+from gradedesign.verify.wall_thickness import ray_lengths, surface_rays
 
 #: Rays of a measurement.
 RAYS = 20_000
-#: Cells that rays walk through, in mean extents of the triangles.
-_WIDTH = 3.0
 #: Distance of the middle of a ray from the surface over half its length: less where faces meet in
 #: a notch of more than 26 degrees, whose width is 0 in its corner.
 _FACING = 0.9
@@ -56,18 +50,7 @@ def narrowest_gap(surface: SurfaceMesh, below: float, rays: int = RAYS) -> Gap |
     """
     turned = SurfaceMesh(vertices=surface.vertices, faces=surface.faces[:, ::-1])
     origins, outward = surface_rays(turned, rays)
-    length = np.zeros(origins.shape[1])
-    cells = triangle_cells(turned.vertices, turned.faces, width=_WIDTH)
-    if cells is not None:
-        exit_lengths_in_cells(
-            *(turned.vertices, turned.faces, cells.origin, cells.spacing, cells.shape),
-            *(cells.start, cells.users, origins, outward, length),
-        )
-    else:
-        tree = build_triangle_tree(corner_points(turned))
-        exit_lengths(
-            tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, outward, length
-        )
+    length = ray_lengths(turned, origins, outward)
     narrow = np.flatnonzero(length < below)
     if not len(narrow):
         return None

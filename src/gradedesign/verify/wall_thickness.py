@@ -67,18 +67,7 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
         If rays find no way out of the solid: the surface is open.
     """
     origins, inward = surface_rays(surface, rays)
-    length = np.zeros(origins.shape[1])
-    cells = triangle_cells(surface.vertices, surface.faces, width=_WIDTH)
-    if cells is not None:
-        exit_lengths_in_cells(
-            *(surface.vertices, surface.faces, cells.origin, cells.spacing, cells.shape),
-            *(cells.start, cells.users, origins, inward, length),
-        )
-    else:
-        tree = build_triangle_tree(corner_points(surface))
-        exit_lengths(
-            tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, inward, length
-        )
+    length = ray_lengths(surface, origins, inward)
     thickness = length[np.isfinite(length)]
     lost = len(length) - len(thickness)
     if lost > MOST_LOST * len(length):
@@ -91,6 +80,26 @@ def wall_thickness(surface: SurfaceMesh, rays: int = RAYS) -> WallThickness:
         percentiles_mm={f"{p:g}": float(v) for p, v in zip(PERCENTILES, values, strict=True)},
         rays=len(thickness),
     )
+
+
+def ray_lengths(surface: SurfaceMesh, origins: FloatArray, inward: FloatArray) -> FloatArray:
+    """Lengths of rays to where they first leave the solid, ``(n,)`` mm; infinite without exit.
+
+    Origins, mm, and unit directions are ``(3, n)``.
+    """
+    length = np.zeros(origins.shape[1])
+    cells = triangle_cells(surface.vertices, surface.faces, width=_WIDTH)
+    if cells is not None:
+        exit_lengths_in_cells(
+            *(surface.vertices, surface.faces, cells.origin, cells.spacing, cells.shape),
+            *(cells.start, cells.users, origins, inward, length),
+        )
+    else:
+        tree = build_triangle_tree(corner_points(surface))
+        exit_lengths(
+            tree.triangles, tree.box, tree.right, tree.first, tree.count, origins, inward, length
+        )
+    return length
 
 
 def surface_rays(surface: SurfaceMesh, count: int) -> tuple[FloatArray, FloatArray]:
