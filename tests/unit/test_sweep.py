@@ -15,6 +15,7 @@ from numba import get_num_threads
 from small_parts import SHORT_BAR
 
 from gradedesign import load_case
+from gradedesign.case.toml_text import toml_text
 from gradedesign.cli import on_dask
 from gradedesign.cli import sweep as module
 from gradedesign.errors import LatticeError, ResourceError
@@ -29,7 +30,6 @@ from gradedesign.results.files import write_result
 from gradedesign.results.finished import finished_result
 from gradedesign.sweep.non_dominated import non_dominated
 from gradedesign.sweep.table import DesignRow, LimitValue, limit_value
-from gradedesign.sweep.toml_text import toml_text
 
 BASE = (
     SHORT_BAR

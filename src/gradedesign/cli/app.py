@@ -132,6 +132,24 @@ def run(
 
 
 @app.command()
+def new(
+    part: Annotated[Path, typer.Argument(help="The part: STL, 3MF, STEP or what doctor lists.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the case [./<part's name>].")
+    ] = None,
+    units: Annotated[
+        str | None,
+        typer.Option("--units", help="mm, cm, m or inch, where the file carries no unit."),
+    ] = None,
+    strict_plugins: Strict = False,
+) -> None:
+    """Begin a case: its file, with the part's holes and flat ends as regions."""
+    from gradedesign.cli.new import new as command
+
+    command(part, output, units, strict_plugins=strict_plugins)
+
+
+@app.command()
 def check(
     case: CasePath,
     output: Annotated[

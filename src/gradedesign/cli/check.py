@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.check.check_case import CaseCheck, check_case
 from gradedesign.cli.check_data import (
     check_data,
-    file_faces,
     passive_solids,
     stated_limits,
     zone_data,
 )
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_json, print_table, print_text, print_warnings, without_noise
+from gradedesign.cli.show import print_json, print_table, print_text, print_warnings
 from gradedesign.cli.show_answer import answer_data, print_answer
+from gradedesign.cli.show_part import (
+    extent,
+    part_words,
+    print_file_faces,
+    print_holes,
+    print_regions,
+    repair_words,
+    triple,
+)
 from gradedesign.errors import CaseError
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.pictures import picture_loads
@@ -36,12 +41,6 @@ if TYPE_CHECKING:
     from gradedesign.check.first_answer import FirstAnswer
 
 PICTURE = "loads.png"
-#: Groups of cylinders that are printed; ``--json`` has all.
-_MOST_HOLES = 12
-#: Faces of the file that are printed; ``--json`` has all.
-_MOST_FILE_FACES = 24
-#: Points of one group that are printed.
-_MOST_POINTS = 4
 
 
 def check(
@@ -129,21 +128,15 @@ def print_check(checked: CaseCheck) -> None:
     resolved = checked.resolved
     for line in _part_lines(checked):
         print_text(line, hang=2)
-    regions, size = sorted(resolved.part.regions.items()), _extent(checked)
-    print_table(
-        "Regions",
-        ("region", "faces", "area mm^2", "centroid mm"),
-        [(n, str(len(r.faces)), f"{r.area:.4g}", _triple(r.centroid, size)) for n, r in regions],
-    )
+    print_regions(resolved.part, resolved.part.regions)
     if solids := passive_solids(checked):
         print_table(
             "Passive solids",
             ("solid", "thickness mm", "volume mm^3"),
             [(s["name"], f"{s['thickness_mm']:.4g}", f"{s['volume_mm3']:.4g}") for s in solids],
         )
-    if checked.holes:
-        _print_holes(checked)
-    _print_file_faces(checked)
+    print_holes(resolved.part, checked.holes)
+    print_file_faces(resolved.part)
     _print_loads(checked)
     print_text("free rigid motions: none")
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(checked))
@@ -153,78 +146,21 @@ def print_check(checked: CaseCheck) -> None:
 
 def _part_lines(checked: CaseCheck) -> Iterator[str]:
     resolved = checked.resolved
-    part = resolved.part
-    edges = np.ptp(part.surface.vertices, axis=0)
-    unit = "" if part.units is None else f", read in {part.units}"
-    if part.chord_tolerance is not None:
-        unit += f", triangles within {part.chord_tolerance:.2g} mm of its faces"
-    mass = resolved.material.density * part.volume * 1e6
+    mass = resolved.material.density * resolved.part.volume * 1e6
     yield f"case: {resolved.case.name}"
-    yield (
-        f"part: {part.source}{unit}, {' x '.join(f'{edge:.4g}' for edge in edges)} mm, "
-        f"{part.volume:.6g} mm^3, {mass:.4g} g if solid in {resolved.material.name}"
-    )
-    made = part.report.changes
-    yield "repairs: " + (", ".join(f"{key} {count}" for key, count in made.items()) or "none")
-
-
-def _print_file_faces(checked: CaseCheck) -> None:
-    rows = file_faces(checked.resolved.part)
-    if not rows:
-        return
-    print_table(
-        "Faces of the file",
-        ("face", "name", "color", "area mm^2", "surface", "centroid mm"),
-        [
-            (
-                str(row["face"]),
-                row["name"] or "",
-                row["color"] or "",
-                f"{row['area_mm2']:.4g}",
-                _surface_words(row),
-                _triple(np.array(row["centroid_mm"]), _extent(checked)),
-            )
-            for row in rows[:_MOST_FILE_FACES]
-        ],
-    )
-    more = len(rows) - _MOST_FILE_FACES
-    if more > 0:
-        print_text(f"  and {more} more; --json lists all")
-
-
-def _surface_words(row: dict[str, Any]) -> str:
-    diameter = row["diameter_mm"]
-    return (row["surface"] or "") + ("" if diameter is None else f" of {diameter:.4g} mm")
-
-
-def _print_holes(checked: CaseCheck) -> None:
-    print_table(
-        "Holes and bosses",
-        ("kind", "faces", "to select them", "on their axes, mm"),
-        [
-            (
-                "hole" if group.concave else "boss or rounding",
-                str(group.count),
-                group.selector,
-                _points(group.points, _extent(checked)),
-            )
-            for group in checked.holes[:_MOST_HOLES]
-        ],
-    )
-    more = len(checked.holes) - _MOST_HOLES
-    if more > 0:
-        print_text(f"  and {more} more; --json lists all")
+    yield f"{part_words(resolved.part)}, {mass:.4g} g if solid in {resolved.material.name}"
+    yield repair_words(resolved.part)
 
 
 def _print_loads(checked: CaseCheck) -> None:
     rows = []
     for balance in checked.resolved.balances:
         rows += [
-            (balance.load_case, row.source, _triple(row.force), _triple(row.moment), "")
+            (balance.load_case, row.source, triple(row.force), triple(row.moment), "")
             for row in balance.rows
         ]
-        about = _triple(balance.about, _extent(checked))
-        total = (_triple(balance.force), _triple(balance.moment), about)
+        about = triple(balance.about, extent(checked.resolved.part))
+        total = (triple(balance.force), triple(balance.moment), about)
         rows.append((balance.load_case, "sum", *total))
     columns = ("load case", "on", "force N", "moment N mm", "about the held regions' centre, mm")
     print_table("Loads", columns, rows)
@@ -307,20 +243,3 @@ def _duration(seconds: float) -> str:
     if seconds < 120:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
-
-
-def _points(points: FloatArray, size: float) -> str:
-    text = " ".join(_triple(point, size) for point in points[:_MOST_POINTS])
-    more = len(points) - _MOST_POINTS
-    return text if more <= 0 else f"{text} and {more} more"
-
-
-def _triple(vector: FloatArray, size: float = 0.0) -> str:
-    """Three figures, without rounding noise beside each other and beside a size."""
-    largest = max(float(np.abs(vector).max(initial=0.0)), size)
-    return f"({', '.join(f'{v:.4g}' for v in without_noise(vector, largest))})"
-
-
-def _extent(checked: CaseCheck) -> float:
-    """Longest edge of the part's box, mm."""
-    return float(np.ptp(checked.resolved.part.surface.vertices, axis=0).max())

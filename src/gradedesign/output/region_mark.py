@@ -9,10 +9,20 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 
-Role = Literal["support", "load", "passive"]
-COLOURS: dict[Role, str] = {"support": "#1f5fbf", "load": "#e0906a", "passive": "#6b7a2e"}
+Role = Literal["support", "load", "passive", "region"]
+COLOURS: dict[Role, str] = {
+    "support": "#1f5fbf",
+    "load": "#e0906a",
+    "passive": "#6b7a2e",
+    "region": "#8a5a9e",
+}
 #: What the legend calls a role.
-ROLES: dict[Role, str] = {"support": "supports", "load": "loaded", "passive": "passive solid"}
+ROLES: dict[Role, str] = {
+    "support": "supports",
+    "load": "loaded",
+    "passive": "passive solid",
+    "region": "regions",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,7 +33,7 @@ class RegionMark:
     ----------
     name : str
         The region's name in the case, and what else its label says.
-    role : {"support", "load", "passive"}
+    role : {"support", "load", "passive", "region"}
     corners : (k, 3, 3) array, mm
         Its triangles.
     """

@@ -1,0 +1,218 @@
+"""A case file to begin with: a part's faces as regions, and "?" for what only its user knows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gradedesign.case.part_schema import UNITS, PartSpec
+from gradedesign.case.regions_schema import AXES
+from gradedesign.case.run_schema import OutputSpec, RunSpec
+from gradedesign.case.schema import CaseIdentity, RegionSpec
+from gradedesign.case.suggest import instead, shown
+from gradedesign.case.toml_text import toml_value
+from gradedesign.errors import CaseError
+from gradedesign.mesh.surface_mesh import corner_points
+from gradedesign.output.region_mark import areas
+from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
+from gradedesign.part.part import Part, read_part
+from gradedesign.part.regions import Region, select_regions
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.part_readers import part_readers
+
+#: Kinds of faces that are proposed as regions: so many of each.
+MOST_REGIONS = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DraftCase:
+    """A part with the regions that a case may name on it.
+
+    Attributes
+    ----------
+    part : Part
+    units : str or None
+        As stated; None where the file carries its unit.
+    regions : mapping of str to Region
+        Every one selects what its lines say.
+    lines : mapping of str to str
+        TOML of each region.
+    others : tuple of CylinderGroup
+        Cylindrical faces that are none of them.
+    cell_size : float, mm
+        Half of the mean chord of the part.
+    """
+
+    part: Part
+    units: str | None
+    regions: Mapping[str, Region]
+    lines: Mapping[str, str]
+    others: tuple[CylinderGroup, ...]
+    cell_size: float
+
+
+def draft_case(path: Path, units: str | None, registry: Registry) -> DraftCase:
+    """Read a part and find the faces on which it may be held and loaded.
+
+    Parameters
+    ----------
+    path : Path
+        The part's file.
+    units : str or None
+        Of its coordinates; None where the file carries a unit.
+    registry : Registry
+
+    Raises
+    ------
+    CaseError
+        If no reader takes the file, it holds voxels, or its unit is not known.
+    PartError
+        If its geometry is damaged.
+    """
+    if not path.is_file():
+        raise CaseError(f"{path}: no such file; expected the file of a part")
+    if units is not None and units not in UNITS:
+        raise CaseError(f"--units: found {shown(units)}; {instead(units, UNITS)}")
+    identity = _identity(path, units)
+    readers = part_readers(identity, registry)
+    suffix = path.suffix.lower()
+    if any(reader.sampled and suffix in reader.suffixes for reader in registry.readers.values()):
+        raise CaseError(
+            f"{path.name} holds voxels, and only its user knows which of them are solid: write the "
+            "case with a table [part.voxels], see docs/parts.md"
+        )
+    if units is None:
+        raw = readers[suffix](path)
+        if raw.unit is None:
+            box = " x ".join(f"{edge:.4g}" for edge in np.ptp(raw.corners.reshape(-1, 3), axis=0))
+            raise CaseError(
+                f"{path.name} carries no unit, and its box is {box} of them; state one of "
+                f"{', '.join(f'--units {unit}' for unit in UNITS)}"
+            )
+    part = read_part(identity, readers)
+    groups = cylinder_groups(part.faces)
+    regions: dict[str, Region] = {}
+    lines: dict[str, str] = {}
+    for name, keys in (*_file_names(part), *_holes(groups), *_flat_ends()):
+        try:
+            spec = {name: RegionSpec.model_validate(keys)}
+            found = select_regions(part.surface, part.faces, spec, part.file_faces)[name]
+        except CaseError:
+            # Not on this part, or not told apart by these keys.
+            continue
+        if name not in regions and not any(_same(found, other) for other in regions.values()):
+            regions[name] = found
+            lines[name] = "\n".join(f"{key} = {toml_value(value)}" for key, value in keys.items())
+    area = float(areas(corner_points(part.surface)).sum())
+    # The mean chord of any body is 4 V / A (Cauchy).
+    return DraftCase(
+        part=part,
+        units=units,
+        regions=regions,
+        lines=lines,
+        others=tuple(g for g in groups if not any(g.selector in text for text in lines.values())),
+        cell_size=float(f"{2.0 * part.volume / area:.2g}"),
+    )
+
+
+def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
+    """The case file of a draft.
+
+    Parameters
+    ----------
+    draft : DraftCase
+    name : str
+        Of the case.
+    file_name : str
+        Of the part, beside the case file.
+    """
+    unit = "" if draft.units is None else f'units = "{draft.units}"\n'
+    regions = "\n\n".join(f"[region.{key}]\n{text}" for key, text in draft.lines.items())
+    return f"""\
+# State what stands as "?", leave out the regions that nothing needs, then: gradedesign check
+[case]
+name = {toml_value(name)}
+
+[part]
+file = {toml_value(file_name)}
+{unit}
+# Faces that may be held or loaded.
+{regions or "# None was found: see docs/parts.md for how regions are picked."}
+
+[material]
+name = "?"  # gradedesign materials lists them
+
+# Solid behind faces that are bolted or loaded, one table each:
+# [[keep]]
+# region = "?"
+# margin = "2 mm"
+
+[[load_case]]
+name = "load"
+fix = [{{region = "?"}}]
+load = [{{region = "?", force = ["? N", "? N", "? N"]}}]
+
+[limits]
+safety_factor = "?"  # a number, on the yield strength
+# displacement = [{{region = "?", magnitude = "? mm"}}]
+
+[lattice]
+cell = "?"  # gradedesign cells lists them
+size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
+"""
+
+
+def _identity(path: Path, units: str | None) -> CaseIdentity:
+    """A case of nothing but a part."""
+    stated: dict[str, Any] = {"file": path.name, "units": units}
+    context = {"folder": path.absolute().parent}
+    return CaseIdentity(
+        name=path.stem,
+        path=path,
+        folder=path.absolute().parent,
+        part=PartSpec.model_validate(stated, context=context),
+        region={},
+        keep=(),
+        print=None,
+        run=RunSpec(),
+        output=OutputSpec(),
+        case_hash="",
+    )
+
+
+def _holes(groups: tuple[CylinderGroup, ...]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Holes by diameter and direction, the largest faces first."""
+    holes = sorted((g for g in groups if g.concave), key=lambda g: -g.area)
+    for hole in holes[:MOST_REGIONS]:
+        cylinder = {"diameter": f"{hole.diameter:.4g} mm"}
+        if hole.axis_name is not None:
+            cylinder["axis"] = hole.axis_name
+        width = f"{hole.diameter:.4g}".replace(".", "_")
+        name = f"hole_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
+        yield name, {"cylinder": cylinder, "count": hole.count}
+
+
+def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Faces by the names that the file has for them."""
+    if part.file_faces is None:
+        return
+    names = list(dict.fromkeys(part.file_faces.names.values()))
+    for name in names[:MOST_REGIONS]:
+        plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower()
+        yield plain or "face", {"name": name}
+
+
+def _flat_ends() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Flat faces on the sides of the part's box."""
+    for axis in AXES:
+        for side in ("min", "max"):
+            yield f"{axis}_{side}", {"plane": f"{axis} = {side}"}
+
+
+def _same(a: Region, b: Region) -> bool:
+    return np.array_equal(np.sort(a.triangles), np.sort(b.triangles))

@@ -1,0 +1,81 @@
+"""``gradedesign new``: from the file of a part to a case file, with its faces as regions."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+from gradedesign.check.draft_case import DraftCase, draft_case, draft_text
+from gradedesign.cli.plugins import registry_for
+from gradedesign.cli.progress_lines import ProgressLines
+from gradedesign.cli.show import print_text, print_warnings
+from gradedesign.cli.show_part import (
+    part_words,
+    print_file_faces,
+    print_holes,
+    print_regions,
+    repair_words,
+)
+from gradedesign.errors import CaseError
+from gradedesign.output.pictures import picture_loads
+from gradedesign.output.region_mark import RegionMark
+from gradedesign.workspace.atomic import replacing_path, write_text
+
+CASE_FILE = "case.toml"
+PICTURE = "regions.png"
+
+
+def new(file: Path, output: Path | None, units: str | None, *, strict_plugins: bool) -> None:
+    """Read a part, propose regions, and write a case file beside a copy of it."""
+    name = re.sub(r"[^\w.-]+", "-", file.stem).strip("-.") or "part"
+    folder = Path(name) if output is None else output
+    case_file = folder / CASE_FILE
+    if case_file.exists():
+        raise CaseError(f"{case_file} is there already; choose another folder with -o")
+    registry = registry_for(strict_plugins=strict_plugins)
+    with ProgressLines("new", err=True):
+        draft = draft_case(file, units, registry)
+        beside = _copied(file, folder)
+        drawn = _draw(draft, folder / PICTURE, name)
+        write_text(case_file, draft_text(draft, file.stem, beside.name))
+    part = draft.part
+    for line in (part_words(part), repair_words(part)):
+        print_text(line, hang=2)
+    print_regions(part, draft.regions)
+    print_holes(part, draft.others)
+    print_file_faces(part)
+    print_text(f"picture: {folder / PICTURE}", hang=2)
+    print_text(f"case: {case_file}", hang=2)
+    print_text(
+        f'State what stands as "?" there: material, supports, loads and limits. Then: gradedesign '
+        f"check {folder}",
+        hang=2,
+    )
+    print_warnings((*part.report.warnings, *drawn))
+
+
+def _copied(file: Path, folder: Path) -> Path:
+    """The part's file in the folder; copied where it lies elsewhere."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaseError(f"cannot make {folder}: {error.strerror}; choose another with -o") from None
+    beside = folder / file.name
+    if beside.exists():
+        if not beside.samefile(file):
+            raise CaseError(f"{beside} is another file; choose another folder with -o")
+        return beside
+    with replacing_path(beside) as path:
+        shutil.copyfile(file, path)
+    return beside
+
+
+def _draw(draft: DraftCase, path: Path, name: str) -> tuple[str, ...]:
+    """Draw the part with the proposed regions; returns warnings."""
+    corners = draft.part.surface.vertices[draft.part.surface.faces]
+    marks = [
+        RegionMark(name=key, role="region", corners=corners[region.triangles])
+        for key, region in draft.regions.items()
+    ]
+    return picture_loads(path, draft.part.surface, marks, title=f"Regions of {name}")

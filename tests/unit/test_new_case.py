@@ -1,0 +1,139 @@
+"""`gradedesign new`: a case whose regions select what they say, and which asks for the rest."""
+
+import importlib.util
+import json
+import shutil
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+ROOT = Path(__file__).parents[2]
+BRACKET = ROOT / "cases" / "bracket" / "bracket.stl"
+
+#: What the bracket's user knows, in the order of the file.
+KNOWN = {
+    'name = "?"': 'name = "Ti-6Al-4V"',
+    'fix = [{region = "?"}]': 'fix = [{region = "hole_9_z"}]',
+    'load = [{region = "?", force = ["? N", "? N", "? N"]}]': (
+        'load = [{region = "hole_12_y", force = ["500 N", "0 N", "1200 N"]}]'
+    ),
+    'safety_factor = "?"': "safety_factor = 2",
+    'cell = "?"': 'cell = "gyroid-sheet"',
+}
+
+
+def filled(text):
+    """The text of a new case, with the bracket's supports, loads and limits."""
+    for asked, known in KNOWN.items():
+        assert text.count(f"\n{asked}") == 1
+        text = text.replace(f"\n{asked}", f"\n{known}")
+    return text
+
+
+def test_a_new_case_needs_nothing_but_what_stands_as_a_question(cli, tmp_path):
+    folder = tmp_path / "bracket"
+    ended = cli("new", BRACKET, "--units", "mm", "-o", folder)
+    assert ended.code == 0
+    assert {path.name for path in folder.iterdir()} == {"bracket.stl", "case.toml", "regions.png"}
+    assert (folder / "bracket.stl").read_bytes() == BRACKET.read_bytes()
+    case_file = folder / "case.toml"
+    case_file.write_text(filled(case_file.read_text(encoding="utf-8")), encoding="utf-8")
+    ended = cli("check", folder, "--json", "--no-picture")
+    assert ended.code == 0
+    checked = json.loads(ended.out)
+    # Bolts of 9 mm in spot faces of 16 mm, the lug's 12 mm, an inner rounding of 24 mm.
+    faces = {region["name"]: region["faces"] for region in checked["regions"]}
+    assert faces["hole_9_z"] == 4
+    assert faces["hole_12_y"] == 1
+    assert faces["hole_16_z"] == 4
+    assert {"x_min", "x_max", "y_min", "y_max", "z_min"} <= set(faces)
+
+
+def test_every_gap_is_named_with_its_line(cli, tmp_path):
+    folder = tmp_path / "bracket"
+    cli("new", BRACKET, "--units", "mm", "-o", folder)
+    lines = (folder / "case.toml").read_text(encoding="utf-8").splitlines()
+    ended = cli("check", folder)
+    assert ended.code == 2
+    for key, text in (
+        ("load_case[0].fix[0].region", "fix ="),
+        ("load_case[0].load[0].force", "load ="),
+        ("limits.safety_factor", "safety_factor ="),
+    ):
+        line = 1 + next(i for i, row in enumerate(lines) if row.startswith(text))
+        assert f"case.toml:{line}: {key}" in ended.err
+
+
+def test_a_file_without_a_unit_is_asked_for_one(cli, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ended = cli("new", BRACKET)
+    assert ended.code == 2
+    assert "its box is 112 x 46 x 92" in ended.err
+    assert "--units inch" in ended.err
+    assert list(tmp_path.iterdir()) == []
+    ended = cli("new", BRACKET, "--units", "inches")
+    assert 'did you mean "inch"?' in ended.err
+
+
+def test_nothing_is_overwritten(cli, tmp_path):
+    folder = tmp_path / "bracket"
+    folder.mkdir()
+    (folder / "case.toml").write_text("mine", encoding="utf-8")
+    ended = cli("new", BRACKET, "--units", "mm", "-o", folder)
+    assert (ended.code, (folder / "case.toml").read_text(encoding="utf-8")) == (2, "mine")
+    (folder / "case.toml").unlink()
+    (folder / "bracket.stl").write_bytes(b"another")
+    ended = cli("new", BRACKET, "--units", "mm", "-o", folder)
+    assert "is another file" in ended.err
+    assert (folder / "bracket.stl").read_bytes() == b"another"
+
+
+def test_a_part_stays_where_its_case_is_written(cli, tmp_path):
+    shutil.copy(BRACKET, tmp_path)
+    assert cli("new", tmp_path / BRACKET.name, "--units", "mm", "-o", tmp_path).code == 0
+    assert (tmp_path / "case.toml").is_file()
+
+
+def test_names_that_toml_must_escape(cli, tmp_path):
+    part = tmp_path / 'lever "A" & <b> \\ 7.stl'
+    trimesh.creation.box((30.0, 20.0, 10.0)).export(part)
+    assert cli("new", part, "--units", "cm", "-o", tmp_path / "case").code == 0
+    data = tomllib.loads((tmp_path / "case" / "case.toml").read_text(encoding="utf-8"))
+    assert data["case"]["name"] == part.stem
+    assert data["part"] == {"file": part.name, "units": "cm"}
+    assert {key: region["plane"] for key, region in data["region"].items()} == {
+        f"{axis}_{side}": f"{axis} = {side}" for axis in "xyz" for side in ("min", "max")
+    }
+    # 4 V / A = 4 * 6000 / 2200 = 10.9 mm between the faces in the mean, times ten for cm, halved.
+    assert data["lattice"]["size"] == "55 mm"
+
+
+def test_a_part_without_flat_or_round_faces_has_no_regions(cli, tmp_path):
+    part = tmp_path / "ball.stl"
+    trimesh.creation.icosphere(subdivisions=4, radius=10.0).export(part)
+    ended = cli("new", part, "--units", "mm", "-o", tmp_path / "ball")
+    assert ended.code == 0
+    data = tomllib.loads((tmp_path / "ball" / "case.toml").read_text(encoding="utf-8"))
+    assert "region" not in data
+
+
+@pytest.mark.skipif(importlib.util.find_spec("OCP") is None, reason="needs gradedesign-step")
+def test_names_of_a_cad_file_become_regions(cli, tmp_path):
+    lever = ROOT / "cases" / "step-part" / "lever.step"
+    assert cli("new", lever, "-o", tmp_path / "lever").code == 0
+    data = tomllib.loads((tmp_path / "lever" / "case.toml").read_text(encoding="utf-8"))
+    assert data["part"] == {"file": "lever.step"}
+    assert data["region"]["hub"] == {"name": "hub"}
+    assert data["region"]["pin"] == {"name": "pin"}
+
+
+def test_a_scan_is_refused_by_name(cli, tmp_path):
+    scan = tmp_path / "scan.npy"
+    np.save(scan, np.ones((4, 4, 4)))
+    ended = cli("new", scan, "-o", tmp_path / "case")
+    assert ended.code == 2
+    assert "[part.voxels]" in ended.err
+    assert not (tmp_path / "case").exists()
