@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -167,3 +168,16 @@ def test_a_part_in_inches_goes_through_the_loop(cli, tmp_path):
     assert result["status"] == "met"
     assert result["acceptance"]["scope"] == "submodels"
     assert result["mass_g"] < result["solid_mass_g"]
+
+
+def test_the_study_of_families_holds_every_cubic_family_with_a_law(cli):
+    folder = ROOT / "cases" / "ramirez-cantilever"
+    study = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
+    listed = {
+        cell["name"]
+        for cell in json.loads(cli("cells", "--json").out)
+        if cell["symmetry"] == "cubic" and cell["laws"]
+    }
+    assert set(study["vary"]["lattice.cell"]) == listed
+    case = gradedesign.load_case(folder / study["study"]["case"])
+    assert case.name == "ramirez-families"
