@@ -52,6 +52,21 @@ def test_a_new_case_needs_nothing_but_what_stands_as_a_question(cli, tmp_path):
     assert {"x_min", "x_max", "y_min", "y_max", "z_min"} <= set(faces)
 
 
+def test_one_of_several_faces_is_taken_as_the_file_says(cli, tmp_path):
+    folder = tmp_path / "bracket"
+    cli("new", BRACKET, "--units", "mm", "-o", folder)
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    block = text[text.index("[region.hole_9_z]") :].split("\n\n")[0]
+    point = block[block.index("# nearest = ") + 2 :].split(" with count = 1")[0]
+    one = block[: block.index("#")].replace("count = 4", f"count = 1\n{point}")
+    (folder / "case.toml").write_text(filled(text.replace(block, one)), encoding="utf-8")
+    checked = json.loads(cli("check", folder, "--json", "--no-picture").out)
+    (bolt,) = (region for region in checked["regions"] if region["name"] == "hole_9_z")
+    assert bolt["faces"] == 1
+    stated = [float(x.split()[0]) for x in tomllib.loads(one)["region"]["hole_9_z"]["nearest"]]
+    np.testing.assert_allclose(bolt["centroid_mm"][:2], stated[:2], atol=0.1)
+
+
 def test_every_gap_is_named_with_its_line(cli, tmp_path):
     folder = tmp_path / "bracket"
     cli("new", BRACKET, "--units", "mm", "-o", folder)

@@ -108,6 +108,7 @@ def draft_case(path: Path, units: str | None, registry: Registry) -> DraftCase:
         if name not in regions and not any(_same(found, other) for other in regions.values()):
             regions[name] = found
             lines[name] = "\n".join(f"{key} = {toml_value(value)}" for key, value in keys.items())
+            lines[name] += _one_of(found, part)
     area = float(areas(corner_points(part.surface)).sum())
     # The mean chord of any body is 4 V / A (Cauchy).
     return DraftCase(
@@ -212,6 +213,16 @@ def _flat_ends() -> Iterator[tuple[str, dict[str, Any]]]:
     for axis in AXES:
         for side in ("min", "max"):
             yield f"{axis}_{side}", {"plane": f"{axis} = {side}"}
+
+
+def _one_of(region: Region, part: Part) -> str:
+    """Comment on how to take one of several faces."""
+    if len(region.faces) < 2:
+        return ""
+    face = part.faces.faces[region.faces[0]]
+    point = face.centroid if face.point is None else face.point
+    at = [f"{0.0 if abs(x) < 1e-6 * part.diagonal else x:.4g} mm" for x in point]
+    return f"\n# nearest = {toml_value(at)} with count = 1 takes one of them"
 
 
 def _same(a: Region, b: Region) -> bool:
