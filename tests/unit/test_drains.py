@@ -15,6 +15,7 @@ from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.skin import Skin
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_warnings, drained
+from gradedesign.layout.skin_room import skin_warnings
 from gradedesign.part.box import box_surface
 from gradedesign.part.part import read_part
 from gradedesign.part.signed_distance import surface_distance
@@ -141,6 +142,19 @@ def test_places_off_the_surface_are_refused(tmp_path):
     case, part, design = designed(tmp_path, 'skin = "1 mm"\n' + at)
     with pytest.raises(CaseError, match=r"at\[0\].*4 mm off the part's surface"):
         drained(case, part, design, 8.0)
+
+
+def test_a_skin_that_closes_the_lattice_is_a_warning(tmp_path):
+    for more, warned in (
+        ('skin = "1 mm"', True),
+        ('skin = [{thickness = "1 mm", faces = ["top"]}]', False),
+        ('skin = "1 mm"\ndrain = {diameter = "1.5 mm"}', False),
+        ('skin = {thickness = "1 mm", net = true}', False),
+    ):
+        case, part, design = designed(tmp_path, more)
+        told = [text for text in skin_warnings(case, part, design.domain) if "cannot leave" in text]
+        assert len(told) == warned
+        assert all(text.startswith("case.toml:13: lattice.skin") for text in told)
 
 
 def test_too_many_cells_are_refused(tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ from gradedesign.part.box import box_surface
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.verify import body_comparison
 from gradedesign.verify import wall_thickness as measuring
-from gradedesign.verify.body import measure_body
+from gradedesign.verify.body import measure_body, void_warnings
 from gradedesign.verify.body_comparison import comparison_warnings
 from gradedesign.verify.printed_body import measure_printed, phase_volumes
 from gradedesign.verify.wall_thickness import wall_thickness
@@ -67,6 +67,20 @@ def test_a_lattice_has_the_handles_of_its_graph():
 
     found = measure_body(extract_surface(frame, [-3] * 3, [3] * 3, 0.15))
     assert (found.components, found.cavities, found.handles) == (1, 0, 5)
+
+
+def test_closed_voids_are_told_with_their_volume():
+    # A shell about a void of 4 x 4 x 4 mm, and one of 0.3 mm, in a cube of 10 mm: 64 of 936 mm^3.
+    outer, void, speck = (trimesh.creation.box((edge,) * 3) for edge in (10, 4, 0.3))
+    void.invert()
+    speck.apply_translation((4, 4, 4))
+    speck.invert()
+    hollow = measure_body(as_surface(outer, void, speck))
+    assert (hollow.components, hollow.cavities) == (1, 2)
+    assert hollow.cavities_mm3 == pytest.approx(64.027)
+    (warning,) = void_warnings(hollow)
+    assert "2 closed voids of 64.03 mm^3, 7% of its own volume" in warning
+    assert void_warnings(measure_body(as_surface(outer, speck))) == ()
 
 
 def compare_bodies(analysed, printed, element, elements_mm3=None):

@@ -88,7 +88,7 @@ def require_no_stress(case: GenerateCase) -> None:
 
 
 def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -> tuple[str, ...]:
-    """Warnings where skins meet across the part and make it solid, and on filled cavities."""
+    """Warnings on skins that meet across the part or close it, and on filled cavities."""
     warnings = [filling.note for filling in domain.fillings if filling.note]
     closed = [spec for spec in case.lattice.skin if not spec.net]
     for spec, skin in zip(closed, domain.skins, strict=True):
@@ -107,6 +107,12 @@ def skin_warnings(case: Case | GenerateCase, part: Part, domain: DesignDomain) -
                 f"{'the skin' if spec.faces else 'two skins'} of {spec.thickness[1]:g} mm below "
                 f"{share:.1%} of {where}: it is solid throughout there"
             )
+    if case.lattice.drain is None and any(not spec.faces for spec in closed):
+        warnings.append(
+            f"{case.where('lattice.skin')}: a skin on the whole surface closes the cells in: "
+            f"powder or resin cannot leave them, and no mass counts it; [lattice] drain opens "
+            f"them, and faces of the skin leave the others open"
+        )
     return tuple(warnings)
 
 

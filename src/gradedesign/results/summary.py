@@ -27,6 +27,7 @@ from gradedesign.results.reasons import why_met, why_not
 from gradedesign.results.zones import zone_measures
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
+from gradedesign.verify.body import void_warnings
 from gradedesign.verify.body_comparison import comparison_warnings
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.printed_body import PrintedBody
@@ -135,6 +136,9 @@ def verdict_result(
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
     warnings += comparison_warnings(printed.comparison)
+    if setup.problem.case.print is None:
+        # With [print] the check of printability says more.
+        warnings += void_warnings(printed.comparison.printed)
     warnings += design_notes(setup, design.rho)
     density = setup.problem.material.density
     mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")

@@ -11,6 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign.arrays import IntArray
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 
+#: Closed voids of a smaller share of the solid are no warning.
+LITTLE = 1e-3
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
@@ -23,6 +26,8 @@ class Body:
         Connected solids.
     cavities : int
         Closed voids.
+    cavities_mm3 : float
+        Their volume.
     handles : int or None
         Sum of the genera of all shells: 1 of a ring, 0 of a ball. None where edges are shared by
         more than two triangles, so that the surface has no genus.
@@ -32,6 +37,7 @@ class Body:
     volume_mm3: float
     components: int
     cavities: int
+    cavities_mm3: float
     handles: int | None
     triangles: int
 
@@ -66,8 +72,22 @@ def measure_body(surface: SurfaceMesh) -> Body:
         volume_mm3=float(volume.sum()),
         components=int(np.count_nonzero(volume > 0)),
         cavities=int(np.count_nonzero(volume <= 0)),
+        cavities_mm3=float(-volume.clip(max=0.0).sum()),
         handles=shells - (2 * vertex_count - count) // 4 if clean else None,
         triangles=count,
+    )
+
+
+def void_warnings(body: Body) -> tuple[str, ...]:
+    """Warning of closed voids in a printed solid, from which powder or resin cannot leave."""
+    if body.cavities_mm3 <= LITTLE * body.volume_mm3:
+        return ()
+    many = "a closed void" if body.cavities == 1 else f"{body.cavities} closed voids"
+    return (
+        f"the printed solid has {many} of {body.cavities_mm3:.4g} mm^3, "
+        f"{body.cavities_mm3 / body.volume_mm3:.0%} of its own volume: powder or resin that "
+        f"fills them cannot leave, and no mass here counts it; [lattice] drain opens them, and so "
+        f"do a skin on some faces only or a cell with an open void",
     )
 
 
