@@ -84,7 +84,7 @@ def void_warnings(body: Body) -> tuple[str, ...]:
         return ()
     many = "a closed void" if body.cavities == 1 else f"{body.cavities} closed voids"
     return (
-        f"the printed solid has {many} of {body.cavities_mm3:.4g} mm^3, "
+        f"the printed solid has {many} of {body.cavities_mm3:.5g} mm^3, "
         f"{body.cavities_mm3 / body.volume_mm3:.0%} of its own volume: powder or resin that "
         f"fills them cannot leave, and no mass here counts it; [lattice] drain opens them, and so "
         f"do a skin on some faces only or a cell with an open void",
