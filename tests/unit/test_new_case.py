@@ -112,6 +112,24 @@ def test_a_part_stays_where_its_case_is_written(cli, tmp_path):
     assert (tmp_path / "case.toml").is_file()
 
 
+def test_damage_that_needs_a_choice_is_repaired_when_it_is_asked_for(cli, tmp_path):
+    part = tmp_path / "open.stl"
+    box = trimesh.creation.box((30.0, 20.0, 10.0)).subdivide().subdivide().subdivide()
+    box.update_faces(np.arange(len(box.faces)) != 5)
+    box.export(part)
+    ended = cli("new", part, "--units", "mm", "-o", tmp_path / "case")
+    assert ended.code == 3
+    assert 'repair = "auto"' in ended.err
+    assert not (tmp_path / "case").exists()
+    ended = cli("new", part, "--units", "mm", "--repair", "auto", "-o", tmp_path / "case")
+    assert ended.code == 0
+    assert "holes_filled 1" in ended.out
+    data = tomllib.loads((tmp_path / "case" / "case.toml").read_text(encoding="utf-8"))
+    assert data["part"]["repair"] == "auto"
+    ended = cli("new", part, "--units", "mm", "--repair", "autp", "-o", tmp_path / "other")
+    assert 'did you mean "auto"?' in ended.err
+
+
 def test_names_that_toml_must_escape(cli, tmp_path):
     part = tmp_path / 'lever "A" & <b> \\ 7.stl'
     trimesh.creation.box((30.0, 20.0, 10.0)).export(part)

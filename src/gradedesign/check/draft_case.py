@@ -36,8 +36,8 @@ class DraftCase:
     Attributes
     ----------
     part : Part
-    units : str or None
-        As stated; None where the file carries its unit.
+    stated : mapping of str to str
+        Keys of ``[part]`` beside its file.
     regions : mapping of str to Region
         Every one selects what its lines say.
     lines : mapping of str to str
@@ -49,23 +49,27 @@ class DraftCase:
     """
 
     part: Part
-    units: str | None
+    stated: Mapping[str, str]
     regions: Mapping[str, Region]
     lines: Mapping[str, str]
     others: tuple[CylinderGroup, ...]
     cell_size: float
 
 
-def draft_case(path: Path, units: str | None, registry: Registry) -> DraftCase:
+def draft_case(
+    path: Path, registry: Registry, *, units: str | None = None, auto: bool = False
+) -> DraftCase:
     """Read a part and find the faces on which it may be held and loaded.
 
     Parameters
     ----------
     path : Path
         The part's file.
-    units : str or None
-        Of its coordinates; None where the file carries a unit.
     registry : Registry
+    units : str, optional
+        Of its coordinates, where the file carries none.
+    auto : bool
+        Whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does.
 
     Raises
     ------
@@ -78,7 +82,10 @@ def draft_case(path: Path, units: str | None, registry: Registry) -> DraftCase:
         raise CaseError(f"{path}: no such file; expected the file of a part")
     if units is not None and units not in UNITS:
         raise CaseError(f"--units: found {shown(units)}; {instead(units, UNITS)}")
-    identity = _identity(path, units)
+    stated = {} if units is None else {"units": units}
+    if auto:
+        stated["repair"] = "auto"
+    identity = _identity(path, stated)
     readers = part_readers(identity, registry)
     suffix = path.suffix.lower()
     if any(reader.sampled and suffix in reader.suffixes for reader in registry.readers.values()):
@@ -113,7 +120,7 @@ def draft_case(path: Path, units: str | None, registry: Registry) -> DraftCase:
     # The mean chord of any body is 4 V / A (Cauchy).
     return DraftCase(
         part=part,
-        units=units,
+        stated=stated,
         regions=regions,
         lines=lines,
         others=tuple(g for g in groups if not any(g.selector in text for text in lines.values())),
@@ -132,7 +139,7 @@ def draft_text(draft: DraftCase, name: str, file_name: str) -> str:
     file_name : str
         Of the part, beside the case file.
     """
-    unit = "" if draft.units is None else f'units = "{draft.units}"\n'
+    more = "".join(f"{key} = {toml_value(value)}\n" for key, value in draft.stated.items())
     regions = "\n\n".join(f"[region.{key}]\n{text}" for key, text in draft.lines.items())
     return f"""\
 # State what stands as "?", leave out the regions that nothing needs, then: gradedesign check
@@ -141,7 +148,7 @@ name = {toml_value(name)}
 
 [part]
 file = {toml_value(file_name)}
-{unit}
+{more}
 # Faces that may be held or loaded.
 {regions or "# None was found: see docs/parts.md for how regions are picked."}
 
@@ -168,15 +175,14 @@ size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 """
 
 
-def _identity(path: Path, units: str | None) -> CaseIdentity:
+def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
     """A case of nothing but a part."""
-    stated: dict[str, Any] = {"file": path.name, "units": units}
     context = {"folder": path.absolute().parent}
     return CaseIdentity(
         name=path.stem,
         path=path,
         folder=path.absolute().parent,
-        part=PartSpec.model_validate(stated, context=context),
+        part=PartSpec.model_validate({"file": path.name, **stated}, context=context),
         region={},
         keep=(),
         print=None,

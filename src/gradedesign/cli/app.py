@@ -141,12 +141,15 @@ def new(
         str | None,
         typer.Option("--units", help="mm, cm, m or inch, where the file carries no unit."),
     ] = None,
+    repair: Annotated[
+        str, typer.Option("--repair", help="safe, or auto where the file is damaged.")
+    ] = "safe",
     strict_plugins: Strict = False,
 ) -> None:
     """Begin a case: its file, with the part's holes and flat ends as regions."""
     from gradedesign.cli.new import new as command
 
-    command(part, output, units, strict_plugins=strict_plugins)
+    command(part, output, units=units, repair=repair, strict_plugins=strict_plugins)
 
 
 @app.command()

@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+from gradedesign.case.suggest import instead, shown
 from gradedesign.check.draft_case import DraftCase, draft_case, draft_text
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
@@ -26,16 +27,25 @@ CASE_FILE = "case.toml"
 PICTURE = "regions.png"
 
 
-def new(file: Path, output: Path | None, units: str | None, *, strict_plugins: bool) -> None:
+def new(
+    file: Path,
+    output: Path | None,
+    *,
+    units: str | None,
+    repair: str,
+    strict_plugins: bool,
+) -> None:
     """Read a part, propose regions, and write a case file beside a copy of it."""
     name = re.sub(r"[^\w.-]+", "-", file.stem).strip("-.") or "part"
     folder = Path(name) if output is None else output
     case_file = folder / CASE_FILE
     if case_file.exists():
         raise CaseError(f"{case_file} is there already; choose another folder with -o")
+    if repair not in ("safe", "auto"):
+        raise CaseError(f"--repair: found {shown(repair)}; {instead(repair, ('safe', 'auto'))}")
     registry = registry_for(strict_plugins=strict_plugins)
     with ProgressLines("new", err=True):
-        draft = draft_case(file, units, registry)
+        draft = draft_case(file, registry, units=units, auto=repair == "auto")
         beside = _copied(file, folder)
         drawn = _draw(draft, folder / PICTURE, name)
         write_text(case_file, draft_text(draft, file.stem, beside.name))
