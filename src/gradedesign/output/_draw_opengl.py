@@ -141,7 +141,8 @@ def _add_layer(plotter: pyvista.Plotter, layer: Layer, bar: ColourBar | None) ->
             "n_labels": 6,
             "fmt": "%.4g",
             "color": "black",
-            "above_label": "above" if bar.above else None,
+            # A blank keeps the swatch; the word would be drawn across it, and the caption has it.
+            "above_label": " " if bar.above else None,
         },
         **shading,
     )
