@@ -170,3 +170,16 @@ def test_a_scan_is_refused_by_name(cli, tmp_path):
     assert ended.code == 2
     assert "[part.voxels]" in ended.err
     assert not (tmp_path / "case").exists()
+
+
+@pytest.mark.parametrize("command", ["check", "run", "generate"])
+def test_a_part_in_place_of_a_case_is_told_of_the_way(cli, tmp_path, command):
+    binary, text = BRACKET, tmp_path / "text.stl"
+    trimesh.creation.box((3.0, 2.0, 1.0)).export(text, file_type="stl_ascii")
+    for part in (binary, text):
+        ended = cli(command, part)
+        assert ended.code == 2
+        assert f"is {part.name} the file of a part? `gradedesign new` begins" in ended.err
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("a = ", encoding="utf-8")
+    assert "gradedesign new" not in cli(command, wrong).err

@@ -175,12 +175,19 @@ def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:
     CaseError
         If it cannot be read, is no TOML, or is nested beyond what any case needs.
     """
-    text = _read_text(file)
     try:
-        lines = key_lines(text)
+        text = _read_text(file)
+        try:
+            lines = key_lines(text)
+        except CaseError as error:
+            raise CaseError(f"{file}: {error}") from None
+        return _parse(text, file), lines
     except CaseError as error:
-        raise CaseError(f"{file}: {error}") from None
-    return _parse(text, file), lines
+        if file.suffix.lower() == ".toml":
+            raise
+        raise CaseError(
+            f"{error}\nis {file.name} the file of a part? `gradedesign new` begins a case with one"
+        ) from None
 
 
 def _named_entries(
@@ -213,7 +220,9 @@ def case_file(path: Path) -> Path:
             beside = file.parent.iterdir() if file.parent.is_dir() else ()
             names = sorted(p.name for p in beside if p.suffix == ".toml")
             guess = instead(file.name, names, label="case files there")
-            raise CaseError(f"{file}: no such case file; {guess}")
+            raise CaseError(
+                f"{file}: no such case file; {guess}; `gradedesign new` begins one from a part"
+            )
         if not file.is_file():
             raise CaseError(f"{file}: not a regular file; expected a case file in TOML")
         return file.absolute()
