@@ -43,12 +43,14 @@ def verdict(monkeypatch):
         monkeypatch.setattr(summary, name, lambda *_: [])
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
-    for name in ("printed_data", "comparison_warnings", "void_warnings"):
+    for name in ("printed_data", "comparison_warnings"):
         monkeypatch.setattr(summary, name, lambda _: {})
     iteration = SimpleNamespace(mass_g=20.0, lattice_mass_g=10.0, utilisation=1.0)
     printed = SimpleNamespace(
         mass_g=lambda density, phase=None: density * (11.0 if phase == "lattice" else 22.0),
-        comparison=SimpleNamespace(printed=None),
+        comparison=SimpleNamespace(
+            printed=SimpleNamespace(cavities=0, cavities_mm3=0.0, volume_mm3=1.0)
+        ),
     )
     setup = SimpleNamespace(
         problem=SimpleNamespace(

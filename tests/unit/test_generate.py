@@ -215,3 +215,17 @@ def test_triangles_follow_a_stated_chord_tolerance(tmp_path, cli):
     ended = cli("generate", write(tmp_path, case + '[print]\nchord_tolerance = "0 mm"\n'))
     assert ended.code == 2
     assert "chord_tolerance" in ended.err
+
+
+def test_powder_that_a_skin_closes_in_is_told(tmp_path, cli):
+    """Both rooms of one gyroid cell, in the box within the skin less its sheet."""
+    case = CASE.replace("15 mm", "5 mm") + 'density = 0.3\nskin = "0.5 mm"\n'
+    ended = cli("generate", write(tmp_path, case), "-o", tmp_path / "closed", "--json")
+    assert ended.code == 0, ended.err
+    result = json.loads(ended.out)
+    # 0.7 of 4^3 mm^3; the cell is cut 0.5 mm from its faces, where it may hold more or less.
+    assert result["measures"]["closed_voids"]["volume_mm3"] == pytest.approx(0.7 * 64, rel=0.05)
+    (told,) = (text for text in result["warnings"] if text.startswith("the printed solid has"))
+    assert f"{result['measures']['closed_voids']['count']} closed voids of" in told
+    ended = cli("generate", write(tmp_path, CASE + RAMP), "-o", tmp_path / "open", "--json")
+    assert not [text for text in json.loads(ended.out)["warnings"] if "closed void" in text]

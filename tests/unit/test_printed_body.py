@@ -78,9 +78,10 @@ def test_closed_voids_are_told_with_their_volume():
     hollow = measure_body(as_surface(outer, void, speck))
     assert (hollow.components, hollow.cavities) == (1, 2)
     assert hollow.cavities_mm3 == pytest.approx(64.027)
-    (warning,) = void_warnings(hollow)
+    (warning,) = void_warnings(hollow.cavities, hollow.cavities_mm3, hollow.volume_mm3)
     assert "2 closed voids of 64.027 mm^3, 7% of its own volume" in warning
-    assert void_warnings(measure_body(as_surface(outer, speck))) == ()
+    little = measure_body(as_surface(outer, speck))
+    assert void_warnings(little.cavities, little.cavities_mm3, little.volume_mm3) == ()
 
 
 def compare_bodies(analysed, printed, element, elements_mm3=None):

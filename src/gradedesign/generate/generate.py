@@ -51,6 +51,7 @@ from gradedesign.resolve.print_checks import check_printed, require_voxels_fit
 from gradedesign.resolve.resolve import resolve_material
 from gradedesign.results.failed import recording_failure
 from gradedesign.results.printable import thickness_data, with_print_limits
+from gradedesign.verify.body import void_warnings
 from gradedesign.verify.printability import Printability
 from gradedesign.verify.wall_thickness import WallThickness, wall_thickness
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
@@ -256,14 +257,19 @@ def generated_result(
     material: Material | None,
 ) -> RunResult:
     """Result record of a generated lattice, as it is written."""
+    volume, islands = enclosed_volume(made.surface), made.islands
     result = stated_result(
-        (case, registry), stated, made.slabs, (enclosed_volume(made.surface), made.islands.dropped),
-        material,
-    )  # fmt: skip
-    voids = {"count": made.islands.pockets, "volume_mm3": made.islands.pocket_volume}
+        (case, registry), stated, made.slabs, (volume, islands.dropped), material
+    )
+    voids = {"count": islands.pockets, "volume_mm3": islands.pocket_volume}
+    told: tuple[str, ...] = ()
+    if case.print is None:
+        # With [print] the check of printability says more.
+        told = void_warnings(islands.pockets, islands.pocket_volume, volume)
     cell = {**result.measures["cell"], "grid_mm": made.step}
     return replace(
         result,
+        warnings=(*result.warnings, *told),
         measures={**result.measures, "cell": cell, "closed_voids": voids},
         printed={**thickness_data(made.thickness), **outer_data(case, stated.part.surface)},
     )

@@ -138,7 +138,8 @@ def verdict_result(
     warnings += comparison_warnings(printed.comparison)
     if setup.problem.case.print is None:
         # With [print] the check of printability says more.
-        warnings += void_warnings(printed.comparison.printed)
+        body = printed.comparison.printed
+        warnings += void_warnings(body.cavities, body.cavities_mm3, body.volume_mm3)
     warnings += design_notes(setup, design.rho)
     density = setup.problem.material.density
     mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")

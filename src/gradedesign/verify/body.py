@@ -78,14 +78,21 @@ def measure_body(surface: SurfaceMesh) -> Body:
     )
 
 
-def void_warnings(body: Body) -> tuple[str, ...]:
-    """Warning of closed voids in a printed solid, from which powder or resin cannot leave."""
-    if body.cavities_mm3 <= LITTLE * body.volume_mm3:
+def void_warnings(voids: int, voids_mm3: float, solid_mm3: float) -> tuple[str, ...]:
+    """Warning of closed voids in a printed solid, from which powder or resin cannot leave.
+
+    Parameters
+    ----------
+    voids : int
+    voids_mm3, solid_mm3 : float, mm^3
+        Volume of the voids together, and of the solid.
+    """
+    if voids_mm3 <= LITTLE * solid_mm3:
         return ()
-    many = "a closed void" if body.cavities == 1 else f"{body.cavities} closed voids"
+    many = "a closed void" if voids == 1 else f"{voids} closed voids"
     return (
-        f"the printed solid has {many} of {body.cavities_mm3:.5g} mm^3, "
-        f"{body.cavities_mm3 / body.volume_mm3:.0%} of its own volume: powder or resin that "
+        f"the printed solid has {many} of {voids_mm3:.5g} mm^3, "
+        f"{voids_mm3 / solid_mm3:.0%} of its own volume: powder or resin that "
         f"fills them cannot leave, and no mass here counts it; [lattice] drain opens them, and so "
         f"do a skin on some faces only or a cell with an open void",
     )
