@@ -24,7 +24,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.loop.stages import open_stages
 from gradedesign.output.result import RunResult
-from gradedesign.output.tradeoff_plot import TradeoffPoint, plot_tradeoff
+from gradedesign.output.tradeoff_plot import TradeoffPoint, mass_unit, plot_tradeoff
 from gradedesign.results.failed import recording_failure
 from gradedesign.results.files import write_result
 from gradedesign.results.finished import finished_result
@@ -375,6 +375,29 @@ def test_the_plot_of_many_designs_in_many_panels(tmp_path):
     picture = imread(BytesIO((tmp_path / "plot.png").read_bytes()))[:, :, :3]
     assert picture.shape[1] > 1.4 * picture.shape[0]
     assert 0.01 < (picture.min(axis=2) < 0.9).mean() < 0.5
+
+
+def test_the_plot_of_more_cells_than_colours(tmp_path):
+    """The list beside the panels ends within the picture, which its lowest rows show white."""
+    points = [
+        TradeoffPoint(
+            number=k,
+            label=f"cell {k}",
+            group=f"cell {k}",
+            mass_g=2e4 + 1e3 * k,
+            utilisation={"stress": 1.0 - 0.01 * k},
+            marked=k % 9 == 0,
+        )
+        for k in range(86)
+    ]
+    assert mass_unit(points) == ("kg", 1e-3)
+    assert mass_unit(points[:0]) == ("g", 1.0)
+    plot_tradeoff(tmp_path / "plot.png", points, ["stress"], title="many", note="")
+    picture = imread(BytesIO((tmp_path / "plot.png").read_bytes()))[:, :, :3]
+    rows, columns = picture.shape[:2]
+    right = picture[:, int(0.65 * columns) :]
+    assert (right[: rows // 2] < 0.9).any()
+    assert (right[int(0.9 * rows) :] == 1.0).all()
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,10 @@ _MOST_NUMBERED = 40
 #: Lines of the list that fit a panel, and letters of a line.
 _LINES_PER_PANEL, _LETTERS = 22, 42
 _MARKERS = "osD^v<>ph*"
+#: Groups that colours and markers tell apart; of more, only non-dominated designs have a colour.
+_MOST_GROUPS = 20
+#: Masses above are in kg.
+_HEAVY_G = 10_000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,6 +69,8 @@ def plot_tradeoff(
     figure = empty_figure(across * _WIDE + _LIST, down * _HIGH + 0.6, title)
     grid = figure.add_gridspec(down, across + 1, width_ratios=[_WIDE] * across + [_LIST])
     groups = list(dict.fromkeys(point.group for point in points))
+    if len(groups) > _MOST_GROUPS:
+        groups = []
     for k, limit in enumerate(limits):
         axes: Any = figure.add_subplot(grid[k // across, k % across])
         _draw_panel(axes, points, groups, limit)
@@ -78,24 +84,32 @@ def _draw_panel(
 ) -> None:
     """Points of one limit; those that are marked have a ring and a bold number."""
     shown = [point for point in points if limit in point.utilisation]
+    unit, scale = mass_unit(points)
     axes.axhline(100.0, color="black", linewidth=1.0)
-    for point in shown:
-        colour, marker = _style(groups.index(point.group))
-        x, y = point.mass_g, 100 * point.utilisation[limit]
+    for point in sorted(shown, key=lambda p: p.marked):
+        colour, marker = _style(point, groups)
+        x, y = scale * point.mass_g, 100 * point.utilisation[limit]
         broken = max(point.utilisation.values()) > 1.0
         face = "white" if broken else colour
         axes.plot([x], [y], marker, color=colour, markerfacecolor=face, markersize=6)
         if point.marked:
             axes.plot([x], [y], "o", color="black", markerfacecolor="none", markersize=12)
-    _number(axes, shown, limit)
-    axes.set(xlabel="mass [g]", ylabel="utilisation of the limit [%]")
+    _number(axes, shown, limit, scale)
+    axes.locator_params(axis="x", nbins=6)
+    axes.set(xlabel=f"mass [{unit}]", ylabel="utilisation of the limit [%]")
     axes.set_title(textwrap.fill(limit, 52), fontsize=10)
     axes.margins(0.12, 0.14)
     axes.grid(visible=True, color="#e5e5e5", linewidth=0.6)
     axes.set_axisbelow(True)
 
 
-def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str) -> None:
+def mass_unit(points: Sequence[TradeoffPoint]) -> tuple[str, float]:
+    """Unit of the masses, and grams in it."""
+    heaviest = max((point.mass_g for point in points), default=0.0)
+    return ("kg", 1e-3) if heaviest > _HEAVY_G else ("g", 1.0)
+
+
+def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str, scale: float) -> None:
     """Write the numbers of the designs beside their points, those of near points in one text."""
     numbered = [p for p in points if p.marked or len(points) <= _MOST_NUMBERED]
     if not numbered:
@@ -122,7 +136,7 @@ def _number(axes: Any, points: Sequence[TradeoffPoint], limit: str) -> None:
         marked = cluster[0].marked
         axes.annotate(
             ", ".join(str(point.number) for point in sorted(cluster, key=lambda p: p.number)),
-            (cluster[0].mass_g, 100 * cluster[0].utilisation[limit]),
+            (scale * cluster[0].mass_g, 100 * cluster[0].utilisation[limit]),
             xytext=(7, 7 if marked else -12),
             textcoords="offset points",
             fontsize=9 if marked else 8,
@@ -139,8 +153,8 @@ def _draw_list(
 
     axes.axis("off")
     handles = []
-    for k, group in enumerate(groups):
-        colour, marker = _style(k)
+    for group in groups:
+        colour, marker = _style(next(p for p in points if p.group == group), groups)
         label = textwrap.fill(group, _LETTERS - 6)
         handles.append(Line2D([], [], color=colour, marker=marker, linestyle="", label=label))
     ring: dict[str, Any] = {
@@ -156,8 +170,9 @@ def _draw_list(
         handles=handles, loc="upper left", bbox_to_anchor=(0.0, 1.0), fontsize=9, frameon=False
     )
     lines = ["Non-dominated designs"]
+    unit, scale = mass_unit(points)
     for point in sorted((p for p in points if p.marked), key=lambda p: p.mass_g):
-        text = f"{point.number}: {point.label}, {point.mass_g:.4g} g"
+        text = f"{point.number}: {point.label}, {scale * point.mass_g:.4g} {unit}"
         lines += textwrap.wrap(text, _LETTERS, subsequent_indent="    ")
     room = _LINES_PER_PANEL * down - sum(str(h.get_label()).count("\n") + 1 for h in handles)
     if len(lines) > max(room, 3):
@@ -167,6 +182,9 @@ def _draw_list(
     axes.text(0.02, box.y0 - 0.03, "\n".join(lines), fontsize=9, va="top", transform=axes.transAxes)
 
 
-def _style(k: int) -> tuple[str, str]:
-    """Colour and marker of a group."""
+def _style(point: TradeoffPoint, groups: Sequence[str]) -> tuple[str, str]:
+    """Colour and marker of a design: its group's, or, without groups, whether it is marked."""
+    if not groups:
+        return (COLOURS[0] if point.marked else GREY), _MARKERS[0]
+    k = groups.index(point.group)
     return COLOURS[k % len(COLOURS)], _MARKERS[(k // len(COLOURS) + k) % len(_MARKERS)]
