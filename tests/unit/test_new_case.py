@@ -49,6 +49,8 @@ def test_a_new_case_needs_nothing_but_what_stands_as_a_question(cli, tmp_path):
     assert faces["hole_9_z"] == 4
     assert faces["hole_12_y"] == 1
     assert faces["hole_16_z"] == 4
+    # The eye of the lug has 24 mm as well, so that this one is told by a point of its axis.
+    assert faces["hole_24_y"] == 1
     assert {"x_min", "x_max", "y_min", "y_max", "z_min"} <= set(faces)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gradedesign.arrays import FloatArray
 from gradedesign.case.part_schema import UNITS, PartSpec
 from gradedesign.case.regions_schema import AXES
 from gradedesign.case.run_schema import OutputSpec, RunSpec
@@ -27,6 +28,8 @@ from gradedesign.resolve.part_readers import part_readers
 
 #: Kinds of faces that are proposed as regions: so many of each.
 MOST_REGIONS = 12
+#: Share of a size below which a coordinate is rounding noise.
+_NOISE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,10 +115,13 @@ def draft_case(
         except CaseError:
             # Not on this part, or not told apart by these keys.
             continue
-        if name not in regions and not any(_same(found, other) for other in regions.values()):
-            regions[name] = found
-            lines[name] = "\n".join(f"{key} = {toml_value(value)}" for key, value in keys.items())
-            lines[name] += _one_of(found, part)
+        if any(_same(found, other) for other in regions.values()):
+            continue
+        alike = sum(other == name or other.startswith(f"{name}_") for other in regions)
+        key = f"{name}_{alike + 1}" if name in regions else name
+        regions[key] = found
+        lines[key] = "\n".join(f"{k} = {toml_value(value)}" for k, value in keys.items())
+        lines[key] += _one_of(found, part)
     area = float(areas(corner_points(part.surface)).sum())
     # The mean chord of any body is 4 V / A (Cauchy).
     return DraftCase(
@@ -123,7 +129,7 @@ def draft_case(
         stated=stated,
         regions=regions,
         lines=lines,
-        others=tuple(g for g in groups if not any(g.selector in text for text in lines.values())),
+        others=tuple(g for g in groups if not (g.concave and _hole_name(g) in lines)),
         cell_size=float(f"{2.0 * part.volume / area:.2g}"),
     )
 
@@ -196,12 +202,20 @@ def _holes(groups: tuple[CylinderGroup, ...]) -> Iterator[tuple[str, dict[str, A
     """Holes by diameter and direction, the largest faces first."""
     holes = sorted((g for g in groups if g.concave), key=lambda g: -g.area)
     for hole in holes[:MOST_REGIONS]:
-        cylinder = {"diameter": f"{hole.diameter:.4g} mm"}
+        cylinder: dict[str, Any] = {"diameter": f"{hole.diameter:.4g} mm"}
         if hole.axis_name is not None:
             cylinder["axis"] = hole.axis_name
-        width = f"{hole.diameter:.4g}".replace(".", "_")
-        name = f"hole_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
+        name = _hole_name(hole)
         yield name, {"cylinder": cylinder, "count": hole.count}
+        if hole.count == 1:
+            # Where a boss or a rounding has the same diameter.
+            point = _lengths(hole.points[0], hole.diameter)
+            yield name, {"cylinder": {**cylinder, "point": point}, "count": 1}
+
+
+def _hole_name(hole: CylinderGroup) -> str:
+    width = f"{hole.diameter:.4g}".replace(".", "_")
+    return f"hole_{width}" + ("" if hole.axis_name is None else f"_{hole.axis_name}")
 
 
 def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -227,8 +241,13 @@ def _one_of(region: Region, part: Part) -> str:
         return ""
     face = part.faces.faces[region.faces[0]]
     point = face.centroid if face.point is None else face.point
-    at = [f"{0.0 if abs(x) < 1e-6 * part.diagonal else x:.4g} mm" for x in point]
-    return f"\n# nearest = {toml_value(at)} with count = 1 takes one of them"
+    at = toml_value(_lengths(point, part.diagonal))
+    return f"\n# nearest = {at} with count = 1 takes one of them"
+
+
+def _lengths(point: FloatArray, size: float) -> list[str]:
+    """Coordinates as a case states them, without rounding noise beside a size, mm."""
+    return [f"{0.0 if abs(x) < _NOISE * size else x:.6g} mm" for x in point]
 
 
 def _same(a: Region, b: Region) -> bool:
