@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 #: Edges of CalculiX' tetrahedra over a cell; half as many grid steps of the contour.
 EDGES = (0.17, 0.12)
 #: Spacing of our tetrahedra's grid over a cell, and of finite cells.
-GRIDS, BRICKS = (0.05, 0.035), (0.07, 0.05)
+GRIDS, BRICKS = (0.07, 0.05), (0.07, 0.05)
 
 
 def model_of(solid, mesh, tolerance):
