@@ -225,6 +225,9 @@ def test_powder_that_a_skin_closes_in_is_told(tmp_path, cli):
     result = json.loads(ended.out)
     # 0.7 of 4^3 mm^3; the cell is cut 0.5 mm from its faces, where it may hold more or less.
     assert result["measures"]["closed_voids"]["volume_mm3"] == pytest.approx(0.7 * 64, rel=0.05)
+    # Solid and voids fill the box.
+    filled = result["relative_density"] * 125 + result["measures"]["closed_voids"]["volume_mm3"]
+    assert filled == pytest.approx(125, rel=1e-4)
     (told,) = (text for text in result["warnings"] if text.startswith("the printed solid has"))
     assert f"{result['measures']['closed_voids']['count']} closed voids of" in told
     ended = cli("generate", write(tmp_path, CASE + RAMP), "-o", tmp_path / "open", "--json")

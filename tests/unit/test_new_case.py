@@ -4,11 +4,17 @@ import importlib.util
 import json
 import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+
+from gradedesign.check.draft_case import draft_case, draft_text
+from gradedesign.part.file_faces import FileFaces
+from gradedesign.part.raw_triangles import RawTriangles
+from gradedesign.plugin.registry import build_registry
 
 ROOT = Path(__file__).parents[2]
 BRACKET = ROOT / "cases" / "bracket" / "bracket.stl"
@@ -102,6 +108,9 @@ def test_nothing_is_overwritten(cli, tmp_path):
     ended = cli("new", BRACKET, "--units", "mm", "-o", folder)
     assert (ended.code, (folder / "case.toml").read_text(encoding="utf-8")) == (2, "mine")
     (folder / "case.toml").unlink()
+    (folder / "regions.png").write_bytes(b"mine")
+    assert "regions.png is there already" in cli("new", BRACKET, "--units", "mm", "-o", folder).err
+    (folder / "regions.png").unlink()
     (folder / "bracket.stl").write_bytes(b"another")
     ended = cli("new", BRACKET, "--units", "mm", "-o", folder)
     assert "is another file" in ended.err
@@ -112,6 +121,37 @@ def test_a_part_stays_where_its_case_is_written(cli, tmp_path):
     shutil.copy(BRACKET, tmp_path)
     assert cli("new", tmp_path / BRACKET.name, "--units", "mm", "-o", tmp_path).code == 0
     assert (tmp_path / "case.toml").is_file()
+
+
+def test_a_link_is_copied_as_the_part_that_it_leads_to(cli, tmp_path):
+    link = tmp_path / "link.stl"
+    link.symlink_to(BRACKET)
+    assert cli("new", link, "--units", "mm", "-o", tmp_path / "case").code == 0
+    copy = tmp_path / "case" / "link.stl"
+    assert not copy.is_symlink()
+    assert copy.read_bytes() == BRACKET.read_bytes()
+
+
+def test_names_of_faces_that_no_case_can_state_are_left_out(tmp_path, monkeypatch):
+    """A name too long for a case, one of another script, and two that give one name of a region."""
+    names = {1: "n" * 200, 2: "ナット", 3: "Lug A", 4: "lug-a"}
+    corners = trimesh.creation.box((30.0, 20.0, 10.0)).triangles
+    planes = np.argmax(np.abs(np.cross(*np.diff(corners, axis=1).swapaxes(0, 1))), axis=1)
+    side = 2 * planes + (corners.mean(axis=1)[np.arange(12), planes] > 0)
+
+    def read(path):
+        return RawTriangles(corners=corners, unit="mm", faces=FileFaces(label=side, names=names))
+
+    registry = build_registry()
+    reader = replace(registry.readers["stl"], read=read)
+    registry = replace(registry, readers={**registry.readers, "stl": reader})
+    (tmp_path / "box.stl").write_bytes(b"")
+    draft = draft_case(tmp_path / "box.stl", registry)
+    assert {"face", "lug_a", "lug_a_2"} <= set(draft.regions)
+    data = tomllib.loads(draft_text(draft, "box", "box.stl"))
+    assert data["region"]["face"] == {"name": "ナット"}
+    assert data["region"]["lug_a_2"] == {"name": "lug-a"}
+    assert not [key for key in draft.regions if key.startswith("nnn")]
 
 
 def test_damage_that_needs_a_choice_is_repaired_when_it_is_asked_for(cli, tmp_path):

@@ -5,29 +5,31 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.part_schema import UNITS, PartSpec
 from gradedesign.case.regions_schema import AXES
 from gradedesign.case.run_schema import OutputSpec, RunSpec
 from gradedesign.case.schema import CaseIdentity, RegionSpec
-from gradedesign.case.suggest import instead, shown
 from gradedesign.case.toml_text import toml_value
 from gradedesign.errors import CaseError
-from gradedesign.mesh.surface_mesh import corner_points
-from gradedesign.output.region_mark import areas
+from gradedesign.mesh._surface_mesh_kernels import triangle_areas
 from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
 from gradedesign.part.part import Part, read_part
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.part_readers import part_readers
 
-#: Kinds of faces that are proposed as regions: so many of each.
+#: Regions of each kind (named faces, holes) that are proposed.
 MOST_REGIONS = 12
+#: Letters of a region's name that a name in the file gives.
+_LETTERS = 60
 #: Share of a size below which a coordinate is rounding noise.
 _NOISE = 1e-6
 
@@ -70,21 +72,19 @@ def draft_case(
         The part's file.
     registry : Registry
     units : str, optional
-        Of its coordinates, where the file carries none.
+        One of `UNITS`, of its coordinates where the file carries none.
     auto : bool
         Whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does.
 
     Raises
     ------
     CaseError
-        If no reader takes the file, it holds voxels, or its unit is not known.
+        If there is no such file, no reader takes it, it holds voxels, or its unit is not known.
     PartError
         If its geometry is damaged.
     """
     if not path.is_file():
         raise CaseError(f"{path}: no such file; expected the file of a part")
-    if units is not None and units not in UNITS:
-        raise CaseError(f"--units: found {shown(units)}; {instead(units, UNITS)}")
     stated = {} if units is None else {"units": units}
     if auto:
         stated["repair"] = "auto"
@@ -112,17 +112,16 @@ def draft_case(
         try:
             spec = {name: RegionSpec.model_validate(keys)}
             found = select_regions(part.surface, part.faces, spec, part.file_faces)[name]
-        except CaseError:
-            # Not on this part, or not told apart by these keys.
+        except (CaseError, ValidationError):
+            # Not on this part, not told apart by these keys, or a name that no case can state.
             continue
         if any(_same(found, other) for other in regions.values()):
             continue
-        alike = sum(other == name or other.startswith(f"{name}_") for other in regions)
-        key = f"{name}_{alike + 1}" if name in regions else name
+        key = next(k for k in chain([name], (f"{name}_{n}" for n in count(2))) if k not in regions)
         regions[key] = found
         lines[key] = "\n".join(f"{k} = {toml_value(value)}" for k, value in keys.items())
         lines[key] += _one_of(found, part)
-    area = float(areas(corner_points(part.surface)).sum())
+    area = float(triangle_areas(part.surface.vertices, part.surface.faces).sum())
     # The mean chord of any body is 4 V / A (Cauchy).
     return DraftCase(
         part=part,
@@ -183,7 +182,8 @@ size = "{draft.cell_size:g} mm"  # half of the part's mean thickness
 
 def _identity(path: Path, stated: Mapping[str, str]) -> CaseIdentity:
     """A case of nothing but a part."""
-    context = {"folder": path.absolute().parent}
+    # The part is copied beside its case, wherever a link leads.
+    context = {"folder": path.absolute().parent, "allow_outside": True}
     return CaseIdentity(
         name=path.stem,
         path=path,
@@ -224,7 +224,7 @@ def _file_names(part: Part) -> Iterator[tuple[str, dict[str, Any]]]:
         return
     names = list(dict.fromkeys(part.file_faces.names.values()))
     for name in names[:MOST_REGIONS]:
-        plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower()
+        plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower()[:_LETTERS]
         yield plain or "face", {"name": name}
 
 

@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+from gradedesign.case.part_schema import UNITS
 from gradedesign.case.suggest import instead, shown
 from gradedesign.check.draft_case import DraftCase, draft_case, draft_text
 from gradedesign.cli.plugins import registry_for
@@ -39,8 +40,11 @@ def new(
     name = re.sub(r"[^\w.-]+", "-", file.stem).strip("-.") or "part"
     folder = Path(name) if output is None else output
     case_file = folder / CASE_FILE
-    if case_file.exists():
-        raise CaseError(f"{case_file} is there already; choose another folder with -o")
+    for path in (case_file, folder / PICTURE):
+        if path.exists():
+            raise CaseError(f"{path} is there already; choose another folder with -o")
+    if units is not None and units not in UNITS:
+        raise CaseError(f"--units: found {shown(units)}; {instead(units, UNITS)}")
     if repair not in ("safe", "auto"):
         raise CaseError(f"--repair: found {shown(repair)}; {instead(repair, ('safe', 'auto'))}")
     registry = registry_for(strict_plugins=strict_plugins)
@@ -58,8 +62,8 @@ def new(
     print_text(f"picture: {folder / PICTURE}", hang=2)
     print_text(f"case: {case_file}", hang=2)
     print_text(
-        f'State what stands as "?" there: material, supports, loads and limits. Then: gradedesign '
-        f"check {folder}",
+        'State what stands as "?" there: material, supports, loads, limits and cell. Then: '
+        f"gradedesign check {folder}",
         hang=2,
     )
     print_warnings((*part.report.warnings, *drawn))

@@ -14,9 +14,9 @@ from gradedesign.part.cylinders import CylinderGroup
 from gradedesign.part.part import Part
 from gradedesign.part.regions import Region
 
-#: Groups of cylinders that are printed; ``--json`` has all.
+#: Groups of cylinders that are printed; ``check --json`` has all.
 _MOST_HOLES = 12
-#: Faces of the file that are printed; ``--json`` has all.
+#: Faces of the file that are printed; ``check --json`` has all.
 _MOST_FILE_FACES = 24
 #: Points of one group that are printed.
 _MOST_POINTS = 4
@@ -69,7 +69,7 @@ def print_holes(part: Part, holes: Sequence[CylinderGroup]) -> None:
     )
     more = len(holes) - _MOST_HOLES
     if more > 0:
-        print_text(f"  and {more} more; --json lists all")
+        print_text(f"  and {more} more; `gradedesign check --json` lists all")
 
 
 def print_file_faces(part: Part) -> None:
@@ -94,7 +94,7 @@ def print_file_faces(part: Part) -> None:
     )
     more = len(rows) - _MOST_FILE_FACES
     if more > 0:
-        print_text(f"  and {more} more; --json lists all")
+        print_text(f"  and {more} more; `gradedesign check --json` lists all")
 
 
 def triple(vector: FloatArray, size: float = 0.0) -> str:

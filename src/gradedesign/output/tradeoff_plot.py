@@ -104,7 +104,7 @@ def _draw_panel(
 
 
 def mass_unit(points: Sequence[TradeoffPoint]) -> tuple[str, float]:
-    """Unit of the masses, and grams in it."""
+    """Unit of the masses, and what a gram is in it."""
     heaviest = max((point.mass_g for point in points), default=0.0)
     return ("kg", 1e-3) if heaviest > _HEAVY_G else ("g", 1.0)
 
