@@ -28,6 +28,7 @@ SLOW = {
     "knot",
     "mbb-beam",
     "ramirez-cantilever",
+    "ramirez-primitive",
     "ramirez-whole",
     "size-graded",
     "step-part",
