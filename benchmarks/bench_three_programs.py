@@ -1,10 +1,12 @@
 """One block by finite cells, by our tetrahedra, and by CalculiX on a mesh of its surface.
 
 ``python benchmarks/bench_three_programs.py [cell density cells]``, 3x3x3 gyroid sheets of density
-0.3 by default, pressed between plates of an eighth. Finite cells and tetrahedra take the field at
-two spacings; CalculiX takes quadratic tetrahedra with which fTetWild fills the contoured surface,
-of two sizes, and solves them itself. Every pair is extrapolated with order 2, the finite cells' by
-the band that acceptance makes. Without ``ccx`` it says so and compares the other two.
+0.3 by default, pressed between plates of an eighth. Tetrahedra take the field at two spacings and
+finite cells at three; CalculiX takes quadratic tetrahedra with which fTetWild fills one fine
+contour, of two sizes, and solves them itself. Each program's works are extrapolated as acceptance
+does. Tetrahedra of fTetWild are finer than asked where its envelope is narrow, so their size is the
+edge of the cube that five of them fill on average. Without ``ccx`` it says so and compares the
+other two.
 """
 
 import shutil
@@ -19,10 +21,18 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "verification"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "cases"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-#: Edges of CalculiX' tetrahedra over a cell; half as many grid steps of the contour.
-EDGES = (0.17, 0.12)
-#: Spacing of our tetrahedra's grid over a cell, and of finite cells.
-GRIDS, BRICKS = (0.07, 0.05), (0.07, 0.05)
+#: Spacing of the contour that CalculiX' tetrahedra fill, over a cell, and the distance within which
+#: its triangles are made fewer: the sheets are 1/10 thick.
+CONTOUR, CHORD = 0.0125, 2e-3
+#: Edges that fTetWild is asked for, over a cell, and the distances within which it follows the
+#: contour, which decide on the size of most tetrahedra.
+EDGES = ((0.2, 1e-2), (0.1, 4e-3))
+#: Spacing of our tetrahedra's grid over a cell.
+GRIDS = (0.07, 0.05)
+#: Bricks along a cell, in one ratio as nearly as whole bricks of the block allow.
+BRICKS = (43 / 3, 60 / 3, 84 / 3)
+#: Tetrahedra in a cube, for their size.
+IN_A_CUBE = 5
 
 
 def model_of(solid, mesh, tolerance):
@@ -48,28 +58,41 @@ def model_of(solid, mesh, tolerance):
 
 
 def by_tetrahedra(solid, high, h):
-    """Work of the load case by stuffed tetrahedra on a grid of ``h``, N mm, and its unknowns."""
+    """Size, work of the load case by stuffed tetrahedra on a grid of ``h``, N mm, and unknowns."""
     from gradedesign.fe.solve import solve_elastic
     from gradedesign.mesh.stuffing import stuff
 
     mesh = stuff(solid.field, (0, 0, 0), tuple(round(x / h) for x in high), h)
     space, stiffness, vector = model_of(solid, mesh, 0.01 * h)
     (solution,) = solve_elastic(space, stiffness, [vector])
-    return float((vector.force * solution.displacement).sum()), 3 * space.nodes.shape[1]
+    work = float((vector.force * solution.displacement).sum())
+    return h, work, 3 * space.nodes.shape[1], volume_of(mesh)
 
 
-def by_calculix(solid, high, edge):
-    """Work of the load case by CalculiX on fTetWild's tetrahedra, N mm, and its unknowns."""
+def volume_of(mesh):
+    """Volume of tetrahedra, mm^3."""
+    from gradedesign.mesh.tet_mesh import signed_volumes
+
+    return float(signed_volumes(mesh).sum())
+
+
+def contour_of(solid, high):
+    """The surface that CalculiX' tetrahedra fill."""
+    from gradedesign.lattice.surface import extract_surface
+    from gradedesign.mesh.chord_tolerance import within_chord
+
+    return within_chord(extract_surface(solid.field, (0, 0, 0), high, CONTOUR), CHORD)
+
+
+def by_calculix(solid, surface, edge, envelope):
+    """Size, work by CalculiX on fTetWild's tetrahedra of a surface, N mm, unknowns and volume."""
     from test_calculix_decks import displacements
 
-    from gradedesign.lattice.surface import extract_surface
     from gradedesign.mesh.meshed_surface import tetrahedralize
     from gradedesign.output.calculix import Deck, DeckStep, write_calculix
 
-    surface = extract_surface(solid.field, (0, 0, 0), high, edge / 3)
-    mesh = tetrahedralize(
-        surface, edge_length=edge, epsilon=edge / 40, time_limit_s=3600, memory_limit_bytes=12 << 30
-    ).mesh
+    limits = {"time_limit_s": 3600, "memory_limit_bytes": 12 << 30}
+    mesh = tetrahedralize(surface, edge_length=edge, epsilon=envelope, **limits).mesh
     space, stiffness, vector = model_of(solid, mesh, 0.1 * edge)
     step = DeckStep(name="press", supports=vector.supports, force=vector.force, displacement=0.0)
     with tempfile.TemporaryDirectory() as folder:
@@ -79,48 +102,54 @@ def by_calculix(solid, high, edge):
         words = path.read_text().replace("*STATIC", "*STATIC, SOLVER=ITERATIVE CHOLESKY")
         path.write_text(words)
         (moved,) = displacements(path)
-    return float((vector.force * moved.T).sum()), 3 * space.nodes.shape[1]
+    size = (IN_A_CUBE * volume_of(mesh) / mesh.tets.shape[1]) ** (1 / 3)
+    work = float((vector.force * moved.T).sum())
+    return size, work, 3 * space.nodes.shape[1], volume_of(mesh)
+
+
+def by_finite_cells(solid, per_cell):
+    """Result of finite cells, as many along a cell."""
+    from gradedesign.finite_cell import analyse
+
+    return analyse(solid, 1.0 / per_cell)
 
 
 def compare(name, rho, cells):
-    """Print what the three say, two values each, and their limits over CalculiX'."""
+    """Print the works of the three programs, and their limits over CalculiX'."""
     from bench_finite_cell_accuracy import block_of, residual_of
-
-    from gradedesign.finite_cell import analyse
-    from gradedesign.limits.banded import banded
-    from gradedesign.verify.finite_cells import ORDERS
 
     _, solid, _ = block_of(name, rho, cells)
     high, limits = tuple(map(float, cells)), {}
     print(f"{name} {rho:g}, {'x'.join(map(str, cells))}: work of the load, N mm")
-    programs = [("tetrahedra", GRIDS, by_tetrahedra)]
     if shutil.which("ccx") is None:
         print("  CalculiX is not compared: no program ccx")
     else:
-        programs.insert(0, ("CalculiX", EDGES, by_calculix))
-    for program, sizes, solve in programs:
-        began = time.perf_counter()
-        found = [solve(solid, high, size) for size in sizes]
-        values = [(size, work) for size, (work, _) in zip(sizes, found, strict=True)]
-        limits[program] = banded(values, (2.0, 2.0, 2.0)).value
-        unknowns = found[-1][1]
-        report(program, [work for work, _ in found], limits, unknowns, began)
+        began, surface = time.perf_counter(), contour_of(solid, high)
+        report("CalculiX", [by_calculix(solid, surface, *e) for e in EDGES], limits, began)
     began = time.perf_counter()
-    solved = [analyse(solid, size) for size in BRICKS]
-    values = [(r.spacing, r.work["press"]) for r in solved]
-    band = banded(values, ORDERS, [residual_of(r, "press") for r in solved])
-    limits["finite cells"] = band.value
-    report("finite cells", [v for _, v in values], limits, solved[-1].unknowns, began)
-    print(f"  band of finite cells {band.low:.5g} to {band.high:.5g}")
+    report("tetrahedra", [by_tetrahedra(solid, high, h) for h in GRIDS], limits, began)
+    began = time.perf_counter()
+    solved = [by_finite_cells(solid, n) for n in BRICKS]
+    rows = [(r.spacing, r.work["press"], r.unknowns, r.volume) for r in solved]
+    report("finite cells", rows, limits, began, [residual_of(r, "press") for r in solved])
 
 
-def report(program, works, limits, unknowns, began):
-    """One row of the table."""
-    peer = next(iter(limits))
-    ratio = limits[program] / limits[peer] - 1.0
+def report(program, rows, limits, began, residuals=None):
+    """Print size, work, unknowns and volume of each resolution, and the limit with its band."""
+    from gradedesign.limits.banded import banded
+    from gradedesign.verify.finite_cells import ORDERS
+
+    for size, work, unknowns, volume in rows:
+        print(
+            f"  {program}: {work:.5g} on elements of {size:.3g}, {unknowns} unknowns, "
+            f"volume {volume:.4f}"
+        )
+    band = banded([(size, work) for size, work, *_ in rows], ORDERS, residuals)
+    peer = limits.setdefault("peer", (program, band.value))
     print(
-        f"  {program}: {', '.join(f'{w:.5g}' for w in works)}, limit {limits[program]:.5g} "
-        f"({ratio:+.2%} of {peer}), {unknowns} unknowns, {time.perf_counter() - began:.0f} s",
+        f"  {program}: limit {band.value:.5g} ({band.value / peer[1] - 1.0:+.2%} of {peer[0]}), "
+        f"band {band.low:.5g} to {band.high:.5g}, order {band.order}, "
+        f"{time.perf_counter() - began:.0f} s",
         flush=True,
     )
 
