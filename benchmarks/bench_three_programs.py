@@ -58,7 +58,7 @@ def model_of(solid, mesh, tolerance):
 
 
 def by_tetrahedra(solid, high, h):
-    """Size, work of the load case by stuffed tetrahedra on a grid of ``h``, N mm, and unknowns."""
+    """Size, work by stuffed tetrahedra on a grid of ``h``, N mm, unknowns and volume."""
     from gradedesign.fe.solve import solve_elastic
     from gradedesign.mesh.stuffing import stuff
 

@@ -78,8 +78,8 @@ def mesh_within_budget(
     if spacing < fitting <= coarsest:
         refuse(
             f"a grid of {spacing:.4g} mm needs {_need_words(volume, spacing)}; [run] memory "
-            f"{memory_limit_bytes / 1e9:.3g} GB holds {fitting:.4g} mm and a margin for what is "
-            f"counted when it is built; taking that"
+            f"{memory_limit_bytes / 1e9:.3g} GB holds {fitting:.4g} mm, with 1 % to spare "
+            f"for dividing the part's box; taking that"
         )
         spacing = fitting
     before: CoarseGridError | None = None
