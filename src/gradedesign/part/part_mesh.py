@@ -28,6 +28,9 @@ VOLUME_TOLERANCE = 0.01
 WELD = 1e-9
 #: A facet whose centre lies this share of its size beyond the border is not in the region.
 BEYOND = 0.01
+#: Standard deviations of a cut region's area that are allowed. Neighbours are cut alike, so that
+#: 720 pads on twelve meshes had 1.2 times the deviation of facets that are independent.
+_DEVIATIONS = 4.0
 #: Share of a region's area by which its facets may differ from it at most, however it is cut.
 _MOST_MISSING = 0.25
 #: Bricks of a box are no thinner than this share of the mesh size where regions ask for them.
@@ -264,8 +267,9 @@ def check_region_area(
 
     Facets end at the edges of the part, but run across the border that a clipping box cuts, where
     each counts as a whole or not at all. Its error is then spread evenly over half its area to
-    either side, with a standard deviation of 1/sqrt(12) of it; those of all facets of edge e along
-    a cut of length L add up to sqrt(L/e) times as much, of which three are allowed.
+    either side, with a standard deviation of 1/sqrt(12) of it. A cut of length L crosses 2/pi of
+    the length of edges per area, times L (Crofton), which for equilateral facets of edge e are
+    4 sqrt(3)/pi L/e facets. Four deviations of their sum are allowed.
 
     Parameters
     ----------
@@ -284,10 +288,9 @@ def check_region_area(
     """
     facet = region.area / max(len(region.facets), 1)
     edge = math.sqrt(4.0 / math.sqrt(3.0) * facet)  # of an equilateral triangle
-    crossed = math.sqrt(cut_length / edge) if edge else 0.0
-    allowed = min(
-        rel * expected + 3.0 / math.sqrt(12.0) * crossed * facet, _MOST_MISSING * expected
-    )
+    crossed = 4.0 * math.sqrt(3.0) / math.pi * cut_length / edge if edge else 0.0
+    deviation = math.sqrt(crossed / 12.0) * facet
+    allowed = min(rel * expected + _DEVIATIONS * deviation, _MOST_MISSING * expected)
     if not abs(region.area - expected) <= allowed:
         raise MeshError(
             f"region '{name}': its {len(region.facets)} facets on the mesh have {region.area:.6g} "
