@@ -12,6 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import trimesh
 
 import gradedesign
 from gradedesign.cell.calibration import calibrate
@@ -122,6 +123,39 @@ def test_json_is_the_result(cli, here):
     assert cli("run", CASES / "infeasible", "-o", here / "run", "--overwrite").code == 4
     both = cli("run", CASES / "infeasible", "-o", here / "run", "--overwrite", "--resume")
     assert both.code == 2
+
+
+def test_loads_that_cancel_are_shown_without_rounding_noise(cli, here):
+    trimesh.creation.annulus(r_min=8, r_max=16, height=20, sections=37).export(here / "ring.stl")
+    (here / "case.toml").write_text(
+        """
+        [case]
+        name = "ring"
+        [part]
+        file = "ring.stl"
+        units = "mm"
+        [region.bore]
+        cylinder = {diameter = "16 mm"}
+        [region.foot]
+        plane = "z = min"
+        [material]
+        name = "316L"
+        [[load_case]]
+        name = "burst"
+        fix = [{region = "foot"}]
+        load = [{region = "bore", pressure = "3.7 MPa"}]
+        [limits]
+        safety_factor = 1.5
+        [lattice]
+        cell = "sc"
+        size = "8 mm"
+        """,
+        encoding="utf-8",
+    )
+    printed = cli("check", here).out
+    loads = printed[printed.index("Loads\n") : printed.index("free rigid motions")]
+    assert "(0, 0, 0)" in loads
+    assert "e-" not in loads
 
 
 def test_check_says_what_a_run_would_do(cli, here):

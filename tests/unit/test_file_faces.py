@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError, PartError
@@ -112,6 +113,13 @@ def test_what_the_file_has_is_listed(spec, words):
     with pytest.raises(CaseError) as told:
         regions(a=spec)
     assert words in str(told.value)
+
+
+def test_one_face_needs_no_list():
+    assert RegionSpec.model_validate({"face": 3}).face == (3,)
+    for wrong in ([], "3", -1, [3, 3]):
+        with pytest.raises(ValidationError):
+            RegionSpec.model_validate({"face": wrong})
 
 
 def test_a_part_without_file_faces_says_so():

@@ -94,21 +94,23 @@ class _Normal(Reader):
 
 
 class _FaceNumbers(Reader):
-    """A list of different numbers of faces."""
+    """One number of a face, or a list of different ones."""
 
     __slots__ = ()
 
     def read(self, value: object) -> tuple[int, ...]:
-        if not isinstance(value, list) or not value:
-            raise Refused(f"found {shown(value)}; expected a list of numbers such as [3, 7]")
-        numbers = tuple(Whole(0, 2**31 - 1).read(entry) for entry in value)
+        entries = value if isinstance(value, list) else [value]
+        if not entries:
+            raise Refused(f"found {shown(value)}; expected a number such as 3, or a list of some")
+        numbers = tuple(Whole(0, 2**31 - 1).read(entry) for entry in entries)
         if len(set(numbers)) != len(numbers):
             raise Refused(f"found {shown(value)}; expected each number once")
         return numbers
 
     def json_schema(self) -> JsonSchema:
         number = {"type": "integer", "minimum": 0}
-        return {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
+        several = {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
+        return {"anyOf": [number, several]}
 
 
 class _Color(Reader):

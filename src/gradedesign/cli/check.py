@@ -153,15 +153,15 @@ def _part_lines(checked: CaseCheck) -> Iterator[str]:
 
 
 def _print_loads(checked: CaseCheck) -> None:
-    rows = []
+    rows, size = [], extent(checked.resolved.part)
     for balance in checked.resolved.balances:
+        acting = [(row.source, row.force, row.moment, row.gross, "") for row in balance.rows]
+        gross, about = sum(row.gross for row in balance.rows), triple(balance.about, size)
+        acting.append(("sum", balance.force, balance.moment, gross, about))
         rows += [
-            (balance.load_case, row.source, triple(row.force), triple(row.moment), "")
-            for row in balance.rows
+            (balance.load_case, source, triple(force, acts), triple(moment, acts * size), centre)
+            for source, force, moment, acts, centre in acting
         ]
-        about = triple(balance.about, extent(checked.resolved.part))
-        total = (triple(balance.force), triple(balance.moment), about)
-        rows.append((balance.load_case, "sum", *total))
     columns = ("load case", "on", "force N", "moment N mm", "about the held regions' centre, mm")
     print_table("Loads", columns, rows)
 
