@@ -151,29 +151,32 @@ def chosen_of(case, cell, low=0.05):
     )
 
 
-def test_sheets_take_finite_cells_where_these_let_density_fall_lower(bounds_of):
+def test_the_analysis_that_lets_density_fall_lowest_is_taken(bounds_of):
     sheet = calibrate(lookup(build_registry(), "cell_families", "gyroid-sheet"))
-    case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
-    of_sheet, of_strut = chosen_of(case, sheet), chosen_of(case, bcc())
-    assert (of_sheet.analysis.name, of_strut.analysis.name) == ("finite-cells", "tets")
     words = (
         r"finite-cells, which hold densities down to ([\d.]+) within the budgets; tets: ([\d.]+)"
     )
-    low, high = map(float, re.search(words, of_sheet.warnings[0]).groups())
-    assert of_sheet.bounds[0] == pytest.approx(low, rel=5e-3)
-    assert low < high
+    case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
+    for cell in (sheet, bcc()):
+        chosen = chosen_of(case, cell)
+        assert chosen.analysis.name == "finite-cells"
+        low, high = map(float, re.search(words, chosen.warnings[0]).groups())
+        assert chosen.bounds[0] == pytest.approx(low, rel=5e-3)
+        assert low < high
     case, _ = bounds_of('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
     assert chosen_of(case, sheet, low=0.3).analysis.name == "tets"
 
 
-@pytest.mark.parametrize(("other", "named"), [(0.10, True), (0.13, False)])
-def test_another_analysis_is_named_only_where_density_falls_much_lower(bounds_of, other, named):
+@pytest.mark.parametrize(
+    ("other", "name"), [(0.10, "finite-cells"), (0.136, "tets"), (0.15, "tets")]
+)
+def test_tetrahedra_are_taken_where_finite_cells_gain_nothing(bounds_of, other, name):
     case, _ = bounds_of('[run]\nmemory = "4 GB"\n')
     tets = replace(_of_struts(case, STUFFED_TETS), bounds=(0.136, 0.8))
     cells = replace(_of_struts(case, FINITE_CELLS), bounds=(other, 0.8))
     found = chosen_analysis([tets, cells])
-    assert found.analysis.name == "tets"
-    assert any("finite-cells" in words for words in found.warnings) == named
+    assert found.analysis.name == name
+    assert any("finite-cells" in words for words in found.warnings) == (name == "finite-cells")
 
 
 def _of_struts(case, analysis):
@@ -220,8 +223,8 @@ def test_finite_cells_are_taken_where_no_tetrahedra_fit(bounds_of):
     roomy = chosen('[run]\nmemory = "900 GB"\ntime = "1000 h"\n')
     assert (roomy.analysis.name, roomy.warnings) == ("tets", ())
     tight = chosen('[run]\nmemory = "4 GB"\n')
-    assert tight.analysis.name == "tets"
-    assert tight.warnings[0].startswith("lower density raised from 0.05")
+    assert tight.analysis.name == "finite-cells"
+    assert tight.warnings[1].startswith("lower density raised from 0.05")
     least = chosen('[run]\nmemory = "1 GB"\n')
     assert least.analysis.name == "finite-cells"
     assert not least.refusal

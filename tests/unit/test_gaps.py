@@ -59,7 +59,7 @@ def test_corner_of_a_notch_is_no_gap_unless_it_is_acute(angle, found):
 
 def able(analysis, spacing):
     return Analysable(
-        analysis=analysis, bounds=(0.2, 0.6), elements_per_wall=2.0, sheet=False, spacing=spacing,
+        analysis=analysis, bounds=(0.2, 0.6), elements_per_wall=2.0, spacing=spacing,
         memory_bytes=10**9,
     )  # fmt: skip
 

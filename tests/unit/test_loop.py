@@ -1,5 +1,6 @@
 """The loop over injected stages: what is iterated, judged and stored, and what ends it."""
 
+import json
 import time
 import weakref
 from dataclasses import replace
@@ -25,6 +26,7 @@ from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.left_designs import is_ready
 from gradedesign.loop.loop import Progress, run_loop
 from gradedesign.loop.loop_stages import Judged, Stages
+from gradedesign.loop.stages import iteration_from_stage, iteration_to_stage
 from gradedesign.output.result import Iteration
 from gradedesign.verify.acceptance import Acceptance, NoSubmodelError
 from gradedesign.verify.correction import Correction, Discrepancy
@@ -145,6 +147,27 @@ def test_a_refused_design_goes_round_with_what_it_taught():
     assert faked.given[1][first] == pytest.approx(1.0)
     assert faked.given[1][second] == pytest.approx(1.2)
     assert faked.saved == [((1,), faked.given[1], Judged(holds=False, factors=faked.given[1]))]
+
+
+def test_the_error_of_the_elements_counts_until_an_acceptance_teaches_it():
+    key = row(1.0).key
+    designs = [
+        replace(an_iteration(n, value), expected={key: 1.1})
+        for n, value in ((1, 0.98), (2, 0.89), (3, 0.85))
+    ]
+    faked = Faked(designs, accepts={2: (1.15,), 3: (1.15,)})
+    outcome = faked.run()
+    # 1.1 times 0.98 breaks the limit of 1; accepted, the second uses 1.02 of it, not 0.98.
+    assert [number for number, _ in faked.judged] == [2, 3]
+    assert faked.given[0] == {}
+    assert faked.given[1] == {key: 1.1}
+    assert faked.given[2] == {key: pytest.approx(1.15)}
+    assert outcome.ended.by == "tight"
+    # A resumed run knows it too.
+    again = Faked(designs[1:], accepts={2: (1.1,)}, iterations=(designs[0],))
+    again.run()
+    assert again.given[0] == {key: 1.1}
+    assert [number for number, _ in again.judged] == [2]
 
 
 def test_a_design_that_its_factors_break_is_not_judged_again():
@@ -340,6 +363,7 @@ def test_a_resumed_run_knows_what_acceptance_refused():
     faked = Faked(
         [an_iteration(2, 0.89)], accepts={2: (1.1,)},
         iterations=(an_iteration(1, 0.99),), refused=(1,), factors=taught(1.1),
+        last=Judged(holds=False, factors=taught(1.1)),
     )  # fmt: skip
     faked.run()
     assert faked.given == [taught(1.1)]
@@ -671,3 +695,13 @@ def test_of_a_lighter_design_and_a_tight_one_the_lighter_is_kept_and_said(mass, 
     assert outcome.ended.by == "tight"
     assert outcome.accepted.iteration.summary.number == kept
     assert outcome.ended.words.startswith("a design of 2.00% more mass") == (kept == 2)
+
+
+def test_a_stored_iteration_comes_back_whole():
+    done = replace(an_iteration(3, 0.98, 0.85), expected={row(1.0).key: 1.1})
+    arrays, meta = iteration_to_stage(done)
+    back = iteration_from_stage(arrays, json.loads(json.dumps(meta)))
+    assert back.expected == done.expected
+    assert back.rows == done.rows
+    assert (back.correction, back.discrepancy) == (done.correction, done.discrepancy)
+    assert np.array_equal(back.rho, done.rho)

@@ -5,10 +5,15 @@ from dataclasses import replace
 import pytest
 
 from gradedesign.errors import SolverError
-from gradedesign.limits.banded import Banded
+from gradedesign.limits.banded import Banded, banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
+from gradedesign.limits.verdict import (
+    all_hold,
+    expected_factors,
+    learned_factors,
+    with_factors,
+)
 
 STRESS = LimitKey(kind="stress", region="lattice")
 
@@ -61,6 +66,20 @@ def test_the_unfavourable_end_is_learned():
     assert not all_hold(accepted)
     factors = learned_factors([moves("pull", 0.9)], accepted)
     assert with_factors([moves("pull", 0.9)], factors)[0].value == pytest.approx(1.08)
+
+
+def test_the_residual_of_the_tractions_lets_expect_the_unfavourable_end():
+    """A quarter of the residual, as of a band whose value and residual fall together."""
+    explicit = [replace(moves("pull", 0.9), converges=True), stress("pull", 50.0)]
+    explicit += [replace(moves("heat", 0.2), converges=True)]
+    factors = expected_factors(explicit, {"pull": 0.4})
+    assert factors == {explicit[0].key: pytest.approx(1.1)}
+    # What two resolutions then find of a value that falls short by 0.18 of the residual: 0.4 and
+    # half of it over elements half as long.
+    true = 0.9 * (1 + 0.18 * 0.4)
+    finer = true / (1 + 0.18 * 0.2)
+    band = banded([(2.0, 0.9), (1.0, finer)], (1.0, 2.0, 3.0), [0.4, 0.2])
+    assert 0.9 * factors[explicit[0].key] == pytest.approx(band.high, rel=0.02)
 
 
 def test_what_was_zero_before_is_learned_or_an_error():

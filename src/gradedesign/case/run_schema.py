@@ -93,8 +93,8 @@ class RunSpec(Table):
     analysis: Annotated[str, _Name(_ANALYSIS)] = _ANALYSIS
     """Explicit analysis of the lattice: ``tets``, quadratic tetrahedra that follow its surface;
     ``finite-cells``, quadratic bricks that its surface cuts; or one that a plugin supplies.
-    ``auto``: tetrahedra, or finite cells where the memory holds no tetrahedra at any density, or
-    where a lattice of sheets may be less dense with them."""
+    ``auto``: tetrahedra, or finite cells where the lattice may be less dense with them within
+    memory and time."""
     mesher: Annotated[str, _Name(_MESHER)] = _MESHER
     """Mesher of the printed surface for the verdict: ``pytetwild``, or that of a plugin."""
     solver: Annotated[str, _Name(_SOLVER)] = _SOLVER

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from gradedesign.errors import SolverError
 from gradedesign.limits.analysis import Analysis
+from gradedesign.limits.banded import RESIDUAL_FACTORS
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
@@ -55,6 +56,29 @@ def learned_factors(
             )
         factors[key] = new / old if old else 1.0
     return factors
+
+
+def expected_factors(
+    explicit: Sequence[LimitRow], residuals: Mapping[str, float]
+) -> dict[LimitKey, float]:
+    """Accepted over explicit value that one analysis lets expect, where it knows its residual.
+
+    A value on finite cells is too small by a share of the residual of the tractions; acceptance,
+    whose elements are smaller, judges the unfavourable end of a band about the value without that
+    error.
+
+    Parameters
+    ----------
+    explicit : sequence of LimitRow
+    residuals : mapping of load case to float
+        See `finite_cell.traction_residual`.
+    """
+    _, share, _ = RESIDUAL_FACTORS
+    return {
+        row.key: 1.0 + share * residuals[row.load_case]
+        for row in explicit
+        if row.converges and row.load_case in residuals
+    }
 
 
 def mean_factors(earlier: Factors, later: Factors) -> dict[LimitKey, float]:

@@ -124,11 +124,14 @@ class Announcer:
             f", {kind} discrepancy {value:+.1%}"
             for kind, value in governing_discrepancies(iteration).items()
         )
+        error = max(iteration.expected.values(), default=1.0) - 1.0
         self.say(
             "iteration",
             f"iteration {summary.number}{' (resumed)' if resumed else ''}: mass "
             f"{summary.mass_g:.4g} g (lattice {summary.lattice_mass_g:.4g} g), utilisation "
-            f"{summary.utilisation:.1%}{discrepancies}, {summary.dofs / 1e6:.2f} M dof, "
+            f"{summary.utilisation:.1%}"
+            f"{f', elements too stiff by up to {error:.0%}' if error > 0.0 else ''}"
+            f"{discrepancies}, {summary.dofs / 1e6:.2f} M dof, "
             f"{summary.seconds:.0f} s",
             mass_g=summary.mass_g,
             utilisation=summary.utilisation,

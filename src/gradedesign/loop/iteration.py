@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 
 from gradedesign.arrays import FloatArray, locked
@@ -12,7 +12,7 @@ from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import Factors
+from gradedesign.limits.verdict import Factors, expected_factors
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration_steps import (
     FIRST_SIZING_ITERATIONS,
@@ -71,6 +71,8 @@ class DesignIteration:
         Density of every tetrahedron.
     at_lower_bound : bool
     discrepancy : Discrepancy
+    expected : mapping of LimitKey to float
+        Factors of `expected_factors`, which count until an acceptance teaches them.
     """
 
     summary: Iteration
@@ -80,6 +82,7 @@ class DesignIteration:
     rho: FloatArray
     at_lower_bound: bool
     discrepancy: Discrepancy
+    expected: Factors = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "variables", locked(self.variables, (None,)))
@@ -203,6 +206,7 @@ def run_iteration(
         rho=sized.rho,
         at_lower_bound=touches_lower_bound(setup, sized.rho),
         discrepancy=lesson.discrepancy,
+        expected=expected_factors(lesson.rows, analysed.result.traction_residual),
     )
     return iteration, analysed
 

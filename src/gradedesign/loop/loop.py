@@ -49,6 +49,13 @@ class Progress:
     factors: Factors = field(default_factory=dict)
     last: Judged | None = None
 
+    @property
+    def counting(self) -> Factors:
+        """Factors of the last acceptance; before any, those that the last iteration expects."""
+        if self.last is None and self.iterations:
+            return self.iterations[-1].expected
+        return self.factors
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
@@ -84,7 +91,7 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     """
     start = Progress() if start is None else start
     iterations, refused = start.iterations, start.refused
-    factors, last = start.factors, start.last
+    factors, last = start.counting, start.last
     tried, unjudged = set(refused), 0
     accepted: Accepted | None = None
     analysed: Analysed | None = None
@@ -132,6 +139,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             ended = refused_end(iterations, error)
             break
         iterations = (*iterations, iteration)
+        if last is None:
+            factors = iteration.expected
         stages.store_iteration(iterations)
     accepted, ended = judge_left(stages, iterations, factors, last, accepted, ended, tried)
     if accepted is None and refused:

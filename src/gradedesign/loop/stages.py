@@ -23,7 +23,7 @@ from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-ITERATION_VERSION = 7
+ITERATION_VERSION = 8
 
 
 def default_folder(case: CaseIdentity) -> Path:
@@ -117,6 +117,7 @@ def iteration_to_stage(iteration: DesignIteration) -> tuple[dict[str, FloatArray
         "correction": asdict(iteration.correction),
         "at_lower_bound": iteration.at_lower_bound,
         "discrepancy": asdict(iteration.discrepancy),
+        "expected": [[asdict(key), value] for key, value in iteration.expected.items()],
     }
     return {"variables": iteration.variables, "rho": iteration.rho}, meta
 
@@ -140,4 +141,5 @@ def iteration_from_stage(
             values=keyed_from_json(discrepancy["values"]),
             governing=None if governing is None else LimitKey(**governing),
         ),
+        expected=dict(keyed_from_json(meta["expected"])),
     )

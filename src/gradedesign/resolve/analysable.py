@@ -27,12 +27,6 @@ from gradedesign.verify.whole_resolution import first_spacing
 #: Mean density that a sized lattice is expected to have: this share of its window above the lower
 #: bound. Spacings grow with the third root of a volume: a guess 50 % off moves them by 14 %.
 EXPECTED_SHARE = 1 / 3
-#: An analysis that takes fewer elements than this across the thinnest wall of a cell takes it for a
-#: sheet. Only those are analysed otherwise for a lower density: finite cells of 1.8 across a strut
-#: are up to 27 % too stiff, which a design would have to learn in more iterations.
-SHEET_ELEMENTS = 1.5
-#: Lower bound of another analysis over that of the chosen one from which it is not named.
-WORTH_SAYING = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,9 +39,6 @@ class Analysable:
     bounds : (float, float)
     elements_per_wall : float
         Elements across the thinnest wall.
-    sheet : bool
-        Whether the analysis by itself takes fewer than `SHEET_ELEMENTS` of them, whatever the case
-        states.
     spacing : float, mm
         Element size that the walls at the lower bound ask for.
     memory_bytes : int
@@ -62,7 +53,6 @@ class Analysable:
     analysis: ExplicitAnalysis
     bounds: tuple[float, float]
     elements_per_wall: float
-    sheet: bool
     spacing: float
     memory_bytes: int
     warnings: tuple[str, ...] = ()
@@ -156,7 +146,6 @@ def analysable_bounds(
         analysis=analysis,
         bounds=(float(rho[least]) if least else low, high),
         elements_per_wall=per_wall,
-        sheet=analysis.elements_per_wall(cell, float(rho[least])) < SHEET_ELEMENTS,
         spacing=float(seen.spacings[least]),
         memory_bytes=int(seen.bytes.min() if refusal else seen.bytes[least]),
         warnings=warnings,
@@ -191,10 +180,9 @@ def _raised(case: Case, bounds: tuple[float, float], wall: float, need: Need) ->
 
 
 def chosen_analysis(candidates: Sequence[Analysable]) -> Analysable:
-    """Of analyses in the order of preference, the first whose memory holds any density.
+    """Of analyses in the order of preference, the first that lets density fall lowest.
 
-    Of a lattice of sheets, the one that lets density fall lowest. Predicted memory and time alone
-    decide, so that a busy machine takes the same one.
+    Predicted memory and time alone decide, so that a busy machine takes the same one.
 
     Parameters
     ----------
@@ -204,33 +192,21 @@ def chosen_analysis(candidates: Sequence[Analysable]) -> Analysable:
     Returns
     -------
     Analysable
-        With a warning that says why it is not the first one, or which other one lets density fall
-        lower.
+        With a warning that says why it is not the first one.
     """
     first = candidates[0]
-    best = next((able for able in candidates if not able.refusal), first)
-    if best is not first:
-        words = (
-            f"explicit analyses by {best.analysis.name}, since {first.analysis.name} would take "
-            f"{first.memory_bytes / 1e9:.3g} GB or more"
-        )
-        return replace(best, warnings=(words, *best.warnings))
-    lower = min(candidates, key=lambda able: (bool(able.refusal), able.bounds[0]))
-    if lower.bounds[0] >= best.bounds[0]:
+    best = min(candidates, key=lambda able: (bool(able.refusal), able.bounds[0]))
+    if best is first:
         return best
-    if all(able.sheet for able in lower.zones or (lower,)):
-        words = (
-            f"explicit analyses by {lower.analysis.name}, which hold densities down to "
-            f"{lower.bounds[0]:.3g} within the budgets; {best.analysis.name}: {best.bounds[0]:.3g}"
+    words = f"explicit analyses by {best.analysis.name}, "
+    if first.refusal:
+        words += f"since {first.analysis.name} would take {first.memory_bytes / 1e9:.3g} GB or more"
+    else:
+        words += (
+            f"which hold densities down to {best.bounds[0]:.3g} within the budgets; "
+            f"{first.analysis.name}: {first.bounds[0]:.3g}"
         )
-        return replace(lower, warnings=(words, *lower.warnings))
-    if lower.bounds[0] > WORTH_SAYING * best.bounds[0]:
-        return best
-    words = (
-        f'[run] analysis = "{lower.analysis.name}" holds densities down to '
-        f"{lower.bounds[0]:.3g} within the same budgets"
-    )
-    return replace(best, warnings=(*best.warnings, words))
+    return replace(best, warnings=(words, *best.warnings))
 
 
 def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
