@@ -18,7 +18,7 @@ RETRIED = "one thread, surface simplified first: succeeded in 12.0 s"
 def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
     accepted = SimpleNamespace(
         acceptance=SimpleNamespace(submodels=(), attempts=attempts, refused=()),
-        whole=SimpleNamespace(refused=(), undecided=()),
+        whole=SimpleNamespace(refused=(), undecided={}),
         rows=(),
     )
     warnings = _acceptance_warnings(accepted)
@@ -28,8 +28,9 @@ def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
 
 def a_row(name, band, use=1.0):
     return SimpleNamespace(
-        name=name, load_case="pull", unit="mm", band=band, homogenised=False, utilisation=use
-    )
+        name=name, load_case="pull", unit="mm", band=band, homogenised=False, utilisation=use,
+        key=name, undecided=name == "far",
+    )  # fmt: skip
 
 
 def test_bands_windows_and_what_is_undecided_are_said():
@@ -39,7 +40,10 @@ def test_bands_windows_and_what_is_undecided_are_said():
     )  # fmt: skip
     accepted = SimpleNamespace(
         acceptance=SimpleNamespace(submodels=(missed,), attempts=(), refused=("not enlarged",)),
-        whole=SimpleNamespace(refused=("0.5 mm is out of budget",), undecided=("tip: undecided",)),
+        whole=SimpleNamespace(
+            refused=("0.5 mm is out of budget",),
+            undecided={("far", "pull"): "far: undecided", ("near", "pull"): "decided since"},
+        ),
         rows=(
             a_row("near", Banded(value=1.0, low=0.95, high=1.05)),
             a_row("far", Banded(value=1.0, low=0.8, high=1.2)),
@@ -49,7 +53,7 @@ def test_bands_windows_and_what_is_undecided_are_said():
     )
     far, undecided, alone, refused, submodel, kept = _acceptance_warnings(accepted)
     assert "the band of far (pull) is 0.8 to 1.2 mm, 20% to either side" in far
-    assert undecided == "tip: undecided"
+    assert undecided == "far: undecided"
     assert alone.startswith("alone: no second resolution could be analysed")
     assert refused == "0.5 mm is out of budget"
     assert "enlarged too: stress is judged on the worse of the two" in submodel

@@ -172,7 +172,9 @@ def test_the_terminal_sample_reads_as_what_is_printed(small, capsys):
     )
     announce = Announcer(ProgressLines())
     announce.iteration(
-        SimpleNamespace(summary=replace(filled(Iteration, 1), limits=limits), rows=rows)
+        SimpleNamespace(
+            summary=replace(filled(Iteration, 1), limits=limits), rows=rows, expected={}
+        )
     )
     sample = block("text", "Limits\n").splitlines()
     (verdict,) = (text for text in paragraphs(sample) if text.startswith("MET, lightest: "))

@@ -64,7 +64,7 @@ def test_two_resolutions_suffice_where_the_limit_lies_outside_the_band():
     assert row.band.low < 1.0 < row.band.high
     assert row.judged_by == "stand-in"
     assert found.result.mesh_size == pytest.approx(2 / 3)
-    assert (found.refused, found.undecided) == ((), ())
+    assert (found.refused, found.undecided) == ((), {})
 
 
 def test_a_wide_band_that_holds_the_limit_is_refined_until_it_decides():
@@ -100,7 +100,7 @@ def test_where_budgets_end_the_refinement_it_says_what_it_would_take():
     found = stand.judge(1.05)
     assert stand.tried == [1.0, 0.6667]
     assert not found.rows[0].passed
-    (words,) = found.undecided
+    (words,) = found.undecided.values()
     assert "does not decide the limit of 1.05 mm" in words
     assert "elements of 0.444 mm would narrow it and take 11.4 M unknowns" in words
     assert any("0.444 mm are out of budget" in text for text in found.refused)

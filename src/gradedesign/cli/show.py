@@ -12,8 +12,8 @@ import typer
 from gradedesign.cli.layout import say, table_lines, wrapped
 from gradedesign.limits.row import LimitRow
 
-#: Share of a size below which a value is rounding noise: of single precision, as STL files have it.
-_NOISE = 1e-7
+#: Share of a size below which a value is rounding noise.
+_NOISE = 1e-9
 
 
 def print_json(data: Any) -> None:

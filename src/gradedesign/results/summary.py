@@ -263,7 +263,9 @@ def _acceptance_warnings(accepted: Accepted) -> list[str]:
         for row in accepted.rows
         if row.band is not None and row.band.half_width > UNRESOLVED and row.utilisation >= TIGHT
     ]
-    warnings += accepted.whole.undecided
+    # What submodels or another mesh have decided since is not said.
+    open_still = {(row.key, row.load_case) for row in accepted.rows if row.undecided}
+    warnings += [words for limit, words in accepted.whole.undecided.items() if limit in open_still]
     missing = without_band(accepted.rows)
     if missing:
         warnings.append(

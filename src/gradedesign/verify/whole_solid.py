@@ -64,14 +64,14 @@ class WholeJudgement:
         With their bands; a row without one could be taken at one resolution only.
     refused : tuple of str
         Resolutions that could not be analysed, and why.
-    undecided : tuple of str
-        Limits that lie in a wide band, with the cost of a finer analysis.
+    undecided : mapping of (LimitKey, str) to str
+        Limits and load cases that lie in a wide band, with the cost of a finer analysis.
     """
 
     result: ExplicitResult
     rows: tuple[LimitRow, ...]
     refused: tuple[str, ...] = ()
-    undecided: tuple[str, ...] = ()
+    undecided: Mapping[tuple[LimitKey, str], str] = field(default_factory=dict)
 
 
 def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
@@ -105,12 +105,15 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
         result=analyses.result,
         rows=rows,
         refused=tuple(analyses.refused),
-        undecided=tuple(
-            f"{row.name} ({row.load_case}): the band of {band.low:.4g} to {band.high:.4g} "
+        undecided={
+            (
+                row.key,
+                row.load_case,
+            ): f"{row.name} ({row.load_case}): the band of {band.low:.4g} to {band.high:.4g} "
             f"{row.unit} does not decide the limit of {row.limit:.4g} {row.unit}; elements of "
             f"{finer:.3g} mm would narrow it and take {stage.need(finer)[1]}"
             for row, band in _undecided(rows)
-        ),
+        },
     )
 
 
