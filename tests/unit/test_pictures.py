@@ -11,7 +11,12 @@ from gradedesign.case.read_case import load_case
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.mesh.boundary_surface import boundary_surface
-from gradedesign.mesh.surface_mesh import SurfaceMesh, area_vectors, corner_points
+from gradedesign.mesh.surface_mesh import (
+    SurfaceMesh,
+    area_vectors,
+    corner_points,
+    enclosed_volume,
+)
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.output import _opengl, pictures, visible
 from gradedesign.output._visible_kernels import front_triangles
@@ -251,6 +256,35 @@ def test_lattice_fills_the_picture(drawn):
     filled = share(picture, blue)
     assert 0.1 < filled < 0.6
     assert (picture[:40, -40:] == 1).all()  # white background
+
+
+def test_a_lattice_below_a_skin_is_opened(drawn, monkeypatch):
+    """A hollow ball shows its inside where an eighth of it is cut away."""
+    path, warnings = drawn
+    hollow = extract_surface(
+        lambda p: np.abs(np.sqrt((p**2).sum(axis=0)) - 0.9) - 0.1, [-2] * 3, [2] * 3, 0.1
+    )
+    scenes = []
+    kept = pictures._draw
+    monkeypatch.setattr(pictures, "_draw", lambda p, s: scenes.append(s) or kept(p, s))
+    picture_lattice(path, hollow)
+    closed = image(path)
+    assert len(picture_lattice(path, hollow, opened=True)) == warnings
+    assert np.abs(image(path) - closed).max() > 0.1
+    whole, cut = (
+        SurfaceMesh(vertices=s.layers[0].vertices, faces=s.layers[0].faces) for s in scenes
+    )
+    # The eighth of x > 0, y < 0, z > 0.
+    assert enclosed_volume(cut) == pytest.approx(7 / 8 * enclosed_volume(whole), rel=1e-3)
+    assert not ((cut.vertices * [1, -1, 1]) > 1e-9).all(axis=1).any()
+    assert scenes[1].caption.endswith("the corner towards the viewer cut away")
+
+
+def test_a_surface_that_cannot_be_cut_is_drawn_whole(tmp_path):
+    open_ball = SurfaceMesh(vertices=BALL.vertices, faces=BALL.faces[1:])
+    warnings = picture_lattice(tmp_path / "a.png", open_ball, opened=True)
+    assert "a.png: drawn without a cut: " in warnings[0]
+    assert (tmp_path / "a.png").is_file()
 
 
 def test_stress_above_the_limit_is_magenta(drawn):

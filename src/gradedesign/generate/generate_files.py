@@ -41,7 +41,12 @@ def write_generated(
         files |= write_lattice_files(out, formats, lattice)
         cell = f"{case.lattice.cell}, cells of {case.lattice.size_words}"
         warnings = crossing_warnings(lattice.surface, grid)
-        warnings += picture_lattice(out.path_of("lattice.png"), lattice.surface, title=cell)
+        warnings += picture_lattice(
+            out.path_of("lattice.png"),
+            lattice.surface,
+            title=cell,
+            opened=any(not skin.net for skin in case.lattice.skin),
+        )
         if (out.path / "lattice.png").is_file():
             out.adopt("lattice.png")
             files["lattice"] = "lattice.png"

@@ -1,4 +1,4 @@
-"""Intersection of two closed surfaces."""
+"""Intersection and difference of two closed surfaces."""
 
 from __future__ import annotations
 
@@ -45,6 +45,31 @@ def intersection(
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
     if len(faces) == 0:
         raise MeshError(f"{subject}: the two solids have no material in common")
+    return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
+
+
+def difference(first: SurfaceMesh, second: SurfaceMesh, *, subject: str) -> SurfaceMesh:
+    """Closed surface of the volume that the first encloses and the second does not.
+
+    Parameters
+    ----------
+    first, second : SurfaceMesh
+        Closed, manifold, outward oriented.
+    subject : str
+        Names the result in messages.
+
+    Raises
+    ------
+    MeshError
+        If the Boolean kernel refuses a surface, or nothing is left.
+    """
+    report_step("reading the surfaces", blocking=True)
+    solids = _manifold(first, subject), _manifold(second, subject)
+    report_step("difference", blocking=True)
+    mesh = (solids[0] - solids[1]).to_mesh64()
+    faces = np.asarray(mesh.tri_verts).astype(np.int64)
+    if len(faces) == 0:
+        raise MeshError(f"{subject}: nothing of the first solid lies outside the second")
     return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
 
 

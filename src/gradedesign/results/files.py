@@ -173,7 +173,9 @@ def _lattice_files(
     fields, solid = shown.fields, shown.analysed.solid
     files |= {"lattice": "lattice.png", "stress": "stress.png", "deformed": "deformed.png"}
     warnings = [
-        *picture_lattice(out.path_of("lattice.png"), shown.surface),
+        *picture_lattice(
+            out.path_of("lattice.png"), shown.surface, opened=bool(problem.domain.skins)
+        ),
         *picture_stress(
             out.path_of("stress.png"),
             fields.surface,
@@ -229,7 +231,9 @@ def _unjudged_lattice(
     write_printed(out, case, part, surface)
     warnings = _exported_files(out, problem, surface, design, files)
     files["lattice"] = "lattice.png"
-    warnings += picture_lattice(out.path_of("lattice.png"), surface)
+    warnings += picture_lattice(
+        out.path_of("lattice.png"), surface, opened=bool(problem.domain.skins)
+    )
     _adopt_drawn(out, files, "lattice")
     if islands.dropped:
         return (*warnings, f"{islands.dropped} floating islands were removed")
