@@ -15,7 +15,7 @@ from pathlib import Path
 from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.verdict import Factors, all_hold
-from gradedesign.loop.accepted import Accepted, accept_design, export_surface
+from gradedesign.loop.accepted import Accepted, accept_design, export_surface, judge_stress
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import why_ended
 from gradedesign.loop.graded_cells import with_cells
@@ -218,10 +218,19 @@ def loop_stages(
     return Stages(
         iterate=iterate,
         accept=lambda iteration, analysed: judge(setup, out, announce, iteration, analysed),
+        judge_stress=lambda accepted: judge_postponed(setup, announce, accepted),
         why_ended=lambda finished, factors: why_ended(setup, finished, factors, deadline),
         store_iteration=store_iteration,
         store_acceptance=lambda *judged: save_acceptance(out, setup, *judged),
     )
+
+
+def judge_postponed(setup: Setup, announce: Announcer, accepted: Accepted) -> Accepted:
+    """Have the submodels judge the last design, for which they were postponed."""
+    with announce.stage("acceptance"):
+        accepted = judge_stress(setup, accepted, announce)
+    announce.limits("acceptance", accepted.rows)
+    return accepted
 
 
 def shown_design(

@@ -20,7 +20,12 @@ from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, Resolu
 from gradedesign.verify.correction import Correction, discrepancy_between
 from gradedesign.verify.explicit import analyse_printed_solid, measured
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.submodel import _force_discrepancy, analyse_submodel
+from gradedesign.verify.submodel import (
+    _drive_factor,
+    _force_discrepancy,
+    _plane_forces,
+    analyse_submodel,
+)
 from gradedesign.verify.submodel_choice import Submodel, submodel_box
 
 E, NU, ALPHA = 1000.0, 0.3, 1e-4
@@ -54,12 +59,18 @@ class Block:
     peak: float = 1.0
     spoil: float = 1.0
     warming: float = 0.0
+    stiff: float = 1.0  # of what its displacements should be
+    residual: float | None = None
     load_cases: tuple = ("pull",)
     division: Discretisation = DIVISION
 
     @property
     def work(self):
         return {"pull": 1.0}
+
+    @property
+    def traction_residual(self):
+        return {} if self.residual is None else {"pull": self.residual}
 
     @property
     def points(self):
@@ -86,7 +97,7 @@ class Block:
 
     def displacement_at(self, load_case, points):
         assert load_case == "pull"
-        strain = (1e-3 * PULL + ALPHA * self.warming)[:, None]
+        strain = self.stiff * (1e-3 * PULL + ALPHA * self.warming)[:, None]
         # Stiffer beyond the middle: what a submodel feels differs from what its sample says.
         away = np.maximum(points - SIDE, 0) + np.maximum(-points, 0)
         stretched = np.where(points[:1] > 6.0, self.spoil, 1.0)
@@ -282,6 +293,44 @@ def test_a_window_that_differs_does_not_match():
     assert not result.matches
 
 
+@pytest.mark.usefixtures("mesher")
+@pytest.mark.parametrize(
+    ("stiff", "residual", "factor"),
+    [
+        (0.975, 0.5, 1 / 0.975),  # forces of 1 MPa are carried by what it should have moved
+        (0.95, 0.05, 1.02),  # a residual of 5 % explains 0.4 of it and no more
+        (0.95, None, 1.0),  # nothing is known of the error: heat, or supports that move
+        (1.05, 0.5, 1.0),  # elements are never too soft under forces
+    ],
+)
+def test_the_drive_is_corrected_by_the_error_that_its_residual_allows(stiff, residual, factor):
+    result = windowed(Block(stiff=stiff, residual=residual))
+    # The factor on displacements that are too small by `stiff`, by hand; stress goes with it. The
+    # forces of its slabs are sampled to 1 %.
+    assert result.drive_factor == pytest.approx(factor, rel=1e-2)
+    off = stiff * result.drive_factor
+    assert result.value == pytest.approx(off, rel=1e-6)
+    assert result.driving_value == pytest.approx(1.0, rel=1e-6)
+    assert result.force_discrepancy == pytest.approx(abs(off - 1.0), abs=0.01)
+    # The submodel's energy over the factor, to be that of the drive's forces on its displacements;
+    # the block states that of 1 MPa.
+    assert result.energy_discrepancy == pytest.approx(abs(stiff * off - 1.0), rel=1e-6)
+    assert result.matches == (factor > 1.02)
+
+
+def test_the_drive_factor_brings_forces_nearest_to_those_of_the_drive():
+    forces = np.array([[3.0, 0.0, 1.0], [-3.0, 0.5, -1.0], [0.0, 2.0, 0.0]])
+    assert _drive_factor(forces, 1.03 * forces, 0.2) == pytest.approx(1.03, rel=1e-12)
+    # Forces at right angles to all of them change nothing: least squares.
+    across = np.array([[1.0, 0.0, -3.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert _drive_factor(forces, 1.03 * forces + 0.1 * across, 0.2) == pytest.approx(1.03)
+    # 0.4 of the residual at most, `limits.banded.RESIDUAL_FACTORS`; one without a residual.
+    assert _drive_factor(forces, 1.03 * forces, 0.05) == pytest.approx(1.02)
+    assert _drive_factor(forces, 1.03 * forces, None) == 1.0
+    assert _drive_factor(forces, 0.97 * forces, 0.2) == 1.0
+    assert _drive_factor(0.0 * forces, forces, 0.2) == 1.0
+
+
 def sampled(spacing, size=8.0, scale=1.0):
     """Stress along x, MPa, of tension with some bending, at the centres of cubes of an edge, mm."""
     axis = (np.arange(np.ceil(size / spacing)) + 0.5) * spacing
@@ -302,9 +351,11 @@ def test_forces_on_cut_planes_do_not_depend_on_where_samples_lie(spacing):
         volumes=coarse.volumes[inside] * 8.0**3 / (coarse.volumes[inside].sum()),
         stress=coarse.stress[:, :, inside],
     )
-    assert _force_discrepancy(fine, coarse, box, 0.5) < 0.02
-    wrong = _force_discrepancy(sampled(0.1, scale=1.05), coarse, box, 0.5)
-    assert wrong == pytest.approx(0.05, abs=0.02)
+    right, wrong, driving = (
+        _plane_forces(field, box, 0.5) for field in (fine, sampled(0.1, scale=1.05), coarse)
+    )
+    assert _force_discrepancy(right, driving) < 0.02
+    assert _force_discrepancy(wrong, driving) == pytest.approx(0.05, abs=0.02)
 
 
 @pytest.mark.usefixtures("mesher")

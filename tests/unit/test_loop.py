@@ -18,8 +18,8 @@ from gradedesign.limits.local_stress import StressLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import all_hold, learned_factors, with_factors
 from gradedesign.loop import accepted as accepting
+from gradedesign.loop import accepted_rows, iteration_steps
 from gradedesign.loop import ended as ending
-from gradedesign.loop import iteration_steps
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
@@ -87,8 +87,9 @@ def taught(factor):
 class Faked:
     """Stages that take given iterations; `accepts` maps one to accepted over explicit values."""
 
-    def __init__(self, designs, accepts=None, ends=None, unjudged=None, **start):
+    def __init__(self, designs, accepts=None, ends=None, unjudged=None, waiting=(), **start):
         self.left, self.accepts, self.unjudged = list(designs), accepts or {}, unjudged or {}
+        self.waiting, self.stress_judged = waiting, []
         self.ends = ends or (lambda _: None)
         self.start = Progress(**start)
         self.judged, self.given, self.iterations_stored, self.saved = [], [], [], []
@@ -111,12 +112,18 @@ class Faked:
             holds=all_hold(rows) and number not in self.unjudged,
             factors=learned_factors(done.rows, rows),
             unjudged=self.unjudged.get(number, ""),
+            postponed=number in self.waiting,
         )
+
+    def judge_stress(self, accepted):
+        self.stress_judged.append(accepted.iteration.summary.number)
+        return SimpleNamespace(**{**vars(accepted), "postponed": False, "holds": False})
 
     def run(self):
         stages = Stages(
             iterate=self.iterate,
             accept=self.accept,
+            judge_stress=self.judge_stress,
             why_ended=lambda iterations, _: self.ends(iterations),
             store_iteration=lambda iterations: self.iterations_stored.append(len(iterations)),
             store_acceptance=lambda *what: self.saved.append(what),
@@ -136,6 +143,22 @@ def test_an_accepted_design_that_uses_a_limit_ends_the_loop():
     # The miss is not judged, and the hit with the analysis that its iteration has just made.
     assert faked.judged == [(2, "analysis of 2")]
     assert faked.iterations_stored == [1, 2]
+
+
+def test_submodels_that_were_postponed_judge_the_last_design_alone():
+    """0.9 and 0.95 wait; the second is the lightest when iterations end, and its stress decides."""
+    designs = [an_iteration(1, 0.9), an_iteration(2, 0.95), an_iteration(3, 1.2)]
+    designs = [
+        replace(d, summary=replace(d.summary, mass_g=10.0 - i)) for i, d in enumerate(designs)
+    ]
+    faked = Faked(designs, waiting=(1, 2), ends=after(3))
+    outcome = faked.run()
+    assert [number for number, _ in faked.judged] == [2]
+    assert faked.stress_judged == [2]
+    assert not outcome.accepted.holds  # what the submodels say counts
+    faked = Faked(designs[1:2], waiting=(), ends=after(1))
+    faked.run()
+    assert faked.stress_judged == []
 
 
 def test_a_refused_design_goes_round_with_what_it_taught():
@@ -482,13 +505,17 @@ class Judge:
             ),
             "accept_whole": self.whole,
             "accept_submodels": self.submodels,
-            "limit_rows": lambda _limits, found, judge: tuple(
-                replace(row(v, key), judged_by=judge)
-                for v, key in zip(found.values, (PULL, SIDE), strict=False)
-            ),
         }
         for name, stage in replaced.items():
             monkeypatch.setattr(accepting, name, stage)
+        monkeypatch.setattr(
+            accepted_rows,
+            "limit_rows",
+            lambda _limits, found, judge: tuple(
+                replace(row(v, key), judged_by=judge)
+                for v, key in zip(found.values, (PULL, SIDE), strict=False)
+            ),
+        )
 
     def whole(self, *_, size, time_limit_s):
         assert size == 1.0
@@ -554,7 +581,7 @@ def test_a_lattice_without_room_for_submodels_is_meshed_whole(monkeypatch):
     def none(*_, **__):
         raise NoSubmodelError("no submodel can be chosen")
 
-    judge = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5))
+    judge = Judge(monkeypatch, tets=LARGE, found=judged(0.96, 0.5))
     monkeypatch.setattr(accepting, "accept_submodels", none)
     found = judge.accept(an_iteration(1, 0.98))
     assert found.acceptance.scope == "whole"
@@ -562,7 +589,7 @@ def test_a_lattice_without_room_for_submodels_is_meshed_whole(monkeypatch):
         "the whole surface was meshed again: no submodel can be chosen",
     )
     # Asked for by name, they are not replaced by something that may take hours.
-    judge = Judge(monkeypatch, tets=LARGE, asked="submodels", found=judged(0.9, 0.5))
+    judge = Judge(monkeypatch, tets=LARGE, asked="submodels", found=judged(0.96, 0.5))
     monkeypatch.setattr(accepting, "accept_submodels", none)
     with pytest.raises(NoSubmodelError):
         judge.accept(an_iteration(1, 0.98))
@@ -584,6 +611,37 @@ def test_submodels_are_left_out_where_they_change_nothing(monkeypatch, values, s
     assert len(judge.limits_s) == (scope == "submodels")
     assert found.holds == (values[0] < 1)
     assert found.factors[PULL] == pytest.approx(1.02 * values[0] / 0.98)
+
+
+@pytest.mark.parametrize(
+    ("values", "at_lower_bound", "waits"),
+    [
+        ((0.9, 0.5, 0.3), False, True),
+        ((0.9, 0.5, 0.52), False, False),  # stress is used to more than half
+        ((0.96, 0.5, 0.3), False, False),  # used to 97 % and more: the last design
+        ((0.9, 0.5, 0.3), True, False),  # no density can fall further: the last design
+    ],
+)
+def test_submodels_wait_for_the_last_design_where_stress_is_far(
+    monkeypatch, values, at_lower_bound, waits
+):
+    judge = Judge(monkeypatch, tets=LARGE, found=judged(*values))
+    done = an_iteration(1, 0.98)
+    rows = (*done.rows, row(0.3, STRESS))
+    done = replace(done, rows=rows, at_lower_bound=at_lower_bound)
+    found = judge.accept(done)
+    assert (found.postponed, found.holds) == (waits, True)
+    assert len(judge.limits_s) == (not waits)
+    if waits:
+        assert (found.acceptance.scope, found.rows[2].value) == ("none", values[2])
+        found = accepting.judge_stress(judge.setup, found, Announcer(ignore))
+    # 1.2 times the stress of the finite cells, whenever they are asked.
+    assert (found.postponed, found.acceptance.scope) == (False, "submodels")
+    assert found.rows[2].value == pytest.approx(1.2 * values[2])
+    assert found.factors[STRESS] == pytest.approx(1.2 * 1.02 * values[2] / 0.3)
+    assert len(judge.limits_s) == 1
+    # A whole mesh, whose displacements the bands include, never waits.
+    assert not Judge(monkeypatch, found=judged(*values)).accept(an_iteration(1, 0.98)).postponed
 
 
 def test_a_whole_mesh_is_made_though_the_design_is_refused(monkeypatch):

@@ -97,6 +97,7 @@ RESULT = RunResult(
                 "load_case": "pull & push",
                 "value_MPa": 41.0,
                 "driving_MPa": 40.0,
+                "drive_factor": 1.037,
                 "force_discrepancy": 0.011,
                 "energy_discrepancy": 0.041,
                 "matches": False,

@@ -12,11 +12,21 @@ from gradedesign.errors import LatticeError
 from gradedesign.lattice.islands import Islands
 from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.lattice.surface import require_closed
-from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
-from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import Factors, all_hold, learned_factors, limit_rows
+from gradedesign.limits.verdict import (
+    Factors,
+    all_hold,
+    is_tight,
+    learned_factors,
+    worst_utilisation,
+)
+from gradedesign.loop.accepted_rows import (
+    unjudged_words,
+    with_remeshed,
+    with_submodels,
+    without_band,
+)
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.iteration import Analysed, DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
@@ -32,7 +42,6 @@ from gradedesign.verify.acceptance import (
     accept_whole,
     choose_scope,
 )
-from gradedesign.verify.submodel import SubmodelResult
 from gradedesign.verify.whole_solid import WholeJudgement, judge_whole
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
@@ -41,8 +50,13 @@ from gradedesign.workspace.run_folder import RunFolder
 SURFACE_PER_SPACING = 0.5
 #: Utilisation of stress from which submodels give the next design a useful factor.
 NEARLY = 0.85
-#: Reason to leave submodels out: a limit that they do not evaluate is broken.
-NOT_NEEDED = Acceptance(scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=())
+#: Utilisation of stress up to which submodels wait for the last design: they found 0.94 to 1.05
+#: times the stress of the finite cells in every case so far.
+FAR = 0.5
+#: Submodels are left out, or wait for the last design.
+NO_SUBMODELS = Acceptance(
+    scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=()
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,6 +86,8 @@ class Accepted:
     holds : bool
     unjudged : str
         Limits that were analysed at one resolution only, and why; empty where all have a band.
+    postponed : bool
+        Submodels wait until it is known that no lighter design is found: `judge_stress`.
     """
 
     iteration: DesignIteration
@@ -86,6 +102,7 @@ class Accepted:
     fitted: frozenset[LimitKey]
     holds: bool
     unjudged: str
+    postponed: bool = False
 
 
 def accept_design(
@@ -100,16 +117,46 @@ def accept_design(
     Every limit is judged on the whole printed surface, from two resolutions. Body-fitted meshes of
     the same surface judge stress: of all of it with scope "whole", whose displacements the bands
     then include, else of the most stressed submodels; these are left out where they can change
-    nothing. A limit that has no band does not hold.
+    nothing, and postponed where stress is far from its limit and a lighter design is looked for. A
+    limit that has no band does not hold.
     """
     surface, islands, digest = export_surface(setup, out, analysed)
     began = time.perf_counter()
-    limits = setup.problem.limits
-    whole = judge_whole(
-        limits, printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
-    )
+    stage = printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
+    whole = judge_whole(setup.problem.limits, stage)
     announce.took("whole printed surface", time.perf_counter() - began)
-    acceptance = _body_fitted(setup, surface, analysed, whole, announce)
+    by_submodels = _judged_by_submodels(setup, analysed)
+    waits = by_submodels and _can_wait(iteration, whole)
+    if waits:
+        acceptance = NO_SUBMODELS
+        announce.say("acceptance", "submodels wait for the last design: stress is far from its "
+                     "limit, and a lighter design is looked for")  # fmt: skip
+    else:
+        acceptance = _body_fitted(setup, surface, analysed, whole, announce)
+    exported = (surface, islands, digest)
+    return _accepted(setup, exported, iteration, analysed, whole, acceptance, postponed=waits)
+
+
+def judge_stress(setup: Setup, accepted: Accepted, announce: Announcer) -> Accepted:
+    """Have the submodels judge a design for which they were postponed."""
+    done, whole = accepted, accepted.whole
+    acceptance = _body_fitted(setup, done.surface, done.analysed, whole, announce)
+    exported = (done.surface, done.islands, done.sha256)
+    return _accepted(setup, exported, done.iteration, done.analysed, whole, acceptance)
+
+
+def _accepted(
+    setup: Setup,
+    exported: tuple[SurfaceMesh, Islands, str],
+    iteration: DesignIteration,
+    analysed: Analysed,
+    whole: WholeJudgement,
+    acceptance: Acceptance,
+    *,
+    postponed: bool = False,
+) -> Accepted:
+    """The design with what both analyses of its exported surface decide."""
+    limits, (surface, islands, digest) = setup.problem.limits, exported
     if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
     elif acceptance.scope == "submodels":
@@ -131,7 +178,25 @@ def accept_design(
         factors=learned_factors(iteration.rows, rows),
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
-        unjudged=_unjudged(rows, whole.refused),
+        unjudged=unjudged_words(rows, whole.refused),
+        postponed=postponed,
+    )
+
+
+def _judged_by_submodels(setup: Setup, analysed: Analysed) -> bool:
+    """Whether stress is judged by submodels and not by a mesh of the whole surface."""
+    run, division = setup.problem.case.run, analysed.result.solved.division
+    return choose_scope(run.acceptance, division.surface_tets, run.time) == "submodels"
+
+
+def _can_wait(iteration: DesignIteration, whole: WholeJudgement) -> bool:
+    """Whether the design holds, is not the last, and its stress is far from the limit."""
+    rows = (*whole.rows, *(row for row in iteration.rows if row.homogenised))
+    return (
+        all_hold(rows)
+        and not without_band(rows)
+        and not is_tight(rows, at_lower_bound=iteration.at_lower_bound)
+        and worst_utilisation([row for row in whole.rows if not row.converges]) <= FAR
     )
 
 
@@ -149,10 +214,10 @@ def _body_fitted(
     submodels by name.
     """
     run, division = setup.problem.case.run, analysed.result.solved.division
-    by_submodels = choose_scope(run.acceptance, division.surface_tets, run.time) == "submodels"
+    by_submodels = _judged_by_submodels(setup, analysed)
     if by_submodels and (broken := _broken_anyhow(whole.rows)):
         announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
-        return NOT_NEEDED
+        return NO_SUBMODELS
     size, refused = division.surface_size, tuple[str, ...]()
     if by_submodels:
         try:
@@ -224,53 +289,3 @@ def export_surface(
             f"for {setup.cells.cell.name}: raise [run] elements_per_wall"
         )
     return back, islands, digest
-
-
-def with_remeshed(
-    limits: Sequence[Limit], rows: Sequence[LimitRow], acceptance: Acceptance
-) -> tuple[LimitRow, ...]:
-    """Rows beside the body-fitted mesh of the whole surface.
-
-    It judges stress; the bands of values that converge are widened to hold its values.
-    """
-    if acceptance.whole is None:
-        raise LatticeError("acceptance of the whole lattice returned no analysis")
-    judge = "re-meshed whole lattice"
-    remeshed = {row.key: row for row in limit_rows(limits, acceptance.whole, judge)}
-    out = []
-    for row in rows:
-        remeshed_row = remeshed.get(row.key)
-        if remeshed_row is None or (row.converges and row.band is None):
-            out.append(row)
-        elif not row.converges:
-            ratio = remeshed_row.value / row.value if row.value else 1.0
-            out.append(row.scaled(Banded(value=ratio, low=ratio, high=ratio), judge))
-        elif row.band is not None:
-            band = row.band.including(remeshed_row.value)
-            words = f"{row.judged_by}; {remeshed_row.value:.4g} {row.unit} by {judge}"
-            out.append(replace(row, band=band, judged_by=words))
-    return tuple(out)
-
-
-def with_submodels(
-    limits: Sequence[Limit], rows: Sequence[LimitRow], submodels: Sequence[SubmodelResult]
-) -> tuple[LimitRow, ...]:
-    """Rows with the factors that submodels find for the limits that they can judge."""
-    factors = {limit.key: limit.submodel_factor(submodels) for limit in limits}
-    out = []
-    for row in rows:
-        factor = factors.get(row.key)
-        words = f"{row.judged_by} times the ratio of {len(submodels)} submodels"
-        out.append(row if factor is None else row.scaled(factor, words))
-    return tuple(out)
-
-
-def _unjudged(rows: Sequence[LimitRow], refused: Sequence[str]) -> str:
-    """Limits without a band, with the resolutions that were refused; empty without any."""
-    names = ", ".join(dict.fromkeys(row.name for row in without_band(rows)))
-    return f"{names} at one resolution only: {'; '.join(refused)}" if names else ""
-
-
-def without_band(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
-    """Rows that were analysed at one resolution only, so that nothing is known of their error."""
-    return tuple(row for row in rows if row.band is None and not row.homogenised)

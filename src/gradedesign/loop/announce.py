@@ -159,8 +159,8 @@ class Announcer:
             f"{'enlarged ' if result.submodel.enlarged else ''}submodel at "
             f"{tuple(round(c, 1) for c in result.submodel.centre)} mm: "
             f"{result.value:.4g} MPa against {result.driving_value:.4g} MPa in the driving "
-            f"analysis; force {result.force_discrepancy:.1%}, "
-            f"energy {result.energy_discrepancy:.1%}, "
+            f"analysis, whose displacements are taken times {result.drive_factor:.3f}; "
+            f"force {result.force_discrepancy:.1%}, energy {result.energy_discrepancy:.1%}, "
             f"{result.tets} tets, mesher {result.seconds:.0f} s",
         )
 

@@ -143,10 +143,23 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
             factors = iteration.expected
         stages.store_iteration(iterations)
     accepted, ended = judge_left(stages, iterations, factors, last, accepted, ended, tried)
+    accepted = _judged_last(stages, iterations, refused, accepted)
+    return Outcome(iterations=iterations, accepted=accepted, ended=ended)
+
+
+def _judged_last(
+    stages: Stages,
+    iterations: Sequence[DesignIteration],
+    refused: Sequence[int],
+    accepted: Accepted | None,
+) -> Accepted | None:
+    """The design of the verdict with everything that judges it."""
     if accepted is None and refused:
         # Refused before this process: its rows are what decided.
         accepted = stages.accept(iterations[refused[-1] - 1], None)
-    return Outcome(iterations=iterations, accepted=accepted, ended=ended)
+    if accepted is not None and accepted.postponed:
+        accepted = stages.judge_stress(accepted)
+    return accepted
 
 
 def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:

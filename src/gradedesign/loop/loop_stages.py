@@ -30,6 +30,8 @@ class Stages:
         corrections so far, analyse explicitly and update the corrections.
     accept : callable
         An iteration, and its analysis where that is at hand, to the acceptance of its design.
+    judge_stress : callable
+        An accepted design whose submodels were postponed to the same design judged by them.
     why_ended : callable
         Finished iterations and factors to the reason to end before another iteration, or None.
     store_iteration : callable
@@ -40,6 +42,7 @@ class Stages:
 
     iterate: Callable[[tuple[DesignIteration, ...], Factors], tuple[DesignIteration, Analysed]]
     accept: Callable[[DesignIteration, Analysed | None], Accepted]
+    judge_stress: Callable[[Accepted], Accepted]
     why_ended: Callable[[tuple[DesignIteration, ...], Factors], Ended | None]
     store_iteration: Callable[[tuple[DesignIteration, ...]], None]
     store_acceptance: Callable[[tuple[int, ...], Factors, Judged], None]

@@ -11,7 +11,8 @@ from gradedesign.layout.drains import drain_data
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import TIGHT, is_tight
-from gradedesign.loop.accepted import Accepted, without_band
+from gradedesign.loop.accepted import Accepted
+from gradedesign.loop.accepted_rows import without_band
 from gradedesign.loop.ended import Ended
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import predict
@@ -231,6 +232,7 @@ def acceptance_data(accepted: Accepted) -> dict[str, Any]:
                 "load_case": w.submodel.load_case,
                 "value_MPa": w.value,
                 "driving_MPa": w.driving_value,
+                "drive_factor": w.drive_factor,
                 "force_discrepancy": w.force_discrepancy,
                 "energy_discrepancy": w.energy_discrepancy,
                 "matches": w.matches,

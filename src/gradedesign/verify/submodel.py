@@ -1,6 +1,6 @@
 """Submodel of the exported surface, meshed anew, driven by displacements of the explicit analysis.
 
-Above 300 lines: cut, mesh, drive and compare are one method, and nothing else uses its parts.
+Cut, mesh, drive and compare are one method, and nothing else uses its parts.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.fe.stress import von_mises, weighted_percentile
 from gradedesign.fe.supports import Supports
+from gradedesign.limits.banded import RESIDUAL_FACTORS
 from gradedesign.material.material import Material
 from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import piece_labels
@@ -66,8 +67,11 @@ class SubmodelResult:
         Stress percentile in the evaluation box.
     driving_value : float, MPa
         The same percentile of the driving analysis in the same box.
+    drive_factor : float
+        On the displacements of the driving analysis, so that the cut faces carry its forces.
     force_discrepancy, energy_discrepancy : float
-        Relative difference of cut-face forces and strain energy from the driving analysis.
+        Relative difference of cut-face forces and strain energy from the driving analysis, with
+        that factor on its displacements.
     matches : bool
         Both discrepancies are within 3 %.
     volume : float, mm^3
@@ -82,6 +86,7 @@ class SubmodelResult:
     submodel: Submodel
     value: float
     driving_value: float
+    drive_factor: float
     force_discrepancy: float
     energy_discrepancy: float
     matches: bool
@@ -102,6 +107,12 @@ def analyse_submodel(
     time_limit_s: float,
 ) -> SubmodelResult:
     """Cut, mesh and solve one submodel, and compare it with the driving analysis.
+
+    The forces of the driving analysis are in balance with the loads, while its displacements are
+    too small by the error of its elements. The submodel, whose own error is small, is therefore
+    driven by displacements times the factor with which its cut planes carry these forces, at most
+    the share of error that the residual of the tractions allows: what is left counts as
+    discrepancy. Without a residual, as under heat or moved supports, the factor is one.
 
     Parameters
     ----------
@@ -125,11 +136,10 @@ def analyse_submodel(
     box = submodel_box(submodel)
     report_step("clipping")
     clipped = clip_surface(surface, *box)
-    envelope = ENVELOPE * spacing
     meshed = tetrahedralize(
         clipped,
         edge_length=1.2 * spacing,
-        epsilon=envelope,
+        epsilon=ENVELOPE * spacing,
         time_limit_s=time_limit_s,
         memory_limit_bytes=solid.case.run.memory,
         mesher=solid.mesher,
@@ -152,13 +162,17 @@ def analyse_submodel(
         space, material, solution.displacement, material.thermal_expansion * warming
     )
     coarse = driving.stress_within(name, *box)
-    force_discrepancy = _force_discrepancy(fine, coarse, box, spacing)
+    forces, carried = _plane_forces(fine, box, spacing), _plane_forces(coarse, box, spacing)
+    factor = _drive_factor(forces, carried, driving.traction_residual.get(name))
+    force_discrepancy = _force_discrepancy(factor * forces, carried)
     energy = [float((f.volumes * energy_density(f, material)).sum()) for f in (fine, coarse)]
-    energy_discrepancy = abs(energy[0] / energy[1] - 1.0)
+    # Of equal forces, on displacements that are larger by the factor.
+    energy_discrepancy = abs(factor * energy[0] / energy[1] - 1.0)
     return SubmodelResult(
         submodel=submodel,
-        value=_percentile(fine, submodel, solid.percentile),
+        value=factor * _percentile(fine, submodel, solid.percentile),
         driving_value=_percentile(coarse, submodel, solid.percentile),
+        drive_factor=factor,
         force_discrepancy=force_discrepancy,
         energy_discrepancy=energy_discrepancy,
         matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
@@ -240,20 +254,35 @@ def _slab_force(field: StressSample, depth: FloatArray, axis: int, thickness: fl
     return field.stress[:, axis] @ (weight * field.volumes)
 
 
-def _force_discrepancy(fine: StressSample, coarse: StressSample, box: Box, spacing: float) -> float:
-    """Difference of the forces through the six cut planes over the largest of them."""
+def _plane_forces(field: StressSample, box: Box, spacing: float) -> FloatArray:
+    """Forces through the six cut planes, ``(6, 3)``, N."""
     lower, upper = box
-    discrepancies, sizes = [], []
+    forces = []
     for axis in range(3):
         thickness = min(SLAB * spacing, 0.5 * (upper[axis] - lower[axis]))
         for bound, sign in ((lower[axis], 1.0), (upper[axis], -1.0)):
-            forces = [
-                _slab_force(field, sign * (field.points[axis] - bound), axis, thickness)
-                for field in (fine, coarse)
-            ]
-            discrepancies.append(float(np.linalg.norm(forces[0] - forces[1])))
-            sizes.append(float(np.linalg.norm(forces[1])))
-    return max(discrepancies) / max(sizes) if max(sizes) > 0 else float("inf")
+            depth = sign * (field.points[axis] - bound)
+            forces.append(_slab_force(field, depth, axis, thickness))
+    return np.array(forces)
+
+
+def _drive_factor(fine: FloatArray, coarse: FloatArray, residual: float | None) -> float:
+    """Factor that brings forces nearest to those of the driving analysis, one or more.
+
+    At most one plus the largest share of the residual of the tractions by which displacements were
+    found too small; one without a residual.
+    """
+    square = float((fine**2).sum())
+    if residual is None or square == 0.0:
+        return 1.0
+    nearest = float((fine * coarse).sum()) / square
+    return min(max(nearest, 1.0), 1.0 + RESIDUAL_FACTORS[-1] * residual)
+
+
+def _force_discrepancy(fine: FloatArray, coarse: FloatArray) -> float:
+    """Difference of the forces through the six cut planes over the largest of them."""
+    size = float(np.linalg.norm(coarse, axis=1).max())
+    return float(np.linalg.norm(fine - coarse, axis=1).max()) / size if size > 0 else float("inf")
 
 
 def _percentile(field: StressSample, submodel: Submodel, percentile: float) -> float:
