@@ -8,17 +8,19 @@ import pytest
 
 from gradedesign.errors import LatticeError, MeshError
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
+from gradedesign.lattice.surface import extract_surface
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD
 from gradedesign.mesh.surface_mesh import enclosed_volume
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.part.box import box_surface
 from gradedesign.part.part_mesh import box_part_mesh
-from gradedesign.verify import acceptance, submodel
+from gradedesign.verify import acceptance, meshed_anew
 from gradedesign.verify.acceptance import accept_submodels, accept_whole, choose_scope
 from gradedesign.verify.analysis import Discretisation, ExplicitAnalysis, Resolution, StressSample
 from gradedesign.verify.correction import Correction, discrepancy_between
 from gradedesign.verify.explicit import analyse_printed_solid, measured
+from gradedesign.verify.meshed_anew import mesh_anew
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import (
     _drive_factor,
@@ -147,8 +149,7 @@ def mesher(monkeypatch):
         made = TetMesh(points=made.points + lower[:, None], tets=made.tets)
         return SimpleNamespace(mesh=made, attempts=("injected",), seconds=0.0)
 
-    monkeypatch.setattr(submodel, "tetrahedralize", mesh)
-    monkeypatch.setattr(acceptance, "tetrahedralize", mesh)
+    monkeypatch.setattr(meshed_anew, "tetrahedralize", mesh)
     return asked
 
 
@@ -234,7 +235,7 @@ def two_boxes(*_, **__):
 
 def test_a_lattice_of_one_body_that_falls_in_two_is_refused(monkeypatch):
     kept = []
-    monkeypatch.setattr(acceptance, "tetrahedralize", two_boxes)
+    monkeypatch.setattr(meshed_anew, "tetrahedralize", two_boxes)
     monkeypatch.setattr(acceptance, "solve_tets", lambda mesh, *_: kept.append(mesh) or Block())
     surface, one, two = box_surface((1.0, 1.0, 2.0)), printed(), printed(bodies=2)
     with pytest.raises(LatticeError, match="falls apart"):
@@ -242,6 +243,32 @@ def test_a_lattice_of_one_body_that_falls_in_two_is_refused(monkeypatch):
     assert kept == []
     accept_whole(surface, two, size=1.0, time_limit_s=1.0)
     assert kept[0].tets.shape == two_boxes().mesh.tets.shape
+
+
+def test_the_mesher_is_given_fewer_triangles_within_half_its_envelope(mesher):
+    ball = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 3.0, [-4] * 3, [4] * 3, 0.2)
+    seen = []
+    real = meshed_anew.tetrahedralize
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(meshed_anew, "tetrahedralize", lambda s, **o: seen.append(s) or real(s, **o))
+        mesh_anew(ball, printed(), 1.0, 60.0)
+    (fewer,) = seen
+    assert len(fewer.faces) < 0.7 * len(ball.faces)
+    # 0.03 of the size is the farthest that anything moves, over a radius of 3: 3 % of the volume
+    # if all of it did, and all to one side.
+    assert enclosed_volume(fewer) == pytest.approx(enclosed_volume(ball), rel=0.03)
+    centres = fewer.vertices[fewer.faces].mean(axis=1)
+    assert np.linalg.norm(centres, axis=1).min() > 3.0 - 0.03 - 0.2**2 / (8 * 3.0)
+    assert mesher[0][1]["epsilon"] == pytest.approx(0.06)
+
+
+def test_a_surface_that_keeps_all_its_triangles_is_meshed_with_them(mesher, monkeypatch):
+    def refuses(*_):
+        raise LatticeError("triangles pass through each other")
+
+    monkeypatch.setattr(meshed_anew, "within_chord", refuses)
+    mesh_anew(box_surface((2.0, 2.0, 2.0)), printed(), 1.0, 60.0)
+    assert mesher[0][0] == pytest.approx(8.0)
 
 
 # --- submodels ------------------------------------------------------------------------------------
@@ -406,8 +433,8 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
             raise MeshError("no memory for it")
         return real(surface, **options)
 
-    real = submodel.tetrahedralize
-    monkeypatch.setattr(submodel, "tetrahedralize", fails_second)
+    real = meshed_anew.tetrahedralize
+    monkeypatch.setattr(meshed_anew, "tetrahedralize", fails_second)
     solid = printed()
     solid = replace(solid, case=SimpleNamespace(
         run=SimpleNamespace(memory=10**9, submodel_count=1), load_case=solid.case.load_case

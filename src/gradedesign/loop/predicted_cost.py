@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from gradedesign.loop.iteration_steps import FIRST_SIZING_ITERATIONS, TUNING_SIZING_ITERATIONS
 from gradedesign.resolve.least_density import USUAL_ITERATIONS
-from gradedesign.verify.acceptance import EDGE_PER_SPACING
+from gradedesign.verify.meshed_anew import EDGE_PER_SPACING
 from gradedesign.verify.tets import DOFS_PER_TET, solve_seconds
 
 #: Homogenised analyses beside sizing, counted in its iterations: prediction and correction.

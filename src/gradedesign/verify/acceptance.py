@@ -14,15 +14,15 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.lattice.domain import LATTICE
 from gradedesign.lattice.islands import largest_components
-from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import tet_report
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.verify.analysis import Discretisation
 from gradedesign.verify.explicit import ExplicitResult, measured
+from gradedesign.verify.meshed_anew import EDGE_PER_SPACING, mesh_anew
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
 from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.submodel import ENVELOPE, SubmodelResult, analyse_submodel
+from gradedesign.verify.submodel import SubmodelResult, analyse_submodel
 from gradedesign.verify.submodel_choice import (
     BUFFERS,
     Room,
@@ -33,8 +33,6 @@ from gradedesign.verify.submodel_choice import (
 from gradedesign.verify.tets import solve_tets
 from gradedesign.workspace.progress import counted, report_step, stepping
 
-#: Edge of the mesher's tetrahedra over the surface size of the explicit analysis.
-EDGE_PER_SPACING = 1.2
 #: Tetrahedra per second that pytetwild makes on lattice surfaces, measured 360 to 1200.
 TETWILD_RATE = 400.0
 #: Share of the stated time that the mesher may be predicted to take for the whole lattice. Finite
@@ -107,14 +105,7 @@ def accept_whole(
     """Re-mesh and analyse the whole exported surface; ``size``, mm, sets edges and envelope."""
     began = time.perf_counter()
     with stepping("meshing the whole surface again"):
-        meshed = tetrahedralize(
-            surface,
-            edge_length=EDGE_PER_SPACING * size,
-            epsilon=ENVELOPE * size,
-            time_limit_s=time_limit_s,
-            memory_limit_bytes=solid.case.run.memory,
-            mesher=solid.mesher,
-        )
+        meshed = mesh_anew(surface, solid, size, time_limit_s)
     mesh, dropped, _ = largest_components(
         meshed.mesh, keep=solid.design.domain.bodies, max_share=0.01
     )

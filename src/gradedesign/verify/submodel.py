@@ -22,12 +22,12 @@ from gradedesign.fe.stress import von_mises, weighted_percentile
 from gradedesign.fe.supports import Supports
 from gradedesign.limits.banded import RESIDUAL_FACTORS
 from gradedesign.material.material import Material
-from gradedesign.mesh.meshed_surface import tetrahedralize
 from gradedesign.mesh.quality import piece_labels
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets
 from gradedesign.verify.analysis import SolvedSolid, StressSample
 from gradedesign.verify.explicit import ExplicitResult
+from gradedesign.verify.meshed_anew import EDGE_PER_SPACING, ENVELOPE, mesh_anew
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel_choice import (
     Submodel,
@@ -52,8 +52,6 @@ MATCH = 0.03
 SLAB = 6.0
 #: Share of a submodel's cut nodes that may find no driving displacement.
 MOST_UNDRIVEN = 0.05
-#: The mesher's envelope as a share of the surface size.
-ENVELOPE = 0.06
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,14 +134,7 @@ def analyse_submodel(
     box = submodel_box(submodel)
     report_step("clipping")
     clipped = clip_surface(surface, *box)
-    meshed = tetrahedralize(
-        clipped,
-        edge_length=1.2 * spacing,
-        epsilon=ENVELOPE * spacing,
-        time_limit_s=time_limit_s,
-        memory_limit_bytes=solid.case.run.memory,
-        mesher=solid.mesher,
-    )
+    meshed = mesh_anew(clipped, solid, spacing, time_limit_s)
     report_step("driving nodes")
     mesh = _held_components(meshed.mesh, driving, name, box, spacing)
     space = tet_space(mesh, 2)
@@ -178,7 +169,7 @@ def analyse_submodel(
         matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
         volume=float(fine.volumes[inside_evaluation_box(fine.points, submodel)].sum()),
         tets=mesh.tets.shape[1],
-        mesh_size=1.2 * spacing,
+        mesh_size=EDGE_PER_SPACING * spacing,
         attempts=meshed.attempts,
         seconds=meshed.seconds,
     )
