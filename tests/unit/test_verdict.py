@@ -69,17 +69,19 @@ def test_the_unfavourable_end_is_learned():
 
 
 def test_the_residual_of_the_tractions_lets_expect_the_unfavourable_end():
-    """A quarter of the residual, as of a band whose value and residual fall together."""
+    """0.18 of the residual, the share by which values usually fall short."""
     explicit = [replace(moves("pull", 0.9), converges=True), stress("pull", 50.0)]
     explicit += [replace(moves("heat", 0.2), converges=True)]
     factors = expected_factors(explicit, {"pull": 0.4})
-    assert factors == {explicit[0].key: pytest.approx(1.1)}
+    assert factors == {explicit[0].key: pytest.approx(1.072)}
     # What two resolutions then find of a value that falls short by 0.18 of the residual: 0.4 and
     # half of it over elements half as long.
     true = 0.9 * (1 + 0.18 * 0.4)
     finer = true / (1 + 0.18 * 0.2)
     band = banded([(2.0, 0.9), (1.0, finer)], (1.0, 2.0, 3.0), [0.4, 0.2])
-    assert 0.9 * factors[explicit[0].key] == pytest.approx(band.high, rel=0.02)
+    assert 0.9 * factors[explicit[0].key] == pytest.approx(true)
+    # The band reaches a little beyond it, by the residual that its finer elements leave.
+    assert true < band.high < 1.02 * true
 
 
 def test_what_was_zero_before_is_learned_or_an_error():
