@@ -45,18 +45,31 @@ load = [{region = "pin", force = ["18 kN", "0 N", "30 kN"]}]
 safety_factor = 1.5
 displacement = [{region = "pin", magnitude = "0.025 mm"}]
 
+"""
+#: Its lattice: by default, and sheets below a skin, where the window begins at what 8 GB hold.
+LATTICES = {
+    "network": """
 [lattice]
 cell = "gyroid-network"
 size = "15 mm"
-"""
+""",
+    "skin": """
+[lattice]
+cell = "gyroid-sheet"
+size = "20 mm"
+density = [0.2, 0.6]
+skin = "2 mm"
+""",
+}
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(2 * 3600)
 @pytest.mark.skipif(not FEATURETYPE.is_file(), reason=f"{FEATURETYPE.name} is not beside the clone")
-def test_a_part_in_inches_reaches_a_verdict_with_default_settings(tmp_path):
+@pytest.mark.parametrize("lattice", LATTICES)
+def test_a_part_in_inches_reaches_a_verdict_with_default_settings(tmp_path, lattice):
     (tmp_path / "featuretype.stl").write_bytes(FEATURETYPE.read_bytes())
-    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    (tmp_path / "case.toml").write_text(CASE + LATTICES[lattice], encoding="utf-8")
     result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")
     assert (result.status, result.lightest) == ("met", True)
     assert max(row.utilisation for row in result.limits) >= 0.97
