@@ -16,10 +16,11 @@ from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.verdict import Factors, all_hold
 from gradedesign.loop.accepted import Accepted, accept_design, export_surface, judge_stress
+from gradedesign.loop.analysed import Analysed, analyse_design
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import why_ended
 from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.iteration import Analysed, DesignIteration, analyse_design, run_iteration
+from gradedesign.loop.iteration import DesignIteration, run_iteration
 from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.loop.loop import Progress, run_loop
 from gradedesign.loop.loop_stages import Stages

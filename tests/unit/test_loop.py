@@ -193,6 +193,29 @@ def test_the_error_of_the_elements_counts_until_an_acceptance_teaches_it():
     assert [number for number, _ in again.judged] == [2]
 
 
+def test_an_earlier_design_that_uses_a_limit_by_new_factors_is_judged_before_another_is_made():
+    """As cells of graded size: 0.98 is accepted at 0.96, so 1.0 before it may hold at 0.98."""
+    designs = [an_iteration(1, 1.005), an_iteration(2, 0.98), an_iteration(3, 0.9)]
+    masses = (9.9, 10.0, 10.4)
+    designs = [
+        replace(d, summary=replace(d.summary, mass_g=m))
+        for d, m in zip(designs, masses, strict=True)
+    ]
+    faked = Faked(designs, accepts={2: (0.979,), 1: (0.985,)})
+    outcome = faked.run()
+    # Its analysis is no longer at hand.
+    assert faked.judged == [(2, "analysis of 2"), (1, None)]
+    assert outcome.ended.by == "tight"
+    assert outcome.accepted.iteration.summary.number == 1
+    # Not where there is no time for another one, nor where it is heavier.
+    faked = Faked(designs, accepts={2: (0.979,)}, ends=after(2, "time"))
+    assert faked.run().accepted.iteration.summary.number == 2
+    heavy = replace(designs[0], summary=replace(designs[0].summary, mass_g=10.1))
+    faked = Faked([heavy, *designs[1:]], accepts={2: (0.979,)}, ends=after(3, "stuck"))
+    faked.run()
+    assert [number for number, _ in faked.judged] == [2]
+
+
 def test_a_design_that_its_factors_break_is_not_judged_again():
     designs = [
         an_iteration(1, 0.98, 0.85),
@@ -256,7 +279,7 @@ def test_fields_of_what_decides_no_more_are_freed():
             accepted.fields = (analysed, Fields())
             return accepted
 
-    designs = [an_iteration(n, value) for n, value in enumerate((0.9, 0.98, 0.8, 0.89), start=1)]
+    designs = [an_iteration(n, value) for n, value in enumerate((0.95, 0.98, 0.8, 0.89), start=1)]
     faked = Large(designs, accepts={2: (1.1,), 4: (1.1,)})
     assert faked.run().ended.by == "tight"
     assert [number for number, _ in faked.judged] == [2, 4]

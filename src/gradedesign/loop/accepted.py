@@ -27,8 +27,9 @@ from gradedesign.loop.accepted_rows import (
     with_submodels,
     without_band,
 )
+from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.iteration import Analysed, DesignIteration
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.output.stl import surface_of_stl

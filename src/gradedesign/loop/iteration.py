@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 from math import inf
 
 from gradedesign.arrays import FloatArray, locked
-from gradedesign.lattice.density_grid import DensityGrid
-from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, expected_factors
+from gradedesign.loop.analysed import Analysed, analyse_cells
+from gradedesign.loop.design_between import design_between
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration_steps import (
     FIRST_SIZING_ITERATIONS,
@@ -20,31 +19,20 @@ from gradedesign.loop.iteration_steps import (
     TUNING_SIZING_ITERATIONS,
     Prediction,
     SizingPlan,
-    build_design,
-    density_grid,
-    explicit_spacing,
     predict,
-    printed_solid,
     size_design,
 )
 from gradedesign.loop.lesson import Lesson, Prior, learn
-from gradedesign.loop.planned_design import planned_design
 from gradedesign.output.result import Iteration, LimitIteration
 from gradedesign.resolve.cell_choice import element_bounds
 from gradedesign.resolve.setup import Setup
-from gradedesign.resolve.wall_grading import wall_grading
 from gradedesign.sizing.filter import DensityFilter
 from gradedesign.sizing.size import SizingResult, SizingStep
-from gradedesign.verify.analysis import Resolution
 from gradedesign.verify.correction import (
     Correction,
     Discrepancy,
     kept_share,
 )
-from gradedesign.verify.explicit import ExplicitResult, analyse_printed_solid
-from gradedesign.verify.finite_cells import FINITE_CELLS
-from gradedesign.verify.printed_solid import PrintedSolid
-from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Iterations after which a miss is taken for scatter, and the most room that is left for it.
@@ -89,68 +77,6 @@ class DesignIteration:
         object.__setattr__(self, "rho", locked(self.rho, (None,)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Analysed:
-    """The explicit analysis of one design."""
-
-    grid: DensityGrid
-    design: LatticeDesign
-    solid: PrintedSolid
-    result: ExplicitResult
-    layout: CellLayout
-
-
-def analyse_design(
-    setup: Setup, rho: FloatArray, *, spacing: float | None = None, on_event: Listener = ignore
-) -> Analysed:
-    """Build the lattice of element densities and analyse it.
-
-    ``spacing``, mm, is taken as it is; without it the resolution follows the thinnest wall and is
-    refined until it holds what the field holds.
-    """
-    return analyse_cells(with_cells(setup, rho), rho, spacing=spacing, on_event=on_event)
-
-
-def analyse_cells(
-    setup: Setup,
-    rho: FloatArray,
-    *,
-    spacing: float | None = None,
-    at_most: float = inf,
-    on_event: Listener = ignore,
-) -> Analysed:
-    """Build the lattice of element densities in the cells of the setup and analyse it.
-
-    ``at_most``, mm, is the spacing of the iteration before: corrections include the error of its
-    grid, so they are not valid on a coarser one. A coarser grid is taken, with a message, where the
-    memory does not hold this one.
-    """
-    problem, cells = setup.problem, setup.cells
-    grid = density_grid(problem, cells, rho)
-    design = build_design(problem, cells, grid)
-    grading = None
-    if spacing is not None:
-        resolution = Resolution(spacing=spacing)
-    else:
-        follows = explicit_spacing(problem, cells, grid)
-        fine = small_solid_spacing(
-            problem.analysis, planned_design(setup, rho), follows, problem.case.run
-        )
-        resolution = Resolution(
-            spacing=min(fine, at_most), coarsest=follows * problem.analysis.coarsest
-        )
-        if problem.analysis.name == FINITE_CELLS.name:
-            grading = wall_grading(problem, cells, grid, follows)
-    solid = printed_solid(problem, design, grading)
-    result = analyse_printed_solid(
-        problem.analysis,
-        solid,
-        resolution,
-        lambda message: on_event(Event(stage="explicit", message=message)),
-    )
-    return Analysed(grid=grid, design=design, solid=solid, result=result, layout=cells.layout)
-
-
 def run_iteration(
     setup: Setup,
     previous: tuple[DesignIteration, ...],
@@ -167,14 +93,16 @@ def run_iteration(
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
-    sized = size_design(
-        with_cells(setup, previous[-1].rho) if previous else setup,
-        correction,
-        factors,
-        density_filter,
-        sizing_plan(previous),
-        on_step,
-    )
+    sized = mixed_design(previous, factors, on_event)
+    if sized is None:
+        sized = size_design(
+            with_cells(setup, previous[-1].rho) if previous else setup,
+            correction,
+            factors,
+            density_filter,
+            sizing_plan(previous),
+            on_step,
+        )
     timing = {"sizing": time.perf_counter() - began}
     setup = with_cells(setup, sized.rho)
     predicted = predict(setup.model, setup.problem.limits, correction, sized.rho)
@@ -209,6 +137,29 @@ def run_iteration(
         expected=expected_factors(lesson.rows, analysed.result.traction_residual),
     )
     return iteration, analysed
+
+
+def mixed_design(
+    previous: Sequence[DesignIteration], factors: Factors, on_event: Listener
+) -> SizingResult | None:
+    """A design between two earlier ones that enclose the limits, see `design_between`."""
+    masses = [each.summary.mass_g for each in previous]
+    found = design_between(masses, [each.rows for each in previous], factors)
+    if found is None:
+        return None
+    lighter, heavier, way = previous[found.lighter], previous[found.heavier], found.way
+    message = (
+        f"iterations {lighter.summary.number} and {heavier.summary.number} enclose the limits: "
+        f"densities {way:.0%} of the way from the first to the second"
+    )
+    on_event(Event(stage="sizing", message=message))
+    return SizingResult(
+        rho=lighter.rho + way * (heavier.rho - lighter.rho),
+        variables=lighter.variables + way * (heavier.variables - lighter.variables),
+        history=(),
+        converged=False,
+        feasible=True,
+    )
 
 
 def sizing_plan(previous: Sequence[DesignIteration]) -> SizingPlan:

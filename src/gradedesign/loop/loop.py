@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.limits.verdict import (
@@ -18,8 +19,9 @@ from gradedesign.limits.verdict import (
     worst_utilisation,
 )
 from gradedesign.loop.accepted import Accepted
+from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.ended import TIGHT_END, Ended, heavier_end, refused_end, unjudged_end
-from gradedesign.loop.iteration import Analysed, DesignIteration
+from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.left_designs import NEAR, enclosed_by, is_ready, judge_left
 from gradedesign.loop.loop_stages import Judged, Stages
 
@@ -75,6 +77,34 @@ class Outcome:
     ended: Ended
 
 
+@dataclass(slots=True, kw_only=True)
+class _Run:
+    """State of the loop between its steps.
+
+    Attributes
+    ----------
+    iterations, refused, factors, last
+        As in `Progress`.
+    tried : set of int
+        Numbers of the iterations whose design was judged.
+    accepted : Accepted or None
+        The lightest design that was held, else the last one that was refused.
+    analysed : Analysed or None
+        Of the last iteration, until its design is judged or another one begins.
+    unjudged : int
+        Designs in succession that could be analysed at one resolution only.
+    """
+
+    iterations: tuple[DesignIteration, ...]
+    refused: tuple[int, ...]
+    factors: Factors
+    last: Judged | None
+    tried: set[int]
+    accepted: Accepted | None = None
+    analysed: Analysed | None = None
+    unjudged: int = 0
+
+
 def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     """Iterate until a design is accepted, none can help, or iterations or time run out.
 
@@ -90,61 +120,97 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         If the first design cannot be built or analysed. A later one that cannot ends the loop.
     """
     start = Progress() if start is None else start
-    iterations, refused = start.iterations, start.refused
-    factors, last = start.counting, start.last
-    tried, unjudged = set(refused), 0
-    accepted: Accepted | None = None
-    analysed: Analysed | None = None
-    while True:
-        if (
-            iterations
-            and iterations[-1].summary.number not in tried
-            and (is_ready(iterations[-1], factors) or _teaches(iterations, factors, tried))
-        ):
-            tried.add(iterations[-1].summary.number)
-            if accepted is not None and not accepted.holds:
-                # The later one decides: the fields of the refused one make room.
-                accepted = None
-            latest = stages.accept(iterations[-1], analysed)
-            accepted = _better(accepted, latest)
-            if latest.holds and is_tight(latest.rows, at_lower_bound=iterations[-1].at_lower_bound):
-                ended = tight_end(accepted, latest)
-                break
-            judged = Judged(holds=latest.holds, factors=dict(latest.factors))
-            factors = next_factors(last, judged, refused=bool(refused))
-            last = judged
-            if not latest.holds:
-                refused = (*refused, iterations[-1].summary.number)
-            stages.store_acceptance(refused, factors, judged)
-            unjudged = unjudged + 1 if latest.unjudged else 0
-            if unjudged == MOST_UNJUDGED:
-                ended = unjudged_end(latest.unjudged)
-                break
-            enclosed = enclosed_by(accepted, iterations, refused)
-            if enclosed is not None:
-                ended = enclosed
-                break
-            del latest
-        analysed = None
-        stop = stages.why_ended(iterations, factors)
-        if stop is not None:
-            ended = stop
-            break
-        try:
-            iteration, analysed = stages.iterate(iterations, factors)
-        except (LatticeError, MeshError, ResourceError) as error:
-            if not iterations:
-                raise
-            # What earlier iterations found is not lost with a design that cannot be analysed.
-            ended = refused_end(iterations, error)
-            break
-        iterations = (*iterations, iteration)
-        if last is None:
-            factors = iteration.expected
-        stages.store_iteration(iterations)
-    accepted, ended = judge_left(stages, iterations, factors, last, accepted, ended, tried)
-    accepted = _judged_last(stages, iterations, refused, accepted)
-    return Outcome(iterations=iterations, accepted=accepted, ended=ended)
+    run = _Run(
+        iterations=start.iterations,
+        refused=start.refused,
+        factors=start.counting,
+        last=start.last,
+        tried=set(start.refused),
+    )
+    ended: Ended | None = None
+    while ended is None:
+        design = _to_judge(stages, run)
+        ended = _iterate(stages, run) if design is None else _judge(stages, run, design)
+    accepted, ended = judge_left(
+        stages, run.iterations, run.factors, run.last, run.accepted, ended, run.tried
+    )
+    accepted = _judged_last(stages, run.iterations, run.refused, accepted)
+    return Outcome(iterations=run.iterations, accepted=accepted, ended=ended)
+
+
+def _to_judge(stages: Stages, run: _Run) -> DesignIteration | None:
+    """The design that acceptance judges before another iteration, if any.
+
+    The last one, or after an acceptance an earlier one that by its factors uses a limit: what an
+    analysis found of it is surer than the prediction for a new one.
+    """
+    if not run.iterations:
+        return None
+    latest = run.iterations[-1]
+    if latest.summary.number not in run.tried and (
+        is_ready(latest, run.factors) or _teaches(run.iterations, run.factors, run.tried)
+    ):
+        return latest
+    most = inf
+    if run.accepted is not None and run.accepted.holds:
+        most = run.accepted.iteration.summary.mass_g
+    earlier = [
+        each
+        for each in run.iterations[:-1]
+        if each.summary.number not in run.tried
+        and each.summary.mass_g < most
+        and is_ready(each, run.factors)
+    ]
+    if not (run.tried and earlier):
+        return None
+    if stages.why_ended(run.iterations[:-1], run.factors) is not None:
+        return None  # no time for another one
+    return min(earlier, key=lambda each: each.summary.mass_g)
+
+
+def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
+    """Have a design judged and learn from it; the reason to end, if it gives one."""
+    number = design.summary.number
+    run.tried.add(number)
+    if run.accepted is not None and not run.accepted.holds:
+        # The later one decides: the fields of the refused one make room.
+        run.accepted = None
+    analysed = run.analysed if design is run.iterations[-1] else None
+    run.analysed = None
+    latest = stages.accept(design, analysed)
+    run.accepted = _better(run.accepted, latest)
+    if latest.holds and is_tight(latest.rows, at_lower_bound=design.at_lower_bound):
+        return tight_end(run.accepted, latest)
+    judged = Judged(holds=latest.holds, factors=dict(latest.factors))
+    run.factors = next_factors(run.last, judged, refused=bool(run.refused))
+    run.last = judged
+    if not latest.holds:
+        run.refused = (*run.refused, number)
+    stages.store_acceptance(run.refused, run.factors, judged)
+    run.unjudged = run.unjudged + 1 if latest.unjudged else 0
+    if run.unjudged == MOST_UNJUDGED:
+        return unjudged_end(latest.unjudged)
+    return enclosed_by(run.accepted, run.iterations, run.refused)
+
+
+def _iterate(stages: Stages, run: _Run) -> Ended | None:
+    """Make another design, unless there is a reason to end."""
+    run.analysed = None
+    ended = stages.why_ended(run.iterations, run.factors)
+    if ended is not None:
+        return ended
+    try:
+        iteration, run.analysed = stages.iterate(run.iterations, run.factors)
+    except (LatticeError, MeshError, ResourceError) as error:
+        if not run.iterations:
+            raise
+        # What earlier iterations found is not lost with a design that cannot be analysed.
+        return refused_end(run.iterations, error)
+    run.iterations = (*run.iterations, iteration)
+    if run.last is None:
+        run.factors = iteration.expected
+    stages.store_iteration(run.iterations)
+    return None
 
 
 def _judged_last(

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.accepted import Accepted
+from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.ended import Ended
-from gradedesign.loop.iteration import Analysed, DesignIteration
+from gradedesign.loop.iteration import DesignIteration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

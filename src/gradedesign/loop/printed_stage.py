@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gradedesign.arrays import FloatArray
-from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.planned_design import planned_design
 from gradedesign.mesh.printed_field import field_within, surface_search
 from gradedesign.mesh.surface_mesh import SurfaceMesh

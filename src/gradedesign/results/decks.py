@@ -18,8 +18,8 @@ from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import PAIRS, AnisotropicStiffness, IsotropicStiffness
+from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.graded_cells import with_cells
-from gradedesign.loop.iteration import Analysed
 from gradedesign.loop.iteration_steps import corrected_model
 from gradedesign.output.calculix import Deck, DeckStep, write_calculix
 from gradedesign.resolve.problem import Problem

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from gradedesign.arrays import FloatArray
 from gradedesign.lattice.joint_volume import joint_volume
-from gradedesign.loop.iteration import Analysed
+from gradedesign.loop.analysed import Analysed
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.resolve.print_checks import check_printed
 from gradedesign.resolve.problem import Problem
