@@ -36,6 +36,8 @@ def test_it_lies_where_the_logarithms_meet_the_aim():
     # By hand: ln(1.05 / 0.985) over ln(1.05 / 0.92), the aim of sizing being 98.5 %.
     assert between.way == pytest.approx(math.log(1.05 / 0.985) / math.log(1.05 / 0.92))
     assert 1.05 * (0.92 / 1.05) ** between.way == pytest.approx(0.985)
+    # Values of a limit of 2 mm, explicit: what the next analysis is compared with.
+    assert between.values == {PULL: pytest.approx(2.0 * 0.985)}
 
 
 def test_factors_of_acceptance_count():
@@ -43,6 +45,7 @@ def test_factors_of_acceptance_count():
     assert found(designs) is None  # nothing is broken but a far lighter design
     between = found(designs, {PULL: 1.05})
     assert between.way == pytest.approx(math.log(0.99 * 1.05 / 0.985) / math.log(0.99 / 0.90))
+    assert between.values == {PULL: pytest.approx(2.0 * 0.985 / 1.05)}
 
 
 def test_the_limit_that_asks_for_most_decides():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gradedesign.limits.key import LimitKey
@@ -29,11 +29,14 @@ class Between:
         Indices of the designs: the first breaks a limit, the second holds them all.
     way : float
         Share of the way from the lighter to the heavier one.
+    values : mapping of LimitKey to float
+        Explicit values that are expected there.
     """
 
     lighter: int
     heavier: int
     way: float
+    values: Mapping[LimitKey, float]
 
 
 def design_between(
@@ -74,7 +77,13 @@ def design_between(
     way = max(_way(below[key], above[key]) for key in below if key in above)
     if not LEAST_WAY < way < 1.0 - LEAST_WAY:
         return None
-    return Between(lighter=lighter, heavier=heavier, way=way)
+    low, high = ({row.key: row.value for row in rows[k]} for k in (lighter, heavier))
+    values = {
+        key: low[key] ** (1.0 - way) * high[key] ** way
+        for key in low
+        if low[key] > 0.0 and high.get(key, 0.0) > 0.0
+    }
+    return Between(lighter=lighter, heavier=heavier, way=way, values=values)
 
 
 def _uses(rows: Sequence[LimitRow]) -> dict[tuple[LimitKey, str], float]:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 
 from gradedesign.arrays import FloatArray, locked
+from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import Factors, expected_factors
 from gradedesign.loop.analysed import Analysed, analyse_cells
-from gradedesign.loop.design_between import design_between
+from gradedesign.loop.design_between import Between, design_between
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration_steps import (
     FIRST_SIZING_ITERATIONS,
     TARGET,
     TUNING_SIZING_ITERATIONS,
-    Prediction,
     SizingPlan,
     predict,
     size_design,
@@ -31,6 +31,7 @@ from gradedesign.sizing.size import SizingResult, SizingStep
 from gradedesign.verify.correction import (
     Correction,
     Discrepancy,
+    discrepancy_between,
     kept_share,
 )
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
@@ -93,16 +94,7 @@ def run_iteration(
     """
     began = time.perf_counter()
     correction = previous[-1].correction if previous else Correction()
-    sized = mixed_design(previous, factors, on_event)
-    if sized is None:
-        sized = size_design(
-            with_cells(setup, previous[-1].rho) if previous else setup,
-            correction,
-            factors,
-            density_filter,
-            sizing_plan(previous),
-            on_step,
-        )
+    sized, told = next_design(setup, previous, factors, density_filter, on_step, on_event)
     timing = {"sizing": time.perf_counter() - began}
     setup = with_cells(setup, sized.rho)
     predicted = predict(setup.model, setup.problem.limits, correction, sized.rho)
@@ -120,8 +112,9 @@ def run_iteration(
         analysed.result,
         sized.rho,
     )
+    told = {key: told.get(key, float(model.value)) for key, model in predicted.values.items()}
     summary = replace(
-        compared(setup, correction, sized, predicted, analysed, lesson),
+        compared(setup, correction, sized, told, analysed, lesson),
         number=len(previous) + 1,
         seconds=time.perf_counter() - began,
         timing_s={name: round(value, 3) for name, value in timing.items()},
@@ -139,15 +132,35 @@ def run_iteration(
     return iteration, analysed
 
 
-def mixed_design(
-    previous: Sequence[DesignIteration], factors: Factors, on_event: Listener
-) -> SizingResult | None:
-    """A design between two earlier ones that enclose the limits, see `design_between`."""
+def next_design(
+    setup: Setup,
+    previous: tuple[DesignIteration, ...],
+    factors: Factors,
+    density_filter: DensityFilter,
+    on_step: Callable[[SizingStep], None] | None,
+    on_event: Listener,
+) -> tuple[SizingResult, Mapping[LimitKey, float]]:
+    """The next design, and what is expected of it where that is not the model's prediction."""
     masses = [each.summary.mass_g for each in previous]
-    found = design_between(masses, [each.rows for each in previous], factors)
-    if found is None:
-        return None
-    lighter, heavier, way = previous[found.lighter], previous[found.heavier], found.way
+    between = design_between(masses, [each.rows for each in previous], factors)
+    if between is not None:
+        return mixed_design(previous, between, on_event), between.values
+    sized = size_design(
+        with_cells(setup, previous[-1].rho) if previous else setup,
+        previous[-1].correction if previous else Correction(),
+        factors,
+        density_filter,
+        sizing_plan(previous),
+        on_step,
+    )
+    return sized, {}
+
+
+def mixed_design(
+    previous: Sequence[DesignIteration], between: Between, on_event: Listener
+) -> SizingResult:
+    """The design between two earlier ones that enclose the limits, see `design_between`."""
+    lighter, heavier, way = previous[between.lighter], previous[between.heavier], between.way
     message = (
         f"iterations {lighter.summary.number} and {heavier.summary.number} enclose the limits: "
         f"densities {way:.0%} of the way from the first to the second"
@@ -181,13 +194,13 @@ def compared(
     setup: Setup,
     correction: Correction,
     sized: SizingResult,
-    predicted: Prediction,
+    predicted: Mapping[LimitKey, float],
     analysed: Analysed,
     lesson: Lesson,
 ) -> Iteration:
     """Predicted beside explicit values of a design, without number and seconds of its iteration."""
-    result, rows = analysed.result, lesson.rows
-    explicit, discrepancies = lesson.explicit, dict(lesson.discrepancy.values)
+    result, rows, explicit = analysed.result, lesson.rows, lesson.explicit
+    discrepancies = dict(discrepancy_between(predicted, explicit, governing=None).values)
     masses, division = result.masses_g, result.solved.division
     weights = setup.model.lattice_volumes
     return Iteration(
@@ -200,7 +213,7 @@ def compared(
                 key=limit.key,
                 name=limit.name,
                 unit=limit.unit,
-                predicted=float(predicted.values[limit.key].value),
+                predicted=predicted[limit.key],
                 explicit=explicit.get(limit.key),
                 discrepancy=discrepancies.get(limit.key),
                 factor=correction.factor(limit.key),
