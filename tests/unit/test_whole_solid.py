@@ -1,5 +1,6 @@
 """A whole solid judged from two resolutions or more, by a stand-in analysis."""
 
+import weakref
 from types import SimpleNamespace
 
 import pytest
@@ -126,6 +127,24 @@ def test_one_resolution_gives_no_band():
     found = Stand(fails={2 / 3: lost, 1.5: lost}).judge(1.5)
     assert found.rows[0].band is None
     assert len(found.refused) == 2
+    # The finer one that failed had taken the place of its result.
+    assert found.result.mesh_size == 1.0
+
+
+def test_a_result_makes_room_for_a_finer_one():
+    """Weights, displacements and stress of 4 million unknowns take half a gigabyte."""
+
+    class Watched(Stand):
+        made = ()
+
+        def analyse(self, spacing):
+            assert [result() for result in self.made] == [None] * len(self.made)
+            result = super().analyse(spacing)
+            self.made = (*self.made, weakref.ref(result))
+            return result
+
+    found = Watched(slope=0.2).judge(1.05)
+    assert found.result.mesh_size == pytest.approx(4 / 9)
 
 
 def test_no_resolution_at_all_is_an_error_by_name():

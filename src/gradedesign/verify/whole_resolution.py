@@ -12,11 +12,13 @@ from gradedesign.verify.finite_cells import FINITE_CELLS, bricks_per_grid_cell
 RATIO = 1.5
 #: Share of the stated time that one analysis may be predicted to take, beyond the first.
 TIME_SHARE = 1.0 / 6.0
-#: Bytes that stay for each unknown of an analysis: 140 of its result, weights of elements,
-#: displacements and stress at the sample points (measured 126, gyroid sheets of density 0.15, 1.1 M
-#: unknowns), and 180 of the search of the printed surface (245 a triangle; `ramirez-whole` has
-#: 6.3 M triangles to 8.7 M unknowns that stay).
-HELD_BYTES = 320
+#: Bytes that stay for each unknown of the iteration's analysis: weights of elements, displacements
+#: and stress at the sample points (measured 126, gyroid sheets of density 0.15, 1.1 M unknowns).
+RESULT_BYTES = 140
+#: Bytes of the search of the printed surface for each unknown of the iteration's analysis and of
+#: the next coarser one of the surface (245 a triangle; `ramirez-whole` has 6.3 M triangles to 8.7 M
+#: unknowns of both).
+SURFACE_BYTES = 180
 
 
 def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell, rho: float) -> float:
@@ -52,7 +54,7 @@ def whole_estimates(
 def finer_estimate(
     planned: PlannedSolid, spacing: float, earlier_unknowns: int
 ) -> AnalysisEstimate:
-    """Size of an analysis while the results of the next coarser one and of the iteration stay.
+    """Size of an analysis while the result of the iteration and the search of the surface stay.
 
     Parameters
     ----------
@@ -62,8 +64,9 @@ def finer_estimate(
         Unknowns of the iteration's analysis.
     """
     size = FINITE_CELLS.estimate(planned, spacing)
-    earlier_unknowns += FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns
-    return replace(size, memory_bytes=size.memory_bytes + HELD_BYTES * earlier_unknowns)
+    coarser = FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns
+    stays = RESULT_BYTES * earlier_unknowns + SURFACE_BYTES * (earlier_unknowns + coarser)
+    return replace(size, memory_bytes=size.memory_bytes + stays)
 
 
 def seconds(size: AnalysisEstimate) -> float:

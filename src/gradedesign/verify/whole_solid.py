@@ -92,17 +92,17 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
     analyses = _Analyses(stage=stage, limits=limits)
     analyses.attempt(stage.spacing, first=True)
     goes_on = analyses.attempt(stage.spacing / stage.ratio)
-    if not goes_on and analyses.result is not None:
+    if not goes_on and analyses.values:
         analyses.attempt(stage.spacing * stage.ratio)
     elif len(analyses.values) == 1:  # the first one did not hold the solid
         goes_on = analyses.attempt(stage.spacing / stage.ratio**2)
-    if analyses.result is None:
+    if not analyses.values:
         raise LatticeError(f"the whole solid was not analysed: {'; '.join(analyses.refused)}")
     while goes_on and any(map(_unclear, analyses.rows())) and len(analyses.values) < MOST:
         goes_on = analyses.attempt(analyses.values[-1][0] / stage.ratio)
     rows, finer = analyses.rows(), analyses.values[-1][0] / stage.ratio
     return WholeJudgement(
-        result=analyses.result,
+        result=analyses.finest(),
         rows=rows,
         refused=tuple(analyses.refused),
         undecided={
@@ -123,13 +123,18 @@ _Values: TypeAlias = tuple[float, dict[LimitKey, LimitRow], Mapping[str, float]]
 
 @dataclass(slots=True, kw_only=True)
 class _Analyses:
-    """Rows of one solid by spacing, coarse first, and the result of the finest analysis."""
+    """Rows of one solid by spacing, coarse first, and the result of the finest analysis.
+
+    That result is dropped while a finer one is made, and made again where that fails; ``asked`` is
+    the spacing, mm, that gave it.
+    """
 
     stage: WholeStage
     limits: Sequence[Limit]
     values: list[_Values] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     result: ExplicitResult | None = None
+    asked: float = 0.0
 
     def attempt(self, spacing: float, *, first: bool = False) -> bool:
         """Analyse at a spacing that the budgets hold; True where it gave a new resolution."""
@@ -137,6 +142,8 @@ class _Analyses:
         if not fits and not first:
             self.refused.append(f"elements of {spacing:.3g} mm are out of budget: {need}")
             return False
+        if self.values and spacing < self.values[-1][0]:
+            self.result = None  # makes room: its values are known, and the finer one replaces it
         try:
             with stepping(f"elements of {spacing:.3g} mm"):
                 result = self.stage.analyse(spacing)
@@ -156,12 +163,19 @@ class _Analyses:
             self.refused.append(f"elements of {spacing:.3g} mm divide the part as others do")
             return False
         if not self.values or size < self.values[-1][0]:
-            self.result = result
+            self.result, self.asked = result, spacing
         rows = limit_rows(self.limits, result, self.stage.judged_by)
         row_of = {row.key: row for row in rows}
         self.values.append((size, row_of, result.traction_residual))
         self.values.sort(key=lambda entry: -entry[0])
         return True
+
+    def finest(self) -> ExplicitResult:
+        """Result of the finest analysis; made again where one that failed took its place."""
+        if self.result is None:
+            with stepping(f"elements of {self.asked:.3g} mm again"):
+                self.result = self.stage.analyse(self.asked)
+        return self.result
 
     def rows(self) -> tuple[LimitRow, ...]:
         """Rows of the finest analysis with their bands."""
