@@ -29,6 +29,10 @@ class Tip:
         )  # fmt: skip
 
 
+class Found(SimpleNamespace):
+    """A result of which it can be asked whether it is still kept."""
+
+
 class Stand:
     """An analysis whose tip moves by 1 - slope h^1.5 at elements of h mm; 1 mm are the first."""
 
@@ -41,7 +45,7 @@ class Stand:
         for size, error in self.fails.items():
             if abs(spacing - size) < 1e-3:
                 raise error
-        return SimpleNamespace(
+        return Found(
             mesh_size=spacing,
             tip=1.0 - self.slope * spacing**1.5,
             traction_residual={},
