@@ -80,12 +80,9 @@ def middle_surface(cells, along):
     grid = np.stack(np.meshgrid(*[(np.arange(n + 2) - 0.5) * step for n in count], indexing="ij"))
     inside = value(grid) > 0.0
     cube = np.stack(np.meshgrid(*[np.arange(n + 1) * step for n in count], indexing="ij"))
+    x, y, z = (n + 1 for n in count)
     corners = [
-        inside[i : n[0] + 1 + i, j : n[1] + 1 + j, k : n[2] + 1 + k]
-        for n in [count]
-        for i in (0, 1)
-        for j in (0, 1)
-        for k in (0, 1)
+        inside[i : x + i, j : y + j, k : z + k] for i in (0, 1) for j in (0, 1) for k in (0, 1)
     ]
     cut = np.any(corners, axis=0) & ~np.all(corners, axis=0)
     number = np.full(cut.shape, -1)

@@ -51,8 +51,8 @@ from gradedesign.workspace.run_folder import RunFolder
 SURFACE_PER_SPACING = 0.5
 #: Utilisation of stress from which submodels give the next design a useful factor.
 NEARLY = 0.85
-#: Utilisation of stress up to which submodels wait for the last design: they found 0.94 to 1.05
-#: times the stress of the finite cells in every case so far.
+#: Utilisation of stress up to which submodels wait for the last design: twice what the finite cells
+#: find, where submodels found 0.94 to 1.04 times that (docs/decisions.md).
 FAR = 0.5
 #: Submodels are left out, or wait for the last design.
 NO_SUBMODELS = Acceptance(

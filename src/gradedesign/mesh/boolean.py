@@ -41,11 +41,7 @@ def intersection(
     if shortest > 0 and not empty:
         report_step("collapsing short edges", blocking=True)
         common = common.as_original().simplify(shortest)
-    mesh = common.to_mesh64()
-    faces = np.asarray(mesh.tri_verts).astype(np.int64)
-    if len(faces) == 0:
-        raise MeshError(f"{subject}: the two solids have no material in common")
-    return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
+    return _surface_of(common, f"{subject}: the two solids have no material in common")
 
 
 def difference(first: SurfaceMesh, second: SurfaceMesh, *, subject: str) -> SurfaceMesh:
@@ -66,10 +62,16 @@ def difference(first: SurfaceMesh, second: SurfaceMesh, *, subject: str) -> Surf
     report_step("reading the surfaces", blocking=True)
     solids = _manifold(first, subject), _manifold(second, subject)
     report_step("difference", blocking=True)
-    mesh = (solids[0] - solids[1]).to_mesh64()
+    words = f"{subject}: nothing of the first solid lies outside the second"
+    return _surface_of(solids[0] - solids[1], words)
+
+
+def _surface_of(solid: Any, if_empty: str) -> SurfaceMesh:
+    """Surface of the kernel's solid; an error with these words if it is empty."""
+    mesh = solid.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
     if len(faces) == 0:
-        raise MeshError(f"{subject}: nothing of the first solid lies outside the second")
+        raise MeshError(if_empty)
     return SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
 
 
