@@ -10,8 +10,9 @@ from gradedesign.cell.family import CellFamily
 from gradedesign.errors import LatticeError, ResourceError
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.skin import Skin
 from gradedesign.mesh.stuffing import stuff
-from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.mesh.tet_mesh import boundary_facets, signed_volumes
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.verify import explicit_mesh
 from gradedesign.verify.explicit_mesh import (
@@ -157,3 +158,31 @@ def test_the_fitting_cube_fits_and_a_tenth_less_does_not():
 def test_a_thicker_strut_never_needs_more_cubes():
     struts = calibrate(replace(STRUTS, name="round-struts-again"))
     assert elements_per_wall(struts, 0.4) <= elements_per_wall(struts, 0.05)
+
+
+def test_struts_meet_a_skin_in_sharp_creases():
+    """Struts of 0.72 mm radius on the inner faces of a skin: circles on planes, no welds."""
+    plain = design_of(round_struts, 0.12)
+    design = replace(plain, domain=replace(plain.domain, skins=(Skin(thickness=1.5),)))
+    made = mesh_lattice(design, 0.45, memory_limit_bytes=1e12)
+    points = made.mesh.points
+    feet = points[:, np.abs(points[2] - 1.5) < 0.01]
+    away = np.hypot(*(feet[:2] - np.array([3.0, 3.0])[:, None]))
+    on_circle = np.abs(away - 0.72) < 0.02
+    assert np.count_nonzero(on_circle) >= 10
+    inside = design.domain.distance(feet[:, on_circle])
+    assert (inside < -1.0).all()
+    exact = explicit_mesh.field_volume(design, 0.15)
+    assert made.report.volume == pytest.approx(exact, rel=0.01)
+    assert made.report.inverted == 0
+
+
+def test_joints_with_fillets_have_no_crease_to_snap_to():
+    """A fillet of 1 mm covers the circle; the mesh follows the fillet."""
+    plain = design_of(round_struts, 0.12)
+    domain = replace(plain.domain, skins=(Skin(thickness=1.5),), joint_radius=1.0)
+    made = mesh_lattice(replace(plain, domain=domain), 0.45, memory_limit_bytes=1e12)
+    facets, _ = boundary_facets(made.mesh)
+    surface = made.mesh.points[:, np.unique(facets)]
+    foot = np.hypot(surface[0] - 3.0, surface[1] - 3.0) < 0.9
+    assert not (foot & (np.abs(surface[2] - 1.5) < 0.1)).any()

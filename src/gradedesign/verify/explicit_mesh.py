@@ -16,11 +16,11 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import MeshError, ResourceError
 from gradedesign.fe.solve import predict_memory_bytes
 from gradedesign.lattice.islands import largest_components
-from gradedesign.lattice.lattice import LatticeDesign, body_field, lattice_field
-from gradedesign.mesh.feature_edges import snap_feature_edges
+from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.mesh.quality import TetReport, tet_report
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import TetMesh
+from gradedesign.verify.sharp_edges import sharpen
 from gradedesign.workspace.progress import counted, report_step, stepping
 
 log = logging.getLogger(__name__)
@@ -171,7 +171,7 @@ def mesh_lattice(
     with stepping(f"meshing the lattice at {spacing:.3g} mm"):
         stuffed = stuff(field, lower, shape, spacing)
         report_step("sharp edges")
-        raw = snap_feature_edges(stuffed, design.domain.distance, body_field(design), spacing)
+        raw = sharpen(stuffed, design, spacing)
         report_step("disconnected components")
         mesh, dropped, share = _main_components(raw, bodies)
         report_step("quality")
