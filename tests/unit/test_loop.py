@@ -145,6 +145,18 @@ def test_an_accepted_design_that_uses_a_limit_ends_the_loop():
     assert faked.iterations_stored == [1, 2]
 
 
+def test_the_last_design_is_judged_with_its_analysis_when_the_loop_ends():
+    """0.8 of its limit is not near enough to be judged before time ends; nothing is done twice."""
+    faked = Faked([an_iteration(1, 1.3), an_iteration(2, 0.8)], ends=after(2, by="time"))
+    outcome = faked.run()
+    assert outcome.accepted.holds
+    assert faked.judged == [(2, "analysis of 2")]
+    # An earlier one is analysed again: only the last analysis is kept.
+    faked = Faked([an_iteration(1, 0.8), an_iteration(2, 1.3)], ends=after(2, by="time"))
+    faked.run()
+    assert faked.judged == [(1, None)]
+
+
 def test_submodels_that_were_postponed_judge_the_last_design_alone():
     """0.9 and 0.95 wait; the second is the lightest when iterations end, and its stress decides."""
     designs = [an_iteration(1, 0.9), an_iteration(2, 0.95), an_iteration(3, 1.2)]

@@ -6,7 +6,7 @@ It depends on no mesh, solver or file: the steps of an iteration are injected as
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
@@ -131,8 +131,9 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     while ended is None:
         design = _to_judge(stages, run)
         ended = _iterate(stages, run) if design is None else _judge(stages, run, design)
+    left = replace(stages, accept=lambda design, _: _accept(stages, run, design))
     accepted, ended = judge_left(
-        stages, run.iterations, run.factors, run.last, run.accepted, ended, run.tried
+        left, run.iterations, run.factors, run.last, run.accepted, ended, run.tried
     )
     accepted = _judged_last(stages, run.iterations, run.refused, accepted)
     return Outcome(iterations=run.iterations, accepted=accepted, ended=ended)
@@ -175,9 +176,7 @@ def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
     if run.accepted is not None and not run.accepted.holds:
         # The later one decides: the fields of the refused one make room.
         run.accepted = None
-    analysed = run.analysed if design is run.iterations[-1] else None
-    run.analysed = None
-    latest = stages.accept(design, analysed)
+    latest = _accept(stages, run, design)
     run.accepted = _better(run.accepted, latest)
     if latest.holds and is_tight(latest.rows, at_lower_bound=design.at_lower_bound):
         return tight_end(run.accepted, latest)
@@ -193,12 +192,19 @@ def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
     return enclosed_by(run.accepted, run.iterations, run.refused)
 
 
+def _accept(stages: Stages, run: _Run, design: DesignIteration) -> Accepted:
+    """Have a design judged, with its analysis if it is the last one; another one makes room."""
+    analysed = run.analysed if design is run.iterations[-1] else None
+    run.analysed = None
+    return stages.accept(design, analysed)
+
+
 def _iterate(stages: Stages, run: _Run) -> Ended | None:
     """Make another design, unless there is a reason to end."""
-    run.analysed = None
     ended = stages.why_ended(run.iterations, run.factors)
     if ended is not None:
         return ended
+    run.analysed = None
     try:
         iteration, run.analysed = stages.iterate(run.iterations, run.factors)
     except (LatticeError, MeshError, ResourceError) as error:
