@@ -19,6 +19,7 @@ from gradedesign.mesh.surface_mesh import (
 )
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, signed_volumes
 from gradedesign.output import _opengl, pictures, visible
+from gradedesign.output import without_octant as octants
 from gradedesign.output._visible_kernels import front_triangles
 from gradedesign.output.action_mark import SHORTEST, ActionMark
 from gradedesign.output.label_places import label_box
@@ -32,6 +33,7 @@ from gradedesign.output.pictures import (
     round_factor,
 )
 from gradedesign.output.scene import SIZE, Layer, Scene, frame_of, hatch, sharp_edges, thinned
+from gradedesign.part.box import box_surface
 from gradedesign.part.part import read_part
 from gradedesign.results.marks import action_marks, region_marks, warming_note
 
@@ -278,6 +280,19 @@ def test_a_lattice_below_a_skin_is_opened(drawn, monkeypatch):
     assert enclosed_volume(cut) == pytest.approx(7 / 8 * enclosed_volume(whole), rel=1e-3)
     assert not ((cut.vertices * [1, -1, 1]) > 1e-9).all(axis=1).any()
     assert scenes[1].caption.endswith("the corner towards the viewer cut away")
+
+
+def test_a_very_large_surface_is_cut_without_closing_its_sections(monkeypatch):
+    """A box of twelve triangles: the three faces at the corner lose a quarter each."""
+    box = box_surface((2.0, 3.0, 4.0))
+    monkeypatch.setattr(octants, "CAPPED", 10)
+    vertices, faces, capped = octants.without_octant(box, np.array([1.0, -1, 1]), subject="box")
+    assert not capped
+    cut = SurfaceMesh(vertices=vertices, faces=faces)
+    area = np.linalg.norm(area_vectors(cut), axis=1).sum()
+    assert area == pytest.approx(52.0 - 26.0 / 4)
+    inside = (np.array([1, -1, 1]) * (vertices[faces].mean(axis=1) - [1.0, 1.5, 2.0])) > 0
+    assert not inside.all(axis=1).any()
 
 
 def test_a_surface_that_cannot_be_cut_is_drawn_whole(tmp_path):

@@ -15,7 +15,6 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import MeshError
 from gradedesign.mesh._surface_mesh_kernels import corners_of_box
-from gradedesign.mesh.boolean import difference
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids
 from gradedesign.output import _draw_opengl, _draw_plain
@@ -48,7 +47,7 @@ from gradedesign.output.scene import (
     thinned,
 )
 from gradedesign.output.visible import visible
-from gradedesign.part.box import box_surface
+from gradedesign.output.without_octant import without_octant
 from gradedesign.workspace.atomic import write_bytes
 from gradedesign.workspace.progress import report_step
 
@@ -57,8 +56,6 @@ log = logging.getLogger(__name__)
 _ABOVE, _SHADE = "#ff00c8", "#5b6470"
 #: Lengths in a picture, in diagonals of the part; what lies on a surface is lifted a little.
 _HATCH, _SHOWN_SHIFT, _LIFT = 0.012, 0.08, 1e-3
-#: Most triangles of a surface that is cut open: 2 million take 0.7 GB for a moment.
-_CUT = 2_000_000
 #: Octant of the part that is cut away to look into it.
 _TOWARDS_VIEWER = np.array([1.0, -1.0, 1.0])
 #: Surfaces of more triangles are lattices: their edges at rest would cover everything.
@@ -180,29 +177,21 @@ def picture_lattice(
 ) -> tuple[str, ...]:
     """Draw the surface that is printed; opened, without the corner towards the viewer.
 
-    A skin hides the lattice unless it is opened. Surfaces of more than `_CUT` triangles stay whole.
+    A skin hides the lattice unless it is opened. Sections of very large surfaces stay open.
     """
     low, high = corners_of_box(surface.vertices)
     size = high - low
     caption = f"{len(surface.faces)} triangles, {size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} mm"
-    shown, warnings = surface, tuple[str, ...]()
-    if opened and len(surface.faces) <= _CUT:
+    vertices, faces, warnings = surface.vertices, surface.faces, tuple[str, ...]()
+    if opened:
         try:
-            shown = difference(surface, _near_corner(low, high), subject=path.name)
+            vertices, faces, capped = without_octant(surface, _TOWARDS_VIEWER, subject=path.name)
             caption += ", the corner towards the viewer cut away"
+            caption += "" if capped else ", its sections open"
         except MeshError as error:
             warnings = (f"{path.name}: drawn without a cut: {error}",)
-    layer = Layer(vertices=shown.vertices, faces=shown.faces, colour="#7f9fbf")
+    layer = Layer(vertices=vertices, faces=faces, colour="#7f9fbf")
     return warnings + _draw(path, Scene(title=title, caption=caption, layers=(layer,)))
-
-
-def _near_corner(low: FloatArray, high: FloatArray) -> SurfaceMesh:
-    """Box about the eighth of a box, mm, that is nearest to the viewer, a little beyond it."""
-    middle, beyond = 0.5 * (low + high), 0.01 * (high - low)
-    near = np.where(_TOWARDS_VIEWER > 0.0, middle, low - beyond)
-    x, y, z = map(float, 0.5 * (high - low) + beyond)
-    box = box_surface((x, y, z))
-    return SurfaceMesh(vertices=box.vertices + near, faces=box.faces)
 
 
 def picture_stress(
