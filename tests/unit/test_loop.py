@@ -790,10 +790,19 @@ def test_of_a_lighter_design_and_a_tight_one_the_lighter_is_kept_and_said(mass, 
     assert outcome.ended.words.startswith("a design of 2.00% more mass") == (kept == 2)
 
 
-@pytest.mark.parametrize(("expected", "said"), [({}, False), ({row(1.0).key: 1.11}, True)])
-def test_the_error_of_the_elements_is_said(expected, said):
+@pytest.mark.parametrize(
+    ("expected", "converges", "said"),
+    [
+        ({}, True, False),
+        ({row(1.0).key: 1.11}, True, True),
+        ({row(1.0).key: 1.11}, False, False),  # the band of a percentile, no error of stiffness
+    ],
+)
+def test_the_error_of_the_elements_is_said(expected, converges, said):
     told = []
-    Announcer(told.append).iteration(replace(an_iteration(1, 0.98), expected=expected))
+    done = an_iteration(1, 0.98)
+    rows = tuple(replace(each, converges=converges) for each in done.rows)
+    Announcer(told.append).iteration(replace(done, rows=rows, expected=expected))
     (line,) = [event.message for event in told if event.stage == "iteration"]
     assert ("utilisation 98.0%, elements too stiff by up to 11%," in line) == said
     assert ("too stiff" in line) == said

@@ -73,7 +73,8 @@ def test_the_residual_of_the_tractions_lets_expect_the_unfavourable_end():
     explicit = [replace(moves("pull", 0.9), converges=True), stress("pull", 50.0)]
     explicit += [replace(moves("heat", 0.2), converges=True)]
     factors = expected_factors(explicit, {"pull": 0.4})
-    assert factors == {explicit[0].key: pytest.approx(1.072)}
+    assert factors[explicit[0].key] == pytest.approx(1.072)
+    assert explicit[2].key not in factors  # moved by heat, of which no residual is known
     # What two resolutions then find of a value that falls short by 0.18 of the residual: 0.4 and
     # half of it over elements half as long.
     true = 0.9 * (1 + 0.18 * 0.4)
@@ -82,6 +83,19 @@ def test_the_residual_of_the_tractions_lets_expect_the_unfavourable_end():
     assert 0.9 * factors[explicit[0].key] == pytest.approx(true)
     # The band reaches a little beyond it, by the residual that its finer elements leave.
     assert true < band.high < 1.02 * true
+
+
+def test_the_least_band_of_a_percentile_is_expected_before_any_acceptance():
+    """Two resolutions that agree still leave 4 %: 100 MPa are judged at 104."""
+    rows = [stress("pull", 100.0), replace(stress("side", 1.0), homogenised=True)]
+    rows += [replace(stress("lift", 100.0), unfavourable="low")]
+    rows = [replace(r, key=replace(r.key, load_case=r.load_case)) for r in rows]
+    factors = expected_factors(rows, {})
+    judged = rows[0].banded(banded([(2.0, 100.0), (1.0, 100.0)], None, None))
+    assert factors[rows[0].key] * 100.0 == pytest.approx(judged.decisive)
+    assert rows[1].key not in factors
+    least = rows[2].banded(banded([(2.0, 100.0), (1.0, 100.0)], None, None))
+    assert factors[rows[2].key] * 100.0 == pytest.approx(least.decisive)
 
 
 def test_what_was_zero_before_is_learned_or_an_error():

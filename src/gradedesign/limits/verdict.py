@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from gradedesign.errors import SolverError
 from gradedesign.limits.analysis import Analysis
-from gradedesign.limits.banded import RESIDUAL_FACTORS
+from gradedesign.limits.banded import LEAST_UNKNOWN, RESIDUAL_FACTORS
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
@@ -61,12 +61,13 @@ def learned_factors(
 def expected_factors(
     explicit: Sequence[LimitRow], residuals: Mapping[str, float]
 ) -> dict[LimitKey, float]:
-    """Accepted over explicit value that one analysis lets expect, where it knows its residual.
+    """Accepted over explicit value that one analysis lets expect.
 
-    A value on finite cells is too small by a share of the residual of the tractions; acceptance,
-    whose elements are smaller, judges the unfavourable end of a band about the value without that
-    error. The usual share is taken: it was 0.14 and 0.15 up to that end, whose larger share counts
-    for smaller elements.
+    A value that converges is too small on finite cells by a share of the residual of the tractions;
+    acceptance, whose elements are smaller, judges the unfavourable end of a band about the value
+    without that error. The usual share is taken: it was 0.14 and 0.15 up to that end, whose larger
+    share counts for smaller elements. The band of other values, percentiles of stress, has at least
+    the width of `LEAST_UNKNOWN`, and its unfavourable end judges them.
 
     Parameters
     ----------
@@ -75,11 +76,14 @@ def expected_factors(
         See `finite_cell.traction_residual`.
     """
     share, _, _ = RESIDUAL_FACTORS
-    return {
-        row.key: 1.0 + share * residuals[row.load_case]
-        for row in explicit
-        if row.converges and row.load_case in residuals
-    }
+    factors: dict[LimitKey, float] = {}
+    for row in explicit:
+        if row.converges and row.load_case in residuals:
+            factors[row.key] = 1.0 + share * residuals[row.load_case]
+        elif not row.converges and not row.homogenised:
+            end = LEAST_UNKNOWN if row.unfavourable == "high" else -LEAST_UNKNOWN
+            factors[row.key] = 1.0 + end
+    return factors
 
 
 def mean_factors(earlier: Factors, later: Factors) -> dict[LimitKey, float]:

@@ -124,7 +124,8 @@ class Announcer:
             f", {kind} discrepancy {value:+.1%}"
             for kind, value in governing_discrepancies(iteration).items()
         )
-        error = max(iteration.expected.values(), default=1.0) - 1.0
+        stiff = (iteration.expected.get(row.key, 1.0) for row in iteration.rows if row.converges)
+        error = max(stiff, default=1.0) - 1.0
         self.say(
             "iteration",
             f"iteration {summary.number}{' (resumed)' if resumed else ''}: mass "
