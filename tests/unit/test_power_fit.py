@@ -57,3 +57,15 @@ def test_the_softest_axis_counts():
     modulus = 1 / np.diag(np.linalg.inv(law.stiffness(np.asarray(0.2))))[:3]
     assert modulus.max() > 1.2 * modulus.min()  # its struts along z make the others softer
     assert softest_modulus(law, np.array([0.2]))[0] == pytest.approx(modulus.min())
+
+
+def test_of_windows_of_one_width_the_sparsest_is_taken_however_logarithms_round():
+    """A law bent evenly: every run of so many values fits alike, and rounding must not choose."""
+    rho = np.geomspace(0.05, 0.8, 30)
+    fit = fit_power(rho, np.exp(0.15 * np.log(rho) ** 2))
+    for part in (1e-15, -1e-15, 3e-16):
+        nudged = rho * (1 + part * np.random.default_rng(3).standard_normal(rho.size))
+        again = fit_power(nudged, np.exp(0.15 * np.log(rho) ** 2))
+        np.testing.assert_allclose(again.window, fit.window, rtol=1e-9)
+        assert again.c == pytest.approx(fit.c, rel=1e-9)
+    assert fit.window[0] == rho[0]

@@ -65,8 +65,9 @@ def fit_power(density: FloatArray, value: FloatArray) -> PowerFit | None:
         for first in range(x.size)
         for last in range(first + _LEAST_SAMPLES, x.size + 1)
     ]
-    # The widest first, of equals the sparsest.
-    for first, last in sorted(ends, key=lambda e: (x[e[0]] - x[e[1] - 1], e[0])):
+    # The widest first, of equals the sparsest. In even steps equals differ by rounding, which is
+    # not the same on every processor.
+    for first, last in sorted(ends, key=lambda e: (round(x[e[0]] - x[e[1] - 1], 9), e[0])):
         slope, start = np.polyfit(x[first:last], y[first:last], 1)
         departure = np.expm1(slope * x[first:last] + start - y[first:last])
         residual = float(np.abs(departure).max())
