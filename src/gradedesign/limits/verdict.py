@@ -66,8 +66,8 @@ def expected_factors(
     A value that converges is too small on finite cells by a share of the residual of the tractions;
     acceptance, whose elements are smaller, judges the unfavourable end of a band about the value
     without that error. The usual share is taken: it was 0.14 and 0.15 up to that end, whose larger
-    share counts for smaller elements. The band of other values, percentiles of stress, has at least
-    the width of `LEAST_UNKNOWN`, and its unfavourable end judges them.
+    share counts for smaller elements. The band of other values, percentiles of stress, reaches
+    `LEAST_UNKNOWN` at least to both sides, and its unfavourable end judges them.
 
     Parameters
     ----------
