@@ -34,6 +34,7 @@ from gradedesign.fe.stiffness import (
     GaussStiffness,
     IsotropicStiffness,
     MomentStiffness,
+    gauss_equivalent,
     known_at,
     pair_products,
     require_positive,
@@ -361,3 +362,20 @@ def test_stress_and_thermal_force_of_a_stiffness_at_gauss_points():
         element_stress(space, stiffness, u, at="vertices")
     left = element_stress(space, stiffness, free, thermal_strain=expansion * change)
     assert np.abs(left).max() < 1e-12 * np.abs(element_stress(space, stiffness, free)).max()
+
+
+def test_thermal_forces_of_moments_are_those_of_the_rule_that_made_them():
+    mesh = distorted_box()
+    space = tet_space(mesh, 2)
+    c = random_at_points(mesh, 4)
+    moments = moments_of(c, barycentric("gauss"), np.full(4, 0.25))
+    warm = np.random.default_rng(5).uniform(10, 60, mesh.tets.shape[1])
+    expected = thermal_force(space, GaussStiffness(C=c), 1e-5, warm)
+    found = thermal_force(space, moments, 1e-5, warm)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    points, weights = collapsed_rule(3)
+    many = random_at_points(mesh, 27)
+    equal = gauss_equivalent(moments_of(many, points, weights))
+    np.testing.assert_allclose(equal.C.mean(axis=2), np.einsum("q,ijqm->ijm", weights, many))
+    with pytest.raises(SolverError, match="even in every element only"):
+        thermal_force(space, moments, 1e-5, lambda x: 20.0 + x[0])

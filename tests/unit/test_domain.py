@@ -12,11 +12,9 @@ from gradedesign.lattice.domain import (
     grown,
     passive_at,
     phase_at,
-    solid_fraction,
 )
 from gradedesign.lattice.skin import Skin
 from gradedesign.part.box import box_surface
-from gradedesign.part.part_mesh import box_part_mesh
 from gradedesign.part.signed_distance import surface_distance
 
 SIZE = (12.0, 8.0, 8.0)
@@ -39,19 +37,6 @@ def test_a_point_has_one_phase_and_passive_regions_come_first():
     assert phase_at(domain(), LINE, domain().distance(LINE)).tolist() == phases
     assert passive_at(domain(), LINE).tolist() == [True, True, False, False, False, False]
     assert phase_at(domain(skins=(), passive=()), LINE).tolist() == [LATTICE] * 6
-
-
-def test_solid_fraction_fills_the_solid_volume():
-    """12 x 8 x 8 mm less the lattice of 8 x 6 x 6 mm, by geometry; 20 samples a tetrahedron."""
-    mesh = box_part_mesh(SIZE, 0.8)
-    corners = mesh.points[:, mesh.tets]
-    edges = corners[:, 1:] - corners[:, :1]
-    volumes = np.linalg.det(edges.transpose(2, 0, 1)) / 6
-    share = solid_fraction(domain(), mesh)
-    assert share.min() == 0
-    assert share.max() == 1
-    assert abs(volumes) @ share == pytest.approx(12 * 64 - 8 * 36, rel=0.01)
-    assert not solid_fraction(domain(skins=(), passive=()), mesh).any()
 
 
 def test_a_grown_domain_moves_its_faces_only():

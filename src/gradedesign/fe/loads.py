@@ -26,8 +26,10 @@ from gradedesign.fe.element_points import (
 from gradedesign.fe.facets import facet_areas, facet_nodes, outward_area_vectors
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import (
+    MomentStiffness,
     Stiffness,
     element_count,
+    gauss_equivalent,
     kernel_coefficients,
     known_at,
 )
@@ -207,7 +209,8 @@ def thermal_force(
     stiffness : Stiffness
     expansion : float, 1/K
     temperature_change : float, (M,) or (M, 4) array, or callable, K
-        A function is evaluated at the Gauss points, exact for a linear field.
+        A function is evaluated at the Gauss points, exact for a linear field; for a
+        `MomentStiffness` it must be even in every element.
 
     Returns
     -------
@@ -218,12 +221,20 @@ def thermal_force(
             f"the stiffness is given for {element_count(stiffness)} elements, but the space has "
             f"{space.element_count}; build both from the same mesh"
         )
+    heated = values_at(space, temperature_change, "gauss")
+    if isinstance(stiffness, MomentStiffness):
+        if callable(temperature_change) or np.ndim(temperature_change) > 1:
+            raise SolverError(
+                "a stiffness is given by its moments, which know the thermal forces of a "
+                "temperature change that is even in every element only; give one per element"
+            )
+        stiffness = gauss_equivalent(stiffness)
     return initial_strain_force(
         space.nodes,
         space.elements,
         kernel_coefficients(known_at(stiffness, "gauss")),
         shape_derivatives(space.order, barycentric("gauss")),
-        expansion * values_at(space, temperature_change, "gauss"),
+        expansion * heated,
     )
 
 

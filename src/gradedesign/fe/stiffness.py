@@ -21,6 +21,10 @@ UPPER = np.triu_indices(6)
 #: Pairs of barycentric coordinates, in the order of the moments of a stiffness.
 PAIRS = tuple(combinations_with_replacement(range(4), 2))
 _FIRST, _SECOND = np.array(PAIRS).T
+#: How often each pair stands in the square of the sum of the coordinates, which is 1.
+_TIMES = np.where(_FIRST == _SECOND, 1.0, 2.0)
+#: Moments of 1: means of the products of two barycentric coordinates over a tetrahedron.
+UNIFORM = np.where(_FIRST == _SECOND, 0.1, 0.05)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -134,6 +138,28 @@ def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
     (10, q) array
     """
     return np.asarray(weights * points.T[_FIRST] * points.T[_SECOND])
+
+
+def mean_of(moments: FloatArray) -> FloatArray:
+    """Means ``(m,)`` over the elements of what has these moments, ``(10, m)``."""
+    return np.asarray(_TIMES @ moments)
+
+
+def gauss_moments(values: FloatArray) -> FloatArray:
+    """Moments ``(6, 6, 10, m)`` of matrices at the Gauss points of every element."""
+    products = pair_products(barycentric("gauss"), np.full(4, 0.25))
+    return np.einsum("pq,ijqm->ijpm", products, values)
+
+
+def gauss_equivalent(stiffness: MomentStiffness) -> GaussStiffness:
+    """Stiffness at the Gauss points whose first moments are those of a stiffness.
+
+    Thermal forces of an even temperature change and the mean stress of every element are the same
+    with both, since strain is linear; values at the points are not those of the stiffness.
+    """
+    firsts = np.array([[float(s in pair) for pair in PAIRS] for s in range(4)])
+    points = np.linalg.inv(0.25 * barycentric("gauss").T) @ firsts
+    return GaussStiffness(C=np.einsum("qp,ijpm->ijqm", points, stiffness.C))
 
 
 def kernel_coefficients(

@@ -37,7 +37,7 @@ from gradedesign.sizing.homogenised import (
     homogenised_system,
 )
 from gradedesign.sizing.homogenised_model import HomogenisedModel
-from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness
+from gradedesign.sizing.lattice_stiffness import as_stiffness, in_lattice, lattice_stiffness
 from gradedesign.sizing.responses import solve_adjoints
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.sizing.state import SolvedState, solved_state
@@ -290,7 +290,7 @@ def lattice_share(
     worst, _ = max(pairs, key=lambda pair: pair[0].value / pair[1])
     adjoint = solve_adjoints(model, system, [worst])[0]
     u = state.displacement(worst.load_case)
-    lattice = as_stiffness(model, (1 - model.solid_fraction) * lattice_stiffness(model, rho))
+    lattice = as_stiffness(in_lattice(model, lattice_stiffness(model, rho)))
     shared = strain_energy_per_element(model.space, lattice, u, adjoint.displacement)
     if worst.value <= 0 or shared.sum() <= 0:
         return 0.0, mean

@@ -23,7 +23,7 @@ from gradedesign.workspace.cache import content_key
 from gradedesign.workspace.run_folder import RunFolder, open_run_folder
 
 #: Raised when what an iteration stores changes its meaning.
-ITERATION_VERSION = 9
+ITERATION_VERSION = 10
 
 
 def default_folder(case: CaseIdentity) -> Path:

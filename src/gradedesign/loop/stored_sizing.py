@@ -104,6 +104,7 @@ def sizing_key(
         model.space.mesh.points,
         model.space.mesh.tets,
         model.solid_fraction,
+        np.zeros(0) if model.solid_moments is None else model.solid_moments,
         np.asarray(model.rotation),
         np.zeros(0) if model.walls is None else model.walls.kind,
         np.zeros(0) if model.effective is None else model.effective.effective,

@@ -11,6 +11,7 @@ from gradedesign.case.schema import Case
 from gradedesign.errors import ResourceError
 from gradedesign.fe.load_case import region_nodes, region_shares
 from gradedesign.fe.space import TetSpace, tet_space
+from gradedesign.lattice.solid_moments import solid_fraction
 from gradedesign.layout.cell_layout import layout_warnings
 from gradedesign.limits.kinds import made_limits
 from gradedesign.limits.limit import LimitKind, PlacedCase
@@ -22,7 +23,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.resolve.exclusion import exclusion_radius
-from gradedesign.resolve.joint_share import solid_shares
+from gradedesign.resolve.joint_share import moments_with_joints
 from gradedesign.resolve.part_tets import held_loads, part_facets, part_tets, used_regions
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.resolve import density_bounds
@@ -79,7 +80,8 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
     space = tet_space(mesh, 2)
     resolved = with_stressed_skins(resolved, space, on_event)
     report_step("supports, loads and solid volume fractions of the part")
-    shares = solid_shares(resolved, bounds, mesh)
+    moments = moments_with_joints(resolved, bounds, mesh)
+    shares = solid_fraction(moments)
     windows = (bounds,) if laws is None else laws.bounds
     analysable = affordable(resolved, windows, signed_volumes(mesh), shares)
     cells = CellChoice(
@@ -107,6 +109,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             problem.loads,
             rotation=cell_axes(cells.layout, problem.space),
             solver=problem.solver,
+            solid_moments=moments,
         ),
         warnings=(
             *analysable.warnings,

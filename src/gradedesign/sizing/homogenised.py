@@ -59,7 +59,7 @@ def homogenised_system(
 
     ``earlier`` are displacements ``(3, N)`` of similar densities, to start iterations from.
     """
-    stiffness = as_stiffness(model, effective_stiffness(model, rho))
+    stiffness = as_stiffness(effective_stiffness(model, rho))
     return prepare_elastic(
         model.space, stiffness, solver=model.solver, pattern=model.pattern, earlier=earlier
     )

@@ -1,9 +1,9 @@
 """The part as a homogenised solid: its tetrahedra, material, law and cell axes.
 
 Every tetrahedron holds a share ``solid_fraction`` of fully dense material (skin, passive regions)
-and the lattice in the rest. The two phases act in parallel (Voigt), which is exact for a skin
-loaded in its plane; what it misses elsewhere is part of the discrepancy that the correction
-measures.
+and the lattice in the rest, each where it lies: a skin at the face bends as such, however thick the
+tetrahedron is. Where both meet in a tetrahedron they are strained alike; what that misses is part
+of the discrepancy that the correction measures.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.space import TetSpace
+from gradedesign.fe.stiffness import PAIRS
 from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -56,6 +57,9 @@ class HomogenisedModel:
         That of cells beside passive regions, by the nominal one; None: they are the same.
     walls : WallFactors or None
         How the stiffness varies over walls of few cells; None: not at all.
+    solid_moments : (10, M) array or None
+        Where the solid lies: means of its indicator with pairs of barycentric coordinates, in the
+        order of `gradedesign.fe.stiffness.PAIRS`. None: evenly in every tetrahedron.
     """
 
     space: TetSpace
@@ -72,6 +76,7 @@ class HomogenisedModel:
     reference_density: float = 1.0
     effective: EffectiveDensity | None = None
     walls: WallFactors | None = None
+    solid_moments: FloatArray | None = None
 
     def __post_init__(self) -> None:
         count = self.space.elements.shape[1]
@@ -79,6 +84,9 @@ class HomogenisedModel:
         object.__setattr__(
             self, "solid_fraction", locked(self.solid_fraction, (count,), name="solid_fraction")
         )
+        if self.solid_moments is not None:
+            moments = locked(self.solid_moments, (len(PAIRS), count), name="solid_moments")
+            object.__setattr__(self, "solid_moments", moments)
         bond = (6, 6) if np.ndim(self.rotation) == 2 else (6, 6, 4, count)
         object.__setattr__(self, "rotation", locked(self.rotation, bond, name="rotation"))
         if self.walls is not None and self.rotation.ndim == 4:
@@ -98,10 +106,14 @@ def homogenised_model(
     cases: Sequence[PartLoadCase],
     *,
     rotation: FloatArray | None = None,
-    stiffness_factor: float = 1.0,
     solver: LinearSolver = MULTIGRID,
+    solid_moments: FloatArray | None = None,
 ) -> HomogenisedModel:
-    """Build a model; columns of ``rotation``, (3, 3) or (3, 3, 4, M), are the cell axes."""
+    """Build a model; columns of ``rotation``, (3, 3) or (3, 3, 4, M), are the cell axes.
+
+    ``solid_moments`` are not held where every tetrahedron is all solid or all lattice.
+    """
+    whole = np.all((solid_fraction <= 0.0) | (solid_fraction >= 1.0))
     return HomogenisedModel(
         space=space,
         volumes=signed_volumes(space.mesh),
@@ -111,8 +123,8 @@ def homogenised_model(
         rotation=bond_matrix(np.eye(3) if rotation is None else rotation),
         cases=tuple(cases),
         pattern=assembly_pattern(space),
-        stiffness_factor=stiffness_factor,
         solver=solver,
+        solid_moments=None if whole else solid_moments,
     )
 
 

@@ -2,7 +2,8 @@
 
 Arrays are ``(6, 6, M)`` where cells lie alike, ``(6, 6, 4, M)`` at the Gauss points of the
 tetrahedra where they follow a map, and ``(6, 6, 10, M)`` moments where walls of few cells vary over
-their thickness; `as_stiffness` makes of them what is assembled.
+their thickness or solid and lattice share a tetrahedron; `as_stiffness` makes of them what is
+assembled.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.stiffness import (
-    PAIRS,
+    UNIFORM,
     AnisotropicStiffness,
     GaussStiffness,
     MomentStiffness,
     Stiffness,
+    gauss_moments,
 )
 from gradedesign.material.scaling_law import isotropic_stiffness
 from gradedesign.sizing.homogenised_model import (
@@ -23,9 +25,6 @@ from gradedesign.sizing.homogenised_model import (
     effective_density,
     effective_slope,
 )
-
-#: Moments of 1: means of the products of two barycentric coordinates over a tetrahedron.
-_ONE = np.array([0.1 if s == t else 0.05 for s, t in PAIRS])
 
 
 def solid_stiffness(model: HomogenisedModel) -> FloatArray:
@@ -64,11 +63,11 @@ def lattice_stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Fl
     return _rotated(model, slope[:, :, None] * moments + whole[:, :, None] * grown)
 
 
-def as_stiffness(model: HomogenisedModel, C: FloatArray) -> Stiffness:
+def as_stiffness(C: FloatArray) -> Stiffness:
     """Stiffness record of an array of this module, to be assembled or evaluated."""
     if C.ndim == 3:
         return AnisotropicStiffness(C=C)
-    return GaussStiffness(C=C) if model.rotation.ndim == 4 else MomentStiffness(C=C)
+    return GaussStiffness(C=C) if C.shape[2] == 4 else MomentStiffness(C=C)
 
 
 def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
@@ -81,13 +80,29 @@ def growth_exponent(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
 
 
 def effective_stiffness(model: HomogenisedModel, rho: FloatArray) -> FloatArray:
-    """Stiffness of both phases in parallel, shaped as `lattice_stiffness`, MPa."""
-    share = model.solid_fraction
-    lattice = (1 - share) * lattice_stiffness(model, rho)
+    """Stiffness of both phases, ``(6, 6, [4 or 10,] M)``, MPa."""
+    lattice = in_lattice(model, lattice_stiffness(model, rho))
     solid = solid_stiffness(model).reshape(6, 6, *(1,) * (lattice.ndim - 2))
+    if model.solid_moments is not None:
+        return np.asarray(lattice + model.solid_moments * solid)
     if model.walls is not None:
-        solid = solid * _ONE[:, None]
-    return np.asarray(lattice + share * solid)
+        solid = solid * UNIFORM[:, None]
+    return np.asarray(lattice + model.solid_fraction * solid)
+
+
+def in_lattice(model: HomogenisedModel, C: FloatArray) -> FloatArray:
+    """Contribution of lattice of stiffness ``C`` where it lies, ``(6, 6, [4 or 10,] M)``, MPa.
+
+    A stiffness that varies inside the tetrahedra is thinned out in proportion to the room for
+    lattice, moment by moment.
+    """
+    if model.solid_moments is None:
+        return np.asarray((1 - model.solid_fraction) * C)
+    room = UNIFORM[:, None] - model.solid_moments
+    if C.ndim == 3:
+        return np.asarray(C[:, :, None] * room)
+    moments = gauss_moments(C) if C.shape[2] == 4 else C
+    return np.asarray(moments * (room / UNIFORM[:, None]))
 
 
 def correction_factor(model: HomogenisedModel, rho: FloatArray) -> FloatArray:

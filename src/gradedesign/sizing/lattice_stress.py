@@ -63,7 +63,7 @@ def lattice_stress(
     tuple of LatticeStress
         One per load case, in their order.
     """
-    stiffness = as_stiffness(model, cell_stiffness(model, rho))
+    stiffness = as_stiffness(cell_stiffness(model, rho))
     thermal = model.material.thermal_expansion
     by_name = {s.name: s for s in solutions}
     stresses = []

@@ -10,13 +10,17 @@ from gradedesign.arrays import FloatArray
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.elastic_system import ElasticSystem
 from gradedesign.fe.solution import LoadVector, Solution
-from gradedesign.fe.stiffness import Stiffness
+from gradedesign.fe.stiffness import MomentStiffness, Stiffness, gauss_equivalent
 from gradedesign.fe.stress import element_stress
 from gradedesign.fe.supports import Supports
 from gradedesign.limits.state import Response
 from gradedesign.sizing.homogenised import solve_vectors
 from gradedesign.sizing.homogenised_model import HomogenisedModel
-from gradedesign.sizing.lattice_stiffness import as_stiffness, lattice_stiffness_derivative
+from gradedesign.sizing.lattice_stiffness import (
+    as_stiffness,
+    in_lattice,
+    lattice_stiffness_derivative,
+)
 from gradedesign.sizing.state import SolvedState, case_named, force_slope
 
 
@@ -57,8 +61,7 @@ def solve_adjoints(
 
 def stiffness_derivative(model: HomogenisedModel, rho: FloatArray) -> Stiffness:
     """Derivative of the stiffness of every tetrahedron by its density, MPa."""
-    share = 1 - model.solid_fraction
-    return as_stiffness(model, share * lattice_stiffness_derivative(model, rho))
+    return as_stiffness(in_lattice(model, lattice_stiffness_derivative(model, rho)))
 
 
 def response_gradient(
@@ -79,6 +82,8 @@ def response_gradient(
     if case.temperature_change:
         # The work of C alpha dT on the adjoint strain is that of alpha dT on its stress.
         expansion = model.material.thermal_expansion * case.temperature_change
+        if isinstance(derivative, MomentStiffness):
+            derivative = gauss_equivalent(derivative)
         stress = element_stress(model.space, derivative, adjoint.displacement)
         gradient = gradient + model.volumes * expansion * np.trace(stress).mean(axis=-1)
     return gradient if response.by_density is None else gradient + response.by_density
