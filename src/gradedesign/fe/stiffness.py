@@ -141,7 +141,7 @@ def pair_products(points: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def mean_of(moments: FloatArray) -> FloatArray:
-    """Means ``(m,)`` over the elements of what has these moments, ``(10, m)``."""
+    """Means ``(..., m)`` over the elements of what has these moments, ``(..., 10, m)``."""
     return np.asarray(_TIMES @ moments)
 
 

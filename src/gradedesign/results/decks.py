@@ -17,7 +17,7 @@ from gradedesign.fe.load_case import (
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.solve import solve_elastic
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import PAIRS, AnisotropicStiffness, IsotropicStiffness
+from gradedesign.fe.stiffness import AnisotropicStiffness, IsotropicStiffness, mean_of
 from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration_steps import corrected_model
@@ -164,13 +164,7 @@ def element_means(model: HomogenisedModel, rho: FloatArray) -> AnisotropicStiffn
     whole = effective_stiffness(model, rho)
     if whole.ndim == 3:
         return AnisotropicStiffness(C=whole)
-    # The barycentric coordinates add up to 1, so that all pairs of moments add up to the mean.
-    weights = (
-        np.full(4, 0.25)
-        if model.walls is None
-        else np.array([1.0 if s == t else 2.0 for s, t in PAIRS])
-    )
-    return AnisotropicStiffness(C=np.einsum("q,ijqm->ijm", weights, whole))
+    return AnisotropicStiffness(C=whole.mean(axis=2) if whole.shape[2] == 4 else mean_of(whole))
 
 
 def _difference_warning(
@@ -184,7 +178,7 @@ def _difference_warning(
     if worst <= SAME_MODEL:
         return ()
     return (
-        "homogenised.inp has one stiffness for each tetrahedron, while walls of few cells and "
+        "homogenised.inp has one stiffness for each tetrahedron, while skins, walls and "
         "turned cells vary it inside; its displacements differ from those of the model of sizing "
         f"by up to {100 * worst:.2g} % of the largest one",
     )
