@@ -147,9 +147,14 @@ def _crossing(vertices: FloatArray, faces: NDArray[np.int32], near: BoolArray) -
 def _inside_any(vertices: FloatArray, corners: FloatArray, margin: float) -> BoolArray:
     """Mask of the vertices in or close to the box of one of some triangles (k, 3, 3)."""
     inside = np.zeros(len(vertices), dtype=bool)
+    order = np.argsort(vertices[:, 0])
+    along = vertices[order, 0]
     for some in corners:
         lower, upper = some.min(axis=0) - margin, some.max(axis=0) + margin
-        inside |= ((vertices >= lower) & (vertices <= upper)).all(axis=1)
+        # Few of millions of vertices lie between the ends of a triangle.
+        near = order[slice(*np.searchsorted(along, (lower[0], upper[0])))]
+        here = vertices[near]
+        inside[near[((here >= lower) & (here <= upper)).all(axis=1)]] = True
     return inside
 
 
