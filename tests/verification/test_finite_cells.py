@@ -255,6 +255,23 @@ def test_an_earlier_solution_is_a_start():
     assert max(s.iterations for s in again.solutions) <= 1
 
 
+def test_a_load_between_two_others_starts_from_their_solutions():
+    """It ends at once where the residual decides, and in the steps of an estimate else."""
+    two = sheet()
+    between = load_case("both", [("x0", "xyz")], [("x1", {"force": newtons(-2, 0, 3)})])
+    three = replace(two, cases=(*two.cases, between))
+    press, shear, both = analyse(three, 1 / 6, accuracy=BY_RESIDUAL).solutions
+    assert both.iterations <= 3
+    expected = 2.0 * press.u + 3.0 * shear.u
+    # Of either error 1e-6 of the right-hand side, in energy more than in the residual.
+    np.testing.assert_allclose(both.u, expected, atol=1e-4 * np.abs(expected).max())
+    alone = analyse(replace(two, cases=(between,)), 1 / 6, accuracy=BY_RESIDUAL).solutions[0]
+    assert alone.iterations > 20
+    assert both.work == pytest.approx(alone.work, rel=1e-6)
+    quick = analyse(three, 1 / 6).solutions[2]
+    assert quick.iterations < 0.75 * analyse(three, 1 / 6).solutions[0].iterations
+
+
 def hanging(neck):
     """A cantilever with a lump that hangs from its side by a neck of a width, mm."""
     low, high = (0.0, 0.0, 0.0), (8.0, 4.0, 1.0)

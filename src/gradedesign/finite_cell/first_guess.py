@@ -1,16 +1,23 @@
-"""First guess of the iteration: the displacements of a similar solid."""
+"""First guesses of the iteration: displacements of a similar solid and of other load cases."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.finite_cell.elements import Elements
+from gradedesign.finite_cell.operator import Operator, product
 from gradedesign.finite_cell.result import FiniteCellResult, solution_of
 from gradedesign.finite_cell.space import BrickSpace, node_points
 from gradedesign.finite_cell.stress import displacement_at as displacement_in
 from gradedesign.finite_cell.surface import element_table, locate
 from gradedesign.workspace.progress import report_step
+
+#: Share of the largest singular value below which directions of a combination are dropped.
+DEPENDENT = 1e-10
 
 
 def first_guess(
@@ -39,3 +46,46 @@ def first_guess(
         points[:, known],
     ).T  # fmt: skip
     return u
+
+
+def nearest_combination(
+    stiffness: Operator,
+    keep: NDArray[np.float32],
+    right: FloatArray,
+    fields: Sequence[FloatArray],
+) -> FloatArray | None:
+    """Combination of fields that is nearest to the solution of ``K u = right`` in energy.
+
+    Galerkin's method on their span, as `gradedesign.fe.galerkin_start` does on tetrahedra: a load
+    at an angle between two others is solved by their sum.
+
+    Parameters
+    ----------
+    stiffness : Operator
+    keep : (N, 3) float32 array
+        1 for unknowns, 0 for the others.
+    right : (N, 3) array
+        Zero where nothing is kept.
+    fields : sequence of (N, 3) arrays
+        Zero where nothing is kept.
+
+    Returns
+    -------
+    (N, 3) array or None
+        None without fields.
+    """
+    if not fields:
+        return None
+    sizes = [max(float(np.linalg.norm(field)), 1e-300) for field in fields]
+    pairs = list(zip(fields, sizes, strict=True))
+    gram = np.zeros((len(fields), len(fields)))
+    for k, field in enumerate(fields):
+        image = product(stiffness, field)
+        image *= keep
+        gram[k] = [np.einsum("nc,nc->", image, v) / s / sizes[k] for v, s in pairs]
+    work = [np.einsum("nc,nc->", right, v) / s for v, s in pairs]
+    weights = np.linalg.lstsq(gram, np.array(work), rcond=DEPENDENT)[0] / sizes
+    guess = np.zeros_like(right)
+    for weight, field in zip(weights, fields, strict=True):
+        guess += weight * field
+    return guess

@@ -13,7 +13,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
 from gradedesign.fe.load_case import LoadCaseSpecification
 from gradedesign.finite_cell.elements import Elements
-from gradedesign.finite_cell.first_guess import first_guess
+from gradedesign.finite_cell.first_guess import first_guess, nearest_combination
 from gradedesign.finite_cell.hanging import gather_hanging
 from gradedesign.finite_cell.iterate import Iterate, conjugate_gradients
 from gradedesign.finite_cell.loads import case_force, thermal_force
@@ -101,12 +101,13 @@ def solved_cases(
             elements=elements, space=space, places=places, stiffness=stiffness, keep=levels.keep,
             precondition=cycle(levels),
         )  # fmt: skip
+        free: list[FloatArray] = []
         for k, own in zip(members, held, strict=True):
-            solved[k] = _solved_case(problem, problem.cases[k], own, system, accuracy, start)
+            solved[k] = _solved_case(problem, problem.cases[k], own, system, accuracy, start, free)
             if own.value is None and own.spring_force is None and not solved[k].thermal_strain:
                 forced.append(k)
         # The largest arrays go before those of the error estimate come.
-        del levels, system, stiffness, held, own
+        del levels, system, stiffness, held, own, free
     # Its size relative to the error was measured on elements of one size.
     if forced and space.hanging is None:
         balance = residual_places(elements, problem.field, [places[n].element for n in acting])
@@ -147,8 +148,9 @@ def _solved_case(
     system: _System,
     accuracy: Accuracy,
     start: FiniteCellResult | None,
+    free: list[FloatArray],
 ) -> CaseSolution:
-    """Solve one load case."""
+    """Solve one load case; ``free`` are the solutions before it, without prescribed values."""
     elements, space, stiffness = system.elements, system.space, system.stiffness
     material = problem.material
     mechanical = case_force(elements, space, case, problem.regions, system.places, material)
@@ -161,13 +163,16 @@ def _solved_case(
     if own.value is not None:
         right -= product(stiffness, own.value)
     right *= system.keep
+    similar = first_guess(elements, space, start, case.name)
+    guesses = free if similar is None else [*free, similar * system.keep]
     with stepping(f"solving {case.name}"):
         solution = conjugate_gradients(
             stiffness, system.keep, right, system.precondition,
             rtol=accuracy.residual, energy=accuracy.energy, max_iterations=MAX_ITERATIONS,
-            start=first_guess(elements, space, start, case.name),
+            start=nearest_combination(stiffness, system.keep, right, guesses),
         )  # fmt: skip
     _require_converged(case.name, solution, accuracy)
+    free.append(solution.u)
     u = solution.u if own.value is None else solution.u + own.value
     log.info(
         "'%s': %d iterations, residual %.1e, error %.1e",
