@@ -88,10 +88,13 @@ def divided_skin_edges(
     for skin in skins:
         on = np.abs(skin(vertices.T)) <= _ON * step
         on[: len(used)] &= used
+        first = 0
         for _ in range(_ROUNDS):
-            added, vertices, faces = _divide(vertices, faces, on, skin, field, step)
+            known = len(vertices)
+            added, vertices, faces = _divide(vertices, faces, on, skin, field, step, first)
             if not added:
                 break
+            first = known
             on = np.concatenate([on, np.ones(added, dtype=bool)])
             log.info("%d vertices on inner edges of a skin", added)
         vertices, faces = _with_corners(vertices, faces, on, skin, field, step)
@@ -105,14 +108,18 @@ def _divide(
     skin: Field,
     field: Field,
     step: float,
+    first: int,
 ) -> tuple[int, FloatArray, NDArray[np.int32]]:
-    """One round: the number of new vertices, and the surface."""
+    """One round: the number of new vertices, and the surface.
+
+    Only edges with an end of number ``first`` or later: others have been looked at.
+    """
     near = np.flatnonzero(on[faces].sum(axis=1) >= 2)
     sides = np.sort(np.stack([faces[near][:, [c, (c + 1) % 3]] for c in range(3)], axis=1), axis=2)
     edges, of_side = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)
     of_side = of_side.reshape(-1, 3)
     middle = vertices[edges].mean(axis=1)
-    off = on[edges].all(axis=1)
+    off = on[edges].all(axis=1) & (edges[:, 1] >= first)
     start = np.zeros(len(edges))
     start[off] = skin(middle[off].T)
     off &= np.abs(start) > _OFF * step
@@ -124,10 +131,10 @@ def _divide(
     a, b = edges[off].T
     place = np.array(middle)
     place[off] = _meeting(middle[off], (vertices[a], normal[a]), (vertices[b], normal[b]))
-    bad = off & ~_lies(place, middle, skin, field, step)
+    bad = np.array(off)
+    bad[off] = ~_lies(place[off], middle[off], skin, field, step)
     place[bad] = _nearest(middle[bad], skin, step)
-    bad = off & ~_lies(place, middle, skin, field, step)
-    off &= ~bad
+    off[bad] = _lies(place[bad], middle[bad], skin, field, step)
     if not off.any():
         return 0, vertices, faces
     number = np.where(off, len(vertices) + np.cumsum(off) - 1, -1)

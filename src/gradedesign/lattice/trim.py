@@ -29,6 +29,8 @@ OVERHANG = 2.0
 ROUNDS = 4
 #: Before, edges of this share of the grid step are collapsed there, which unfolds most.
 FOLDS = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+#: Triangles that a collapse changes lie within this many grid steps of those that crossed.
+AROUND = 4.0
 #: Edges shorter than this share of the grid step are collapsed after the cut: single precision
 #: files cannot hold them apart.
 SHORTEST = 0.02
@@ -127,13 +129,15 @@ def _divided(
     to_skin = np.minimum.reduce([np.abs(skin(fine.T)) for skin in skins])
     inner = to_skin <= 0.01 * step
     inner[: len(open_ones)] &= open_ones
-    corners = _crossing(fine, triangles, to_skin <= 2 * step)
+    near = to_skin <= 2 * step
+    corners = _crossing(fine, triangles, near)
     for share in FOLDS:
         if not len(corners):
             break
         there = inner & _inside_any(fine, corners, share * step)
         triangles = without_short_edges(fine, triangles.copy(), share * step, there)
-        corners = _crossing(fine, triangles, to_skin <= 2 * step)
+        # Farther away nothing has changed.
+        corners = _crossing(fine, triangles, near & _inside_any(fine, corners, AROUND * step))
     return fine, triangles, corners
 
 
