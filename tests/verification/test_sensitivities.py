@@ -11,8 +11,12 @@ from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.loads import traction_force
 from gradedesign.fe.space import tet_space
 from gradedesign.fe.supports import supports_on
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.lattice.skin import Skin
+from gradedesign.lattice.solid_moments import solid_fraction, solid_moments
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
+from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.material.scaling_law import LawOrigin
@@ -100,20 +104,35 @@ def test_gradient_matches_central_differences(acceleration, temperature, compone
     assert_slope(model, limit, rho, rng)
 
 
-@pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
-def test_gradient_where_cells_turn_inside_elements(temperature):
-    """As before, with a law that is not isotropic and axes of their own at every point."""
-    model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
+def turned(model, rng):
+    """The model with a law that is not isotropic and axes of their own at every point."""
     stiff = np.diag([3.0, 1.0, 0.5, 0.3, 0.2, 0.1]) + 0.1
     law = replace(
         LAW,
         stiffness=lambda r: stiff[:, :, None] * r**2,
         stiffness_derivative=lambda r: 2 * stiff[:, :, None] * r,
     )
-    turns = Rotation.random(4 * rho.size, rng=rng).as_matrix()
+    turns = Rotation.random(4 * model.volumes.size, rng=rng).as_matrix()
     axes = bond_matrix(turns.transpose(1, 2, 0).reshape(3, 3, 4, -1))
-    model = replace(model, law=law, rotation=axes)
-    assert_slope(model, limit, rho, rng)
+    return replace(model, law=LawField(laws=(law,)), rotation=axes)
+
+
+@pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
+def test_gradient_where_cells_turn_inside_elements(temperature):
+    model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
+    assert_slope(turned(model, rng), limit, rho, rng)
+
+
+@pytest.mark.parametrize("turns", [False, True], ids=["straight", "turned"])
+@pytest.mark.parametrize("temperature", [0.0, 80.0], ids=["force", "thermal"])
+def test_gradient_where_a_skin_lies_at_a_face(temperature, turns):
+    model, limit, rho, rng = _problem((0.0, 0.0, 0.0), temperature, None)
+    skin = Skin(thickness=0.7, faces=lambda x: x[2])
+    upper = (20.0, 6.0, 5.0)
+    domain = DesignDomain(distance=lambda x: -x[2], lower=(0, 0, 0), upper=upper, skins=(skin,))
+    moments = solid_moments(domain, model.space.mesh)
+    model = replace(model, solid_fraction=solid_fraction(moments), solid_moments=moments)
+    assert_slope(turned(model, rng) if turns else model, limit, rho, rng)
 
 
 def test_gradient_follows_what_trimmed_cells_hold():

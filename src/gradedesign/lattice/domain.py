@@ -7,17 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray, locked
-from gradedesign.cell.shape import spread_points
 from gradedesign.errors import LatticeError
 from gradedesign.lattice.drain import Drain
 from gradedesign.lattice.net_skin import NetSkin
 from gradedesign.lattice.skin import Skin, skin_value, thicker
-from gradedesign.mesh.tet_mesh import TetMesh
 
 #: Phases of the printed solid: indices into ``verify.measures.PHASES``.
 LATTICE, SKIN, KEPT = 0, 1, 2
-#: Points of every tetrahedron at which shares of its volume are counted.
-INTERIOR_POINTS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,19 +150,6 @@ def phase_at(
     if domain.passive:
         phase[passive_at(domain, points)] = KEPT
     return phase
-
-
-def interior_points(mesh: TetMesh) -> FloatArray:
-    """Points that fill every tetrahedron evenly, ``(3, q, M)``, mm.
-
-    Other ones in each, so that what lies along a face of every tetrahedron is counted right in
-    their sum.
-    """
-    count = mesh.tets.shape[1]
-    spread = np.sort(spread_points(count * INTERIOR_POINTS), axis=0)
-    # Gaps between three sorted numbers of 0 to 1 are evenly spread barycentric coordinates.
-    weights = np.diff(spread, axis=0, prepend=0.0, append=1.0).reshape(4, count, INTERIOR_POINTS)
-    return np.asarray(np.einsum("dcm,cmq->dqm", mesh.points[:, mesh.tets], weights))
 
 
 def grown(domain: DesignDomain, overhang: float) -> DesignDomain:

@@ -9,13 +9,14 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.cell.shape import spread_points
-from gradedesign.lattice.domain import interior_points
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.workspace.progress import report_step
 
 #: Points of the part's box: the volume of joints of 1 % of it is then right to about 1 %.
 POINTS = 200_000
+#: Points of every tetrahedron at which its share of joints is counted.
+INTERIOR_POINTS = 20
 _BATCH = 1 << 18
 
 
@@ -47,6 +48,19 @@ def joint_fraction(design: LatticeDesign, mesh: TetMesh) -> FloatArray:
     for start in range(0, count, each):
         share[start : start + each] = added(every[:, :, start : start + each]).mean(axis=0)
     return share
+
+
+def interior_points(mesh: TetMesh) -> FloatArray:
+    """Points that fill every tetrahedron evenly, ``(3, q, M)``, mm.
+
+    Other ones in each, so that what lies along a face of every tetrahedron is counted right in
+    their sum.
+    """
+    count = mesh.tets.shape[1]
+    spread = np.sort(spread_points(count * INTERIOR_POINTS), axis=0)
+    # Gaps between three sorted numbers of 0 to 1 are evenly spread barycentric coordinates.
+    weights = np.diff(spread, axis=0, prepend=0.0, append=1.0).reshape(4, count, INTERIOR_POINTS)
+    return np.asarray(np.einsum("dcm,cmq->dqm", mesh.points[:, mesh.tets], weights))
 
 
 def _added(design: LatticeDesign) -> Callable[[FloatArray], BoolArray]:

@@ -86,8 +86,8 @@ def solid_moments(domain: DesignDomain, mesh: TetMesh) -> FloatArray:
 def solid_fraction(moments: FloatArray) -> FloatArray:
     """Solid volume fraction of every tetrahedron, ``(m,)``, of its moments ``(10, m)``."""
     share = mean_of(moments)
-    share[share < _ROUNDING] = 0.0
-    share[share > 1.0 - _ROUNDING] = 1.0
+    share[np.abs(share) < _ROUNDING] = 0.0
+    share[np.abs(share - 1.0) < _ROUNDING] = 1.0
     return share
 
 

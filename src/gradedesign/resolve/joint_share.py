@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.fe.stiffness import UNIFORM, mean_of
+from gradedesign.fe.stiffness import UNIFORM
 from gradedesign.lattice.joint_volume import joint_fraction
-from gradedesign.lattice.solid_moments import solid_moments
+from gradedesign.lattice.solid_moments import solid_fraction, solid_moments
 from gradedesign.mesh.tet_mesh import TetMesh
 from gradedesign.resolve.expected_design import expected_density, expected_design
 from gradedesign.resolve.resolved_case import ResolvedCase
@@ -29,7 +29,7 @@ def moments_with_joints(
         return solid
     design = expected_design(resolved.domain, resolved.cell, resolved.layout, bounds)
     void = 1.0 - expected_density(bounds)
-    room = np.maximum(1.0 - mean_of(solid), 0.0)
+    room = 1.0 - solid_fraction(solid)
     filled = np.minimum(joint_fraction(design, mesh) / void, room)
     share = np.divide(filled, room, out=np.zeros_like(room), where=room > 0)
     return np.asarray(solid + share * (UNIFORM[:, None] - solid))

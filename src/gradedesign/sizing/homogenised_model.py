@@ -19,7 +19,7 @@ from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.space import TetSpace
-from gradedesign.fe.stiffness import PAIRS
+from gradedesign.fe.stiffness import PAIRS, mean_of
 from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
@@ -87,6 +87,8 @@ class HomogenisedModel:
         if self.solid_moments is not None:
             moments = locked(self.solid_moments, (len(PAIRS), count), name="solid_moments")
             object.__setattr__(self, "solid_moments", moments)
+            if np.abs(mean_of(moments) - self.solid_fraction).max(initial=0.0) > 1e-6:
+                raise ValueError("moments of the solid have other means than its volume fractions")
         bond = (6, 6) if np.ndim(self.rotation) == 2 else (6, 6, 4, count)
         object.__setattr__(self, "rotation", locked(self.rotation, bond, name="rotation"))
         if self.walls is not None and self.rotation.ndim == 4:
