@@ -75,8 +75,8 @@ def sandwich(size, *, nu=0.3, supports=None, temperature=0.0):
 def test_the_energy_of_bending_is_that_of_a_sandwich(size):
     """Strains ``kappa z`` along the bar, by quadratic displacements without Poisson's ratio.
 
-    ``kappa^2 L (E_s I_s + E_l I_l)`` on tetrahedra of any size. Spread over its tetrahedra, the
-    skin would have less than half of its second moment in those of 8 mm.
+    ``kappa^2 L (E_s I_s + E_l I_l)`` on tetrahedra of any size. With the skin spread evenly over
+    its tetrahedra it would be 0.89 of that on 2 mm and 0.54 on 8 mm.
     """
     model = sandwich(size, nu=0.0)
     x, z = model.space.nodes[0], model.space.nodes[2] - HEIGHT / 2
