@@ -16,8 +16,14 @@ def _cloud(count: int = 200) -> tuple[np.ndarray, np.ndarray]:
 @pytest.fixture(params=["pairs", "grid"])
 def way(request, monkeypatch):
     """Weights of every pair, or by a grid as where pairs are too many."""
-    monkeypatch.setattr(module, "MOST_PAIRS", np.inf if request.param == "pairs" else 0)
+    if request.param == "grid":
+        _by_grid(monkeypatch)
     return request.param
+
+
+def _by_grid(monkeypatch):
+    monkeypatch.setattr(module, "MOST_PAIRS", 0)
+    monkeypatch.setattr(module, "NODES_IN_RADIUS", 0)
 
 
 def test_constants_pass_through(way):
@@ -28,7 +34,9 @@ def test_constants_pass_through(way):
     np.testing.assert_allclose(filtered(cone, np.full(200, 0.3)), 0.3, rtol=1e-14)
 
 
-def test_matches_the_slow_loop():
+@pytest.mark.parametrize("at_a_time", [1, 100, module.PAIRS_AT_A_TIME])
+def test_matches_the_slow_loop(at_a_time, monkeypatch):
+    monkeypatch.setattr(module, "PAIRS_AT_A_TIME", at_a_time)
     points, volumes = _cloud(60)
     radius = 3.0
     dense = np.zeros((60, 60))
@@ -52,7 +60,7 @@ def test_a_grid_filters_smooth_fields_as_pairs_do(monkeypatch):
     points, volumes = rng.uniform(0, 10, (3, 4000)), rng.uniform(0.5, 2.0, 4000)
     wave = np.sin(0.5 * np.pi * points[0] / 2.5)
     by_pairs = filtered(cone_filter(points, volumes, 2.5), wave)
-    monkeypatch.setattr(module, "MOST_PAIRS", 0)
+    _by_grid(monkeypatch)
     by_grid = filtered(cone_filter(points, volumes, 2.5), wave)
     assert np.abs(by_grid - by_pairs).max() <= 0.034
     # In the mean over the middle, far from faces, the amplitude falls and the phase stays.
@@ -79,6 +87,12 @@ def test_many_tetrahedra_within_the_radius_take_little_memory():
     cone = cone_filter(points, np.ones(60_000), 2.0)
     assert sum(factor.nnz for factor in cone.factors) < 20 * 60_000
     assert np.ptp(filtered(cone, points[0])) < 0.5
+
+
+def test_no_grid_is_taken_that_has_more_pairs_of_nodes(monkeypatch):
+    """200 points with 13 in the mean within the radius; a node has 925."""
+    monkeypatch.setattr(module, "MOST_PAIRS", 0)
+    assert len(cone_filter(*_cloud(), 2.5).factors) == 1
 
 
 def test_result_stays_within_the_variables(way):

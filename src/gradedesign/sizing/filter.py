@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix, diags, vstack
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import FloatArray
@@ -15,10 +15,14 @@ from gradedesign.errors import DensityError
 log = logging.getLogger(__name__)
 
 #: Pairs of tetrahedra within a radius of each other up to which the cone's weights are kept for
-#: every pair: 12 bytes each, and as much again three times over while they are found.
+#: every pair: 12 bytes each, twice that while they are found.
 MOST_PAIRS = 50_000_000
+#: Pairs that are found at a time, each of which takes about 60 bytes until its weight is stored.
+PAIRS_AT_A_TIME = 2_000_000
 #: Nodes of a grid along the radius that stand for tetrahedra where there are more pairs.
 NODES_PER_RADIUS = 6
+#: Nodes of that grid within the radius of one of them.
+NODES_IN_RADIUS = 925
 #: Tetrahedra whose neighbours are counted to tell the number of pairs, evenly among them.
 COUNTED = 500
 
@@ -61,7 +65,8 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> Densi
 
     Where more pairs of tetrahedra than `MOST_PAIRS` lie within the radius of each other, volumes
     are spread to the nodes of a grid of a sixth of the radius, the cone is taken between nodes, and
-    densities are interpolated from these: memory grows with tetrahedra and nodes, not with pairs.
+    densities are interpolated from these, if there are fewer pairs of nodes: memory then grows with
+    the volume of the part over the cube of the radius, not with the square of its tetrahedra.
 
     Parameters
     ----------
@@ -84,11 +89,12 @@ def cone_filter(points: FloatArray, volumes: FloatArray, radius: float) -> Densi
         raise DensityError(f"filter radius is {radius:g} mm, expected a positive length")
     tree = cKDTree(points.T)
     some = points[:, :: max(points.shape[1] // COUNTED, 1)].T
-    counts = tree.query_ball_point(some, radius, return_length=True)
-    if counts.mean() * points.shape[1] <= MOST_PAIRS:
-        kernel = _cone(points, volumes, radius)
-        return DensityFilter(factors=(csr_matrix(diags(_inverse_sums(kernel)) @ kernel),))
+    pairs = tree.query_ball_point(some, radius, return_length=True).mean() * points.shape[1]
+    if pairs <= MOST_PAIRS:
+        return _between_points(points, volumes, radius)
     nodes, weights = _grid_weights(points, radius / NODES_PER_RADIUS)
+    if pairs <= NODES_IN_RADIUS * nodes.shape[1]:
+        return _between_points(points, volumes, radius)
     log.info("densities are filtered on %d nodes of a grid", nodes.shape[1])
     spread = csr_matrix(weights.T @ diags(volumes))
     between = _cone(nodes, np.ones(nodes.shape[1]), radius)
@@ -101,20 +107,38 @@ def uniform_filter(count: int) -> DensityFilter:
     return DensityFilter(factors=(csr_matrix(np.ones((count, 1))),))
 
 
+def _between_points(points: FloatArray, volumes: FloatArray, radius: float) -> DensityFilter:
+    """Filter that keeps the weights of every pair of points."""
+    kernel = _cone(points, volumes, radius)
+    kernel.data *= np.repeat(1.0 / _sums(kernel), np.diff(kernel.indptr))
+    return DensityFilter(factors=(kernel,))
+
+
 def _cone(points: FloatArray, volumes: FloatArray, radius: float) -> csr_matrix:
     """Weights ``(radius - distance) volume`` of every pair of points within the radius."""
-    tree = cKDTree(points.T)
-    pairs = tree.sparse_distance_matrix(tree, radius, output_type="coo_matrix")
-    weight = (radius - pairs.data) * volumes[pairs.col]
-    count = points.shape[1]
-    kernel = csr_matrix((weight, (pairs.row, pairs.col)), shape=(count, count))
+    tree, count = cKDTree(points.T), points.shape[1]
+    rows = []
+    for block in _blocks(tree, points, radius):
+        within = cKDTree(points[:, block].T)
+        pairs = within.sparse_distance_matrix(tree, radius, output_type="coo_matrix").tocsr()
+        pairs.data = (radius - pairs.data) * volumes[pairs.indices]
+        rows.append(pairs)
+    kernel = csr_matrix(vstack(rows, format="csr"))
     # The distance matrix drops the zero distance of a point to itself.
-    return csr_matrix(kernel + diags(radius * volumes - kernel.diagonal()))
+    return csr_matrix(kernel + diags(radius * volumes - kernel.diagonal(), shape=(count, count)))
 
 
-def _inverse_sums(matrix: csr_matrix) -> FloatArray:
-    """One over the sum of every row."""
-    return np.asarray(1.0 / np.asarray(matrix.sum(axis=1)).ravel())
+def _blocks(tree: cKDTree, points: FloatArray, radius: float) -> list[slice]:
+    """Successive points with about `PAIRS_AT_A_TIME` pairs, at least one point each."""
+    counts = tree.query_ball_point(points.T, radius, return_length=True)
+    number = np.cumsum(counts) // PAIRS_AT_A_TIME
+    ends = [*(np.flatnonzero(np.diff(number)) + 1), points.shape[1]]
+    return [slice(a, b) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+def _sums(matrix: csr_matrix) -> FloatArray:
+    """Sum of every row."""
+    return np.asarray(matrix.sum(axis=1)).ravel()
 
 
 def _grid_weights(points: FloatArray, spacing: float) -> tuple[FloatArray, csr_matrix]:
