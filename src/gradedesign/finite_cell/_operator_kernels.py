@@ -1,4 +1,4 @@
-"""Stiffness of quadratic bricks times a vector, by sum factorisation, sixteen elements at a time.
+"""Stiffness of quadratic bricks times a vector, by sum factorisation, 64 elements at a time.
 
 Elements of one colour share no node, so that threads write without locks. Every array is flat and
 numeric: a kernel for another device can take the same arguments.
@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from numba import njit, prange
 
-#: Elements side by side, the lanes of vector instructions.
-LANES = 16
+#: Elements side by side, the lanes of vector instructions: inner loops of 16 spend most of their
+#: time on their beginnings and ends (75 against 39 ms in single precision, 98 against 65 in double,
+#: 39,304 cut elements on two cores).
+LANES = 64
 #: Batches of lanes a thread takes at once, so that it allocates its scratch seldom.
-_BATCHES = 8
+_BATCHES = 4
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)

@@ -208,12 +208,14 @@ def add_patches(
                     size += 1
             at = begin[p]
             for i in range(3 * size):
+                # A view: indices that may be negative keep loops from vector instructions.
+                row = rows[at : at + i + 1]
                 total = r.dtype.type(0.0)
                 for j in range(i + 1):
-                    total += r.dtype.type(rows[at + j]) * f[j]
+                    total += r.dtype.type(row[j]) * f[j]
                 total *= height[own + i]
                 for j in range(i + 1):
-                    g[j] += r.dtype.type(rows[at + j]) * total
+                    g[j] += r.dtype.type(row[j]) * total
                 at += i + 1
             for i in range(size):
                 for d in range(3):
