@@ -36,43 +36,73 @@ RULE = np.array(
         [_G, _E, _F, 0.082851075618374], [_G, _F, _E, 0.082851075618374],
     ]
 )  # fmt: skip
-#: Numbers of one row of a sum, padded to whole vectors: five by five products, five polynomials.
-_ROW, _FIVE = 32, 8
+#: Points whose polynomials and sums are taken side by side, in vector instructions.
+POINTS = 96
 
 
 @njit(fastmath={"contract"}, cache=True, nogil=True)
-def _polynomials(t: float, table: Any, out: Any) -> None:
-    """Values at t of polynomials, a padded row of coefficients for each power, lowest first."""
+def _polynomials(t: Any, table: Any, out: Any) -> None:
+    """Values ``(5, POINTS)`` of five polynomials at ``(POINTS,)``, coefficients lowest first."""
     top = table.shape[0] - 1
-    for k in range(_FIVE):
-        out[k] = table[top, k]
-    for p in range(top - 1, -1, -1):
-        for k in range(_FIVE):
-            out[k] = out[k] * t + table[p, k]
+    for k in range(5):
+        for v in range(POINTS):
+            out[k, v] = table[top, k]
+        for p in range(top - 1, -1, -1):
+            c = table[p, k]
+            for v in range(POINTS):
+                out[k, v] = out[k, v] * t[v] + c
 
 
-@njit(fastmath={"contract"}, cache=True, nogil=True)
-def _add_triangle(
-    corners: Any, factor: float, rule: Any, values: Any, integrals: Any, work: Any, out: Any
-) -> None:
-    """Add factor times the mean of Q(x) L(y) L(z) over a triangle ``(3, 3)`` to out[z, y x]."""
-    for r in range(rule.shape[0]):
-        x = rule[r, 0] * corners[0, 0] + rule[r, 1] * corners[1, 0] + rule[r, 2] * corners[2, 0]
-        y = rule[r, 0] * corners[0, 1] + rule[r, 1] * corners[1, 1] + rule[r, 2] * corners[2, 1]
-        z = rule[r, 0] * corners[0, 2] + rule[r, 1] * corners[1, 2] + rule[r, 2] * corners[2, 2]
-        _polynomials(x, integrals, work[0])
-        _polynomials(y, values, work[1])
-        _polynomials(z, values, work[2])
-        w = factor * rule[r, 3]
-        flat = work[3]
+@njit(fastmath={"contract", "reassoc", "nsz"}, cache=True, nogil=True)
+def _add_points(points: Any, values: Any, integrals: Any, work: Any, flat: Any, out: Any) -> None:
+    """Add the weighted sum of Q(x) L(y) L(z) over points ``(4, POINTS)`` to out[z y, x].
+
+    `work` ``(3, 5, POINTS)`` and `flat` ``(POINTS,)`` are scratch.
+    """
+    _polynomials(points[0], integrals, work[0])
+    _polynomials(points[1], values, work[1])
+    _polynomials(points[2], values, work[2])
+    q = work[0]
+    for k in range(5):
         for j in range(5):
-            wy = w * work[1, j]
-            for i in range(5):
-                flat[5 * j + i] = wy * work[0, i]
-        for k in range(5):
-            wz = work[2, k]
-            for m in range(_ROW):
-                out[k, m] += wz * flat[m]
+            for v in range(POINTS):
+                flat[v] = points[3, v] * work[1, j, v] * work[2, k, v]
+            s0, s1, s2, s3, s4 = 0.0, 0.0, 0.0, 0.0, 0.0
+            for v in range(POINTS):
+                s0 += flat[v] * q[0, v]
+                s1 += flat[v] * q[1, v]
+                s2 += flat[v] * q[2, v]
+                s3 += flat[v] * q[3, v]
+                s4 += flat[v] * q[4, v]
+            row = out[5 * k + j]
+            row[0] += s0
+            row[1] += s1
+            row[2] += s2
+            row[3] += s3
+            row[4] += s4
+
+
+@njit(cache=True, nogil=True)
+def _add_triangle(
+    corners: Any, factor: float, rule: Any, values: Any, integrals: Any, count: int, points: Any,
+    work: Any, flat: Any, out: Any,
+) -> int:  # fmt: skip
+    """Add factor times the mean of Q(x) L(y) L(z) over a triangle ``(3, 3)`` to out[z y, x].
+
+    Points wait in `points` until there are `POINTS` of them; returns how many wait, of ``count``
+    before.
+    """
+    if count + rule.shape[0] > POINTS:
+        _add_points(points, values, integrals, work, flat, out)
+        points[3] = 0.0
+        count = 0
+    for r in range(rule.shape[0]):
+        a, b, c = rule[r, 0], rule[r, 1], rule[r, 2]
+        for d in range(3):
+            points[d, count] = a * corners[0, d] + b * corners[1, d] + c * corners[2, d]
+        points[3, count] = factor * rule[r, 3]
+        count += 1
+    return count
 
 
 @njit(cache=True, nogil=True)
@@ -128,9 +158,13 @@ def _cut_tet(f: Any, p: Any, index: Any, cut: Any, triangles: Any) -> int:
 
 @njit(cache=True, nogil=True)
 def _add_far_face(
-    f: Any, rule: Any, values: Any, integrals: Any, work: Any, corners: Any, out: Any
-) -> None:
-    """Add the integral over the solid part of the face x = 1; f is ``(s+1, s+1)``, [z, y]."""
+    f: Any, rule: Any, values: Any, integrals: Any, count: int, points: Any, work: Any, flat: Any,
+    corners: Any, out: Any,
+) -> int:  # fmt: skip
+    """Add the integral over the solid part of the face x = 1; f is ``(s+1, s+1)``, [z, y].
+
+    Counts waiting points as `_add_triangle` does.
+    """
     s = f.shape[0] - 1
     h = 1.0 / s
     poly = np.zeros((4, 2))
@@ -141,19 +175,19 @@ def _add_far_face(
                 j1, k1 = (j + 1, k) if half == 0 else (j, k + 1)
                 ys = (j, j1, j + 1)
                 zs = (k, k1, k + 1)
-                count = 0
+                sides = 0
                 for c in range(3):
                     d = (c + 1) % 3
                     fa, fb = f[zs[c], ys[c]], f[zs[d], ys[d]]
                     if fa < 0.0:
-                        poly[count, 0], poly[count, 1] = ys[c] * h, zs[c] * h
-                        count += 1
+                        poly[sides, 0], poly[sides, 1] = ys[c] * h, zs[c] * h
+                        sides += 1
                     if (fa < 0.0) != (fb < 0.0):
                         t = fa / (fa - fb)
-                        poly[count, 0] = (ys[c] + t * (ys[d] - ys[c])) * h
-                        poly[count, 1] = (zs[c] + t * (zs[d] - zs[c])) * h
-                        count += 1
-                for t in range(count - 2):
+                        poly[sides, 0] = (ys[c] + t * (ys[d] - ys[c])) * h
+                        poly[sides, 1] = (zs[c] + t * (zs[d] - zs[c])) * h
+                        sides += 1
+                for t in range(sides - 2):
                     for c in range(3):
                         corners[c, 0] = 1.0
                     for d in range(2):
@@ -164,7 +198,10 @@ def _add_far_face(
                         (corners[1, 1] - corners[0, 1]) * (corners[2, 2] - corners[0, 2])
                         - (corners[1, 2] - corners[0, 2]) * (corners[2, 1] - corners[0, 1])
                     )
-                    _add_triangle(corners, area, rule, values, integrals, work, out)
+                    count = _add_triangle(
+                        corners, area, rule, values, integrals, count, points, work, flat, out
+                    )
+    return count
 
 
 @njit(parallel=True, cache=True, nogil=True)
@@ -176,16 +213,19 @@ def fitted_weights(samples: Any, rule: Any, values: Any, integrals: Any, weights
     samples : (n, s+1, s+1, s+1) array
         Field at the corners of the sub-cells, [element, z, y, x].
     rule : (r, 4) array
-    values, integrals : (5, 8) and (6, 8) array
-        Coefficients of the five polynomials and of their integrals, a padded row for each power.
+    values, integrals : (5, 5) and (6, 5) array
+        Coefficients of the five polynomials and of their integrals, a row for each power.
     weights : (n, 125) array
         Written: weights over the volume of the element, x fastest.
     """
     s = samples.shape[1] - 1
     h = 1.0 / s
     for e in prange(samples.shape[0]):
-        out = np.zeros((5, _ROW))
-        work = np.zeros((4, _ROW))
+        out = np.zeros((25, 5))
+        points = np.zeros((4, POINTS))
+        work = np.zeros((3, 5, POINTS))
+        flat = np.zeros(POINTS)
+        count = 0
         corners = np.zeros((3, 3))
         f = np.zeros(4)
         p = np.zeros((4, 3))
@@ -206,8 +246,14 @@ def fitted_weights(samples: Any, rule: Any, values: Any, integrals: Any, weights
                                 u[1, 2] - u[0, 2]
                             ) * (u[2, 1] - u[0, 1])
                             if across != 0.0:
-                                _add_triangle(u, 0.5 * across, rule, values, integrals, work, out)
-        _add_far_face(own[:, :, s], rule, values, integrals, work, corners, out)
-        for k in range(5):
-            for m in range(25):
-                weights[e, 25 * k + m] = out[k, m]
+                                count = _add_triangle(
+                                    u, 0.5 * across, rule, values, integrals, count, points, work,
+                                    flat, out,
+                                )  # fmt: skip
+        _add_far_face(
+            own[:, :, s], rule, values, integrals, count, points, work, flat, corners, out
+        )
+        _add_points(points, values, integrals, work, flat, out)
+        for k in range(25):
+            for i in range(5):
+                weights[e, 5 * k + i] = out[k, i]

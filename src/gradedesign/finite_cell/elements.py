@@ -271,7 +271,7 @@ def _integrated(
     report_step("connected components of cut elements")
     cut, copy, samples = _by_component(cut, samples)
     weights = np.zeros((len(cut), CUT_POINTS**3))
-    values, integrals = (_padded(table) for table in lagrange_tables(CUT_POINTS))
+    values, integrals = (np.ascontiguousarray(t.T) for t in lagrange_tables(CUT_POINTS))
     for first in range(0, len(cut), CHUNK):
         report_step(f"quadrature of {len(cut)} cut elements", first / len(cut))
         part = slice(first, first + CHUNK)
@@ -322,13 +322,6 @@ def _by_component(
     samples[several] = first
     copy = np.concatenate([np.zeros(len(samples), np.int8), *numbers])
     return cut, copy, np.concatenate([samples, *parts])
-
-
-def _padded(table: FloatArray) -> FloatArray:
-    """Rows of coefficients of one power each, padded to eight."""
-    rows = np.zeros((table.shape[1], 8))
-    rows[:, : len(table)] = table.T
-    return rows
 
 
 def _neighbours() -> BoolArray:
