@@ -95,6 +95,12 @@ def test_no_grid_is_taken_that_has_more_pairs_of_nodes(monkeypatch):
     assert len(cone_filter(*_cloud(), 2.5).factors) == 1
 
 
+def test_nodes_of_the_grid_within_the_radius_are_counted():
+    along = np.arange(-module.NODES_PER_RADIUS, module.NODES_PER_RADIUS + 1)
+    square = sum(axis**2 for axis in np.meshgrid(along, along, along))
+    assert np.count_nonzero(square <= module.NODES_PER_RADIUS**2) == module.NODES_IN_RADIUS
+
+
 def test_result_stays_within_the_variables(way):
     points, volumes = _cloud()
     x = np.random.default_rng(77).uniform(0.1, 0.6, 200)
