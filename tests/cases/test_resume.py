@@ -138,6 +138,7 @@ def test_a_run_that_time_ended_goes_on_with_more_of_it_and_then_no_further(cli, 
     assert "this lattice cannot reach the limit on displacement of tip magnitude" in one_line(
         longer.out
     )
+    assert "[[keep]]" not in longer.out, "the loaded face has its plate"
     result = json.loads((run / "result.json").read_text(encoding="utf-8"))
     assert (result["ended_by"], len(result["iterations"])) == ("saturated", 2)
 

@@ -8,8 +8,9 @@ import pytest
 
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop import saturation
 from gradedesign.loop.ended import TIGHT_END, Ended, enclosed_end
-from gradedesign.loop.saturation import density_gain, needy_at_bound, sentence
+from gradedesign.loop.saturation import density_gain, needy_at_bound, never_held, sentence
 from gradedesign.output.result import Iteration, LimitIteration, RunResult, as_json, from_json
 from gradedesign.results import summary
 from gradedesign.results.files import write_result
@@ -145,10 +146,15 @@ def test_the_first_order_overrates_what_a_bar_can_gain():
 
 def lattice(skin=(), window=0.8):
     return SimpleNamespace(
-        problem=SimpleNamespace(case=SimpleNamespace(lattice=SimpleNamespace(skin=skin))),
+        problem=SimpleNamespace(
+            case=SimpleNamespace(lattice=SimpleNamespace(skin=skin), load_case=()),
+            part=None,
+            domain=None,
+        ),
         cells=SimpleNamespace(
             bounds=(0.2, 0.6),
             zoning=None,
+            layout=SimpleNamespace(typical=6.0),
             cell=SimpleNamespace(window=(0.1, 0.9)),
             law=SimpleNamespace(window=(0.1, window)),
         ),
@@ -174,6 +180,26 @@ def test_the_sentence_names_what_would_help():
     told = sentence(lattice(skin=("1 mm",), window=0.6), row(1.3), 0.05)
     assert "would take about 5% of it away" in told
     assert told.endswith("; another cell or smaller cells would help")
+
+
+def test_below_a_load_on_open_lattice_a_plate_would_help_first(monkeypatch):
+    monkeypatch.setattr(saturation, "open_regions", lambda *_: {"tip": 1.0})
+    told = sentence(lattice(window=0.6), row(1.3), 0.05)
+    assert told.endswith(
+        '; [[keep]] region = "tip" with a margin of 1 mm or more, another cell, a skin or smaller '
+        "cells would help"
+    )
+
+
+def test_a_limit_that_an_earlier_design_held_is_within_reach():
+    """A loose rim may make a light design break what a heavier one and a lighter one held."""
+    other = replace(row(2.0), key=LimitKey(kind="displacement", region="head", load_case="pull"))
+    last = (row(36.0), other)
+    assert never_held([last], {}) == list(last)
+    assert never_held([(row(0.5), other), last], {}) == [other]
+    # The factor of acceptance breaks the limit there too.
+    factors = {row(1.0).key: 3.0}
+    assert never_held([(row(0.5), other), last], factors) == [row(108.0), other]
 
 
 # --- resuming -------------------------------------------------------------------------------------

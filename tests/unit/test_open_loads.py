@@ -4,8 +4,12 @@ import pytest
 from small_parts import box_part, held_bar
 
 from gradedesign.case.read_case import load_case
+from gradedesign.limits.key import LimitKey
+from gradedesign.limits.row import LimitRow
+from gradedesign.loop.saturation import sentence
 from gradedesign.plugin.registry import build_registry
 from gradedesign.resolve.resolved_case import resolve_case
+from gradedesign.resolve.setup import prepare
 
 CASE = (
     held_bar(
@@ -64,6 +68,26 @@ def test_a_box_that_covers_half_leaves_half_open(tmp_path):
     # 1000 points in two triangles, of whose rows of 1/23 of the face one may lie across the edge.
     share = float(text.split("(")[1].split("%")[0])
     assert share == pytest.approx(50, abs=5)
+
+
+def test_a_limit_out_of_reach_is_told_where_a_plate_helps(tmp_path):
+    loaded = load_case_regions(tmp_path)
+    row = LimitRow(
+        key=LimitKey(kind="displacement", region=loaded, component="magnitude", load_case="shear"),
+        name=f"displacement of {loaded} magnitude",
+        load_case="shear",
+        value=2.0,
+        limit=1.0,
+        unit="mm",
+        judged_by="explicit analysis",
+    )
+    plate = f'[[keep]] region = "{loaded}" with a margin of 1.7 mm or more'
+    setup = prepare(load_case(tmp_path / "case.toml"), build_registry())
+    assert plate in sentence(setup, row, 0.0)
+    with (tmp_path / "case.toml").open("a", encoding="utf-8") as file:
+        file.write(f'[[keep]]\nregion = "{loaded}"\nmargin = "1.7 mm"\n')
+    setup = prepare(load_case(tmp_path / "case.toml"), build_registry())
+    assert "[[keep]]" not in sentence(setup, row, 0.0)
 
 
 def load_case_regions(tmp_path):

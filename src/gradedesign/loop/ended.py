@@ -69,7 +69,7 @@ def why_ended(
     """
     if not iterations:
         return None
-    words = saturated(setup, iterations[-1], factors)
+    words = saturated(setup, iterations, factors)
     if words is not None:
         return Ended(by="saturated", words=words)
     if stuck(iterations):

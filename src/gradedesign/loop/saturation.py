@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from gradedesign.limits.verdict import Factors, with_factors
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.iteration_steps import corrected_limits, corrected_model, tightened_limits
 from gradedesign.resolve.cell_choice import element_bounds
+from gradedesign.resolve.open_loads import open_regions, plate_key
 from gradedesign.resolve.setup import Setup
 from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.responses import response_gradients, solve_adjoints
@@ -28,18 +30,19 @@ NO_GAIN = 0.02
 AT_BOUND = 1e-2
 
 
-def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str | None:
+def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Factors) -> str | None:
     """Sentence on the limit that no density of this lattice can hold, or None.
 
     Of a limit by gradient every density matters by its sensitivity: it is out of reach once all
     densities at their bounds would not gain enough. For the others those tetrahedra matter whose
-    own stress needs a higher density.
+    own stress needs a higher density. A limit that an earlier design held is within reach,
+    whatever the model predicts now.
 
     Parameters
     ----------
     setup : Setup
-    iteration : DesignIteration
-        The last one, with its explicit values.
+    iterations : sequence of DesignIteration
+        With their explicit values; the last one breaks the limit.
     factors : mapping of LimitKey to float
         Factors of acceptance.
 
@@ -51,17 +54,32 @@ def saturated(setup: Setup, iteration: DesignIteration, factors: Factors) -> str
     limits = {limit.key: limit for limit in setup.problem.limits}
     missed = [
         row
-        for row in with_factors(iteration.rows, factors)
-        if not row.passed and row.key in limits and row.utilisation > limits[row.key].scatter
+        for row in never_held([iteration.rows for iteration in iterations], factors)
+        if row.key in limits and row.utilisation > limits[row.key].scatter
     ]
     if not missed:
         return None
-    solved = _solved(setup, iteration)
+    solved = _solved(setup, iterations[-1])
     for row in sorted(missed, key=lambda r: -r.utilisation):
         gain = _gain(setup, solved, row.key, factors)
         if gain is not None and row.utilisation * (1.0 - SAFETY * gain) > 1.0:
             return sentence(setup, row, gain)
     return None
+
+
+def never_held(designs: Sequence[Sequence[LimitRow]], factors: Factors) -> list[LimitRow]:
+    """Rows of the last design that break their limit, as those of every design before.
+
+    Parameters
+    ----------
+    designs : sequence of sequence of LimitRow
+        Explicit values of the designs, in order.
+    factors : mapping of LimitKey to float
+        Accepted over explicit values.
+    """
+    *earlier, last = (with_factors(rows, factors) for rows in designs)
+    held = {(row.key, row.load_case) for rows in earlier for row in rows if row.passed}
+    return [row for row in last if not row.passed and (row.key, row.load_case) not in held]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,6 +155,9 @@ def sentence(setup: Setup, row: LimitRow, gain: float) -> str:
         helps.insert(1, "a skin")
     if window > upper * (1 + AT_BOUND):
         helps.insert(0, f"[lattice] density up to {window:.3g}")
+    problem, size = setup.problem, setup.cells.layout.typical
+    if row.key.region in open_regions(problem.case, problem.part, problem.domain, size):
+        helps.insert(0, plate_key(row.key.region, size))
     why = (
         f"every density that matters for it stands at the upper bound of {upper:.3g}"
         if gain < NO_GAIN

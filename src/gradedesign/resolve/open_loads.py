@@ -54,10 +54,10 @@ def _places(parts: int) -> FloatArray:
     return np.stack([1 - a - b, a, b], axis=1)
 
 
-def open_load_warnings(
+def open_regions(
     case: Case, part: Part, domain: DesignDomain, cell_size: float
-) -> tuple[str, ...]:
-    """Say which loaded regions have no passive region, skin or solid layer below them.
+) -> dict[str, float]:
+    """Loaded regions with no passive region, skin or solid layer below them: their open shares.
 
     There the loads act on the cut walls and struts of cells, whose rims give way by themselves: the
     largest displacement of the region is theirs, and it depends on where the cells are cut.
@@ -68,12 +68,22 @@ def open_load_warnings(
         for name in names
         if name in part.regions
     }
+    return {name: value for name, value in share.items() if value > OPEN}
+
+
+def plate_key(region: str, cell_size: float) -> str:
+    """Case keys that put a plate below a region."""
+    return f'[[keep]] region = "{region}" with a margin of {PLATE * cell_size:.2g} mm or more'
+
+
+def open_load_warnings(
+    case: Case, part: Part, domain: DesignDomain, cell_size: float
+) -> tuple[str, ...]:
+    """Say which regions carry loads on open lattice, and what helps."""
     return tuple(
         f"region {shown(name)} carries loads on open lattice ({value:.0%} of its area): cut rims "
-        f"of cells give way by themselves there, and limits on largest values judge them; [[keep]] "
-        f'region = "{name}" with a margin of {PLATE * cell_size:.2g} mm or more makes a plate that '
-        f"spans the openings of the cells, and [limits] mean_displacement judges the whole face "
-        f"instead of its softest rim"
-        for name, value in share.items()
-        if value > OPEN
+        f"of cells give way by themselves there, and limits on largest values judge them; "
+        f"{plate_key(name, cell_size)} makes a plate that spans the openings of the cells, and "
+        f"[limits] mean_displacement judges the whole face instead of its softest rim"
+        for name, value in open_regions(case, part, domain, cell_size).items()
     )
