@@ -297,6 +297,34 @@ def test_fields_of_what_decides_no_more_are_freed():
     assert [number for number, _ in faked.judged] == [2, 4]
 
 
+@pytest.mark.parametrize("ratio", [1.0, 1.5])
+def test_fields_of_a_refused_design_are_freed_before_those_left_are_judged(ratio):
+    """Two designs are left when time ends the loop; the first may hold, or not either."""
+    alive = weakref.WeakSet()
+
+    class Fields:
+        def __init__(self):
+            alive.add(self)
+
+    class Large(Faked):
+        def accept(self, done, analysed):
+            assert not alive
+            accepted = super().accept(done, analysed)
+            accepted.fields = Fields()
+            return accepted
+
+    designs = [
+        an_iteration(n, value, mass=10.0 - n) for n, value in enumerate((0.7, 0.8, 0.98), start=1)
+    ]
+    designs[2] = replace(designs[2], summary=replace(designs[2].summary, mass_g=6.0))
+    accepts = {3: (1.1,), 2: (ratio,), 1: (ratio,)}
+    faked = Large(designs, accepts=accepts, ends=after(3, "time"))
+    outcome = faked.run()
+    assert [number for number, _ in faked.judged] == ([3, 2] if ratio == 1.0 else [3, 2, 1])
+    assert outcome.accepted.iteration is designs[faked.judged[-1][0] - 1]
+    assert outcome.accepted.holds == (ratio == 1.0)
+
+
 def test_where_a_budget_ends_the_loop_the_lightest_left_is_judged():
     designs = [
         an_iteration(1, 0.80, mass=9.0),
@@ -399,7 +427,8 @@ def test_at_the_end_a_lighter_design_is_judged_by_what_was_learned_last(ratio, b
     [
         # The second design, at 0.985 times 1.03, may hold, and does by what acceptance finds.
         ((0.985, 1.3), 1.0, 2, [1, 2]),
-        ((0.985, 1.3), 1.04, 1, [1, 2]),
+        # Of two that are refused the later is shown.
+        ((0.985, 1.3), 1.04, 2, [1, 2]),
         # 3 % over is out of reach.
         ((1.001, 1.3), 1.0, 1, [1]),
     ],
@@ -410,7 +439,7 @@ def test_at_the_end_the_design_nearest_to_its_limit_is_judged(uses, ratio, kept,
     outcome = faked.run()
     assert [number for number, _ in faked.judged] == judged
     assert outcome.accepted.iteration.summary.number == kept
-    assert outcome.accepted.holds == (kept == 2)
+    assert outcome.accepted.holds == (ratio == 1.0 and kept == 2)
     # Where time ends the run nothing more is judged.
     late = Faked(designs, accepts={1: (1.03,), 2: (ratio,)}, ends=after(3, "time"))
     late.run()

@@ -27,7 +27,7 @@ def judge_left(
     iterations: tuple[DesignIteration, ...],
     factors: Factors,
     last: Judged | None,
-    accepted: Accepted | None,
+    held: Accepted | None,
     ended: Ended,
     tried: set[int],
 ) -> tuple[Accepted | None, Ended]:
@@ -41,24 +41,33 @@ def judge_left(
         Accepted over explicit values, by the last acceptance.
     last : Judged or None
         Design that was judged last.
-    accepted : Accepted or None
+    held : Accepted or None
+        The design that acceptance held.
     ended : Ended
     tried : set of int
-        Numbers of the iterations that were judged.
+        Numbers of the iterations that were judged, which ``stages.accept`` completes.
 
     Returns
     -------
     accepted : Accepted or None
+        The lightest design that holds, else the last one that was refused here; None if nothing
+        holds and nothing was judged here.
     ended : Ended
     """
-    if accepted is None or not accepted.holds:
-        if ended.by != "unjudged":
-            accepted = _best_left(stages, iterations, factors, tried) or accepted
-        if (accepted is None or not accepted.holds) and ended.by == "iterations":
-            accepted = _nearest_left(stages, iterations, factors, tried) or accepted
-    elif ended.by == "iterations" and last is not None:
-        accepted, ended = _lighter_left(stages, iterations, last, accepted, ended, tried)
-    return accepted, ended
+    if held is not None:
+        if ended.by == "iterations" and last is not None:
+            return _lighter_left(stages, iterations, last, held, ended, tried)
+        return held, ended
+    found = None
+    if ended.by != "unjudged":
+        found = _best_left(stages, iterations, factors, tried)
+    if ended.by == "iterations" and (found is None or not found.holds):
+        nearest = _nearest_left(iterations, factors, tried)
+        # Nothing is judged where there is no time for another iteration.
+        if nearest is not None and stages.why_ended(iterations[:-1], factors) is None:
+            found = None
+            found = stages.accept(nearest, None)
+    return found, ended
 
 
 def enclosed_by(
@@ -83,37 +92,34 @@ def is_ready(iteration: DesignIteration, factors: Factors) -> bool:
 def _best_left(
     stages: Stages, iterations: Sequence[DesignIteration], factors: Factors, tried: set[int]
 ) -> Accepted | None:
-    """Accept the lightest earlier design that held every limit, if there is one left."""
+    """Judge the earlier designs that are expected to hold, the lightest first, until one does.
+
+    Of several that are refused the last one is returned, without any None.
+    """
     candidates = [
         i
         for i in iterations
         if i.summary.number not in tried and all_hold(with_factors(i.rows, factors))
     ]
+    accepted = None
     for iteration in sorted(candidates, key=lambda i: i.summary.mass_g):
+        accepted = None  # the fields of a refused design make room
         accepted = stages.accept(iteration, None)
         if accepted.holds:
-            return accepted
-    return None
+            break
+    return accepted
 
 
 def _nearest_left(
-    stages: Stages, iterations: tuple[DesignIteration, ...], factors: Factors, tried: set[int]
-) -> Accepted | None:
-    """Accept the earlier design that by its factors breaks a limit least, if it may hold.
-
-    Nothing is judged where there is no time for another iteration.
-    """
+    iterations: tuple[DesignIteration, ...], factors: Factors, tried: set[int]
+) -> DesignIteration | None:
+    """The earlier design that by its factors breaks a limit least, if it may hold."""
     used = {
         worst_utilisation(with_factors(i.rows, factors)): i
         for i in iterations
         if i.summary.number not in tried
     }
-    if not used or min(used) > MAY_HOLD:
-        return None
-    if stages.why_ended(iterations[:-1], factors) is not None:
-        return None
-    latest = stages.accept(used[min(used)], None)
-    return latest if latest.holds else None
+    return used[min(used)] if used and min(used) <= MAY_HOLD else None
 
 
 def _lighter_left(

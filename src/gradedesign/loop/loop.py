@@ -131,11 +131,12 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     while ended is None:
         design = _to_judge(stages, run)
         ended = _iterate(stages, run) if design is None else _judge(stages, run, design)
+    held = run.accepted if run.accepted is not None and run.accepted.holds else None
     left = replace(stages, accept=lambda design, _: _accept(stages, run, design))
     accepted, ended = judge_left(
-        left, run.iterations, run.factors, run.last, run.accepted, ended, run.tried
+        left, run.iterations, run.factors, run.last, held, ended, run.tried
     )
-    accepted = _judged_last(stages, run.iterations, run.refused, accepted)
+    accepted = _judged_last(stages, run.iterations, run.refused, accepted or run.accepted)
     return Outcome(iterations=run.iterations, accepted=accepted, ended=ended)
 
 
@@ -172,10 +173,6 @@ def _to_judge(stages: Stages, run: _Run) -> DesignIteration | None:
 def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
     """Have a design judged and learn from it; the reason to end, if it gives one."""
     number = design.summary.number
-    run.tried.add(number)
-    if run.accepted is not None and not run.accepted.holds:
-        # The later one decides: the fields of the refused one make room.
-        run.accepted = None
     latest = _accept(stages, run, design)
     run.accepted = _better(run.accepted, latest)
     if latest.holds and is_tight(latest.rows, at_lower_bound=design.at_lower_bound):
@@ -193,7 +190,13 @@ def _judge(stages: Stages, run: _Run, design: DesignIteration) -> Ended | None:
 
 
 def _accept(stages: Stages, run: _Run, design: DesignIteration) -> Accepted:
-    """Have a design judged, with its analysis if it is the last one; another one makes room."""
+    """Have a design judged, with its analysis if it is the last one; another one makes room.
+
+    So does a refused design: the later one decides.
+    """
+    run.tried.add(design.summary.number)
+    if run.accepted is not None and not run.accepted.holds:
+        run.accepted = None
     analysed = run.analysed if design is run.iterations[-1] else None
     run.analysed = None
     return stages.accept(design, analysed)
