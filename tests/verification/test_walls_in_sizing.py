@@ -244,6 +244,21 @@ def test_a_wall_that_falls_apart_counts_as_periodic(registry):
     assert (model.walls.kind[:2] >= 0).all()
 
 
+@pytest.mark.parametrize(
+    ("count", "named"),
+    [
+        (1, "walls of w0 count as periodic"),
+        (3, "walls of w0; w1; w2 count as periodic"),
+        (4, "walls of w0; w1; w2 and another kind count as periodic"),
+        (46, "walls of w0; w1; w2 and 43 other kinds count as periodic"),
+    ],
+)
+def test_a_warning_names_some_walls_and_counts_the_others(count, named):
+    (told,) = wall_cells.unknown_walls([f"w{k}" for k in range(count)], ["large"] * count)
+    assert told.startswith(named)
+    assert told.endswith(f"large (the first of {count})" if count > 1 else "large")
+
+
 def test_a_wall_of_too_many_voxels_counts_as_periodic(registry, monkeypatch):
     monkeypatch.setattr(wall_cells, "MOST_VOXELS", 1e4)
     assert not plate(registry, unknown=True).walls.classes

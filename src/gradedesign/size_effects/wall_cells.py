@@ -42,6 +42,8 @@ DENSITIES = 4
 #: Points along an edge of the rule that integrates profiles over a tetrahedron: 0.3 % of what 216
 #: points give on a bracket of one cell.
 RULE = 3
+#: Walls without ratios that a warning names.
+NAMED = 3
 _KIND = "wall-ratios"
 
 
@@ -138,7 +140,7 @@ def wall_factors(
         points=points,
         weights=weights,
     )
-    return factors, _unknown_walls(unknown, reasons)
+    return factors, unknown_walls(unknown, reasons)
 
 
 def affordable_kinds(
@@ -164,14 +166,17 @@ def _voxels(cells: WallMaterial, wall: WallKind) -> float:
     return along**2 * (wall.upper - wall.lower) * cells.resolution
 
 
-def _unknown_walls(walls: Sequence[str], reasons: Sequence[str]) -> tuple[str, ...]:
+def unknown_walls(walls: Sequence[str], reasons: Sequence[str]) -> tuple[str, ...]:
     """One warning on all walls without ratios, with the reason of the first."""
     if not walls:
         return ()
+    log.info("walls without ratios: %s", "; ".join(walls))
     of_how_many = f" (the first of {len(walls)})" if len(walls) > 1 else ""
+    more = len(walls) - NAMED
+    others = f" and {more} other kinds" if more > 1 else " and another kind" if more == 1 else ""
     return (
-        f"walls of {'; '.join(walls)} count as periodic lattice in sizing, which explicit analyses "
-        f"correct: {reasons[0]}{of_how_many}",
+        f"walls of {'; '.join(walls[:NAMED])}{others} count as periodic lattice in sizing, which "
+        f"explicit analyses correct: {reasons[0]}{of_how_many}",
     )
 
 
