@@ -202,6 +202,18 @@ def test_a_limit_that_an_earlier_design_held_is_within_reach():
     assert never_held([(row(0.5), other), last], factors) == [row(108.0), other]
 
 
+def test_no_sentence_is_made_of_a_limit_that_an_earlier_design_held(monkeypatch):
+    monkeypatch.setattr(saturation, "_solved", lambda *_: None)
+    monkeypatch.setattr(saturation, "_gain", lambda *_: 0.0)
+    setup = lattice()
+    setup.problem.limits = (SimpleNamespace(key=row(1.0).key, scatter=1.0),)
+    held, broken = (SimpleNamespace(rows=(row(value),)) for value in (0.5, 36.0))
+    assert "cannot reach the limit" in saturation.saturated(setup, [broken], {})
+    assert "cannot reach the limit" in saturation.saturated(setup, [broken, broken], {})
+    assert saturation.saturated(setup, [held, broken], {}) is None
+    assert saturation.saturated(setup, [broken, held], {}) is None
+
+
 # --- resuming -------------------------------------------------------------------------------------
 
 

@@ -271,24 +271,31 @@ def test_two_designs_at_one_resolution_only_end_the_loop():
     assert [number for number, _ in faked.judged] == [1, 2, 3, 4]
 
 
-def test_fields_of_what_decides_no_more_are_freed():
-    """Analyses of a thousand cells take gigabytes each: those before and a refused one go."""
+def counted_fields():
+    """Those that are alive of a class that stands for the fields of an analysis, and the class."""
     alive = weakref.WeakSet()
 
     class Fields:
         def __init__(self):
             alive.add(self)
 
+    return alive, Fields
+
+
+def test_fields_of_what_decides_no_more_are_freed():
+    """Analyses of a thousand cells take gigabytes each: those before and a refused one go."""
+    alive, fields = counted_fields()
+
     class Large(Faked):
         def iterate(self, iterations, factors):
             # Of a refused design both stay until another one is judged: it may be the last.
             assert len(alive) == (2 if self.judged else 0)
-            return super().iterate(iterations, factors)[0], Fields()
+            return super().iterate(iterations, factors)[0], fields()
 
         def accept(self, done, analysed):
             assert list(alive) == [analysed]
             accepted = super().accept(done, None)
-            accepted.fields = (analysed, Fields())
+            accepted.fields = (analysed, fields())
             return accepted
 
     designs = [an_iteration(n, value) for n, value in enumerate((0.95, 0.98, 0.8, 0.89), start=1)]
@@ -300,17 +307,13 @@ def test_fields_of_what_decides_no_more_are_freed():
 @pytest.mark.parametrize("ratio", [1.0, 1.5])
 def test_fields_of_a_refused_design_are_freed_before_those_left_are_judged(ratio):
     """Two designs are left when time ends the loop; the first may hold, or not either."""
-    alive = weakref.WeakSet()
-
-    class Fields:
-        def __init__(self):
-            alive.add(self)
+    alive, fields = counted_fields()
 
     class Large(Faked):
         def accept(self, done, analysed):
             assert not alive
             accepted = super().accept(done, analysed)
-            accepted.fields = Fields()
+            accepted.fields = fields()
             return accepted
 
     designs = [

@@ -94,7 +94,7 @@ def _best_left(
 ) -> Accepted | None:
     """Judge the earlier designs that are expected to hold, the lightest first, until one does.
 
-    Of several that are refused the last one is returned, without any None.
+    That one is returned, or the last that is refused; None where no design is expected to hold.
     """
     candidates = [
         i

@@ -42,7 +42,7 @@ def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Fact
     ----------
     setup : Setup
     iterations : sequence of DesignIteration
-        With their explicit values; the last one breaks the limit.
+        In order, with their explicit values; limits that the last one breaks are looked at.
     factors : mapping of LimitKey to float
         Factors of acceptance.
 
@@ -68,7 +68,7 @@ def saturated(setup: Setup, iterations: Sequence[DesignIteration], factors: Fact
 
 
 def never_held(designs: Sequence[Sequence[LimitRow]], factors: Factors) -> list[LimitRow]:
-    """Rows of the last design that break their limit, as those of every design before.
+    """Rows of the last design whose limit it breaks, as every design before it did.
 
     Parameters
     ----------
