@@ -49,6 +49,19 @@ def test_a_load_on_open_lattice_is_told(tmp_path):
     assert '[[keep]] region = "' in text
 
 
+def test_check_prints_the_plate_to_keep(tmp_path, cli):
+    loaded = load_case_regions(tmp_path)
+    path = tmp_path / "case.toml"
+    plate = f'[[keep]] region = "{loaded}" with a margin of 1.7 mm or more makes a plate'
+    ended = cli("check", path, "--no-picture")
+    assert ended.code == 0
+    assert plate in " ".join(ended.out.split())
+    path.write_text(CASE + f'[[keep]]\nregion = "{loaded}"\nmargin = "1.7 mm"\n', encoding="utf-8")
+    ended = cli("check", path, "--no-picture")
+    assert ended.code == 0
+    assert "open lattice" not in ended.out + ended.err
+
+
 @pytest.mark.parametrize(
     "more",
     [
