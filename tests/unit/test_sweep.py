@@ -258,6 +258,32 @@ def test_the_study_of_the_docs_is_one():
     assert [d.case.lattice.size for d in designs] == [(8.0,), (12.0,)] * 2
 
 
+CASES = Path(__file__).parents[2] / "cases"
+
+
+@pytest.mark.parametrize(
+    ("path", "count"),
+    [
+        ("engine-bracket/study.toml", 4),
+        ("ramirez-cantilever/mesh.toml", 6),
+        ("ramirez-whole/grading.toml", 2),
+    ],
+)
+def test_studies_of_the_cases_are_read(path, count):
+    assert len(module.load_study(CASES / path, module.build_registry()).designs) == count
+
+
+def test_the_beam_is_graded_in_two_ways():
+    path = CASES / "ramirez-whole" / "grading.toml"
+    lattices = [
+        design.case.lattice for design in module.load_study(path, module.build_registry()).designs
+    ]
+    assert [(each.cell, each.grading, each.size) for each in lattices] == [
+        ("gyroid-sheet", "ratio", (40.0, 50.0)),
+        ("gyroid-wall", "thickness", (50.0,)),
+    ]
+
+
 def test_files_and_folders_that_are_none(cli, stand_in, folder):
     assert "no such file" in cli("sweep", folder / "none.toml").err
     missing = study(folder, STUDY.replace('"case.toml"', '"base.toml"'))
