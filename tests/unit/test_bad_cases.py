@@ -111,6 +111,8 @@ WRONG = [
     ("poissons_ratio = 0.3", "poissons_ratio = -1", ["above -1 and below 0.5"]),
     ("poissons_ratio = 0.3", "poissons_ratio = nan", ["finite"]),
     ('"7.85 g/cm^3"', '"0 g/cm^3"', ["above 0"]),
+    # 200 GPa / 20 = 10 GPa is beyond any strength; no yield strength is stated
+    ('stress = "50 MPa"', 'stress = "10.1 GPa"', ["found 10100 MPa", "twentieth", "beyond_yield"]),
     # row 45: limits and sizes
     ('stress = "50 MPa"', 'stress = "0 MPa"', ["above 0"]),
     ('magnitude = "2 mm"', 'magnitude = "-2 mm"', ["above 0"]),
@@ -208,6 +210,16 @@ PLANNED = [
     ),
     ('stress = "50 MPa"', 'stress = "50 MPa"\nsafety_factor = 2', "found beside stress"),
     ('mesh_size = "4 mm"', 'mesh_size = "4 mm"\nunits = "mm"', "has no meaning with box"),
+    (
+        'density = "7.85 g/cm^3"\n',
+        'density = "7.85 g/cm^3"\nyield_strength = "49 MPa"\n',
+        "found 50 MPa, above the yield strength of 49 MPa",
+    ),
+    (
+        'stress = "50 MPa"',
+        "beyond_yield = true",
+        "limits.beyond_yield: has no meaning without stress",
+    ),
     (
         'youngs_modulus = "200 GPa"',
         'name = "316L"\nyoungs_modulus = "200 GPa"',

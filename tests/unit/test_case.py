@@ -310,9 +310,15 @@ def test_windows_line_ends_and_mark_are_accepted(tmp_path):
 
 WARNED = [
     ([("0.3", "0.495")], "nearly incompressible"),
-    ([('"200 GPa"', '"200 Pa"')], "youngs_modulus 0.0002 MPa is unusual"),
-    ([('"7850 kg/m^3"', '"7850 g/cm^3"')], "density 7850 g/cm^3 is unusual"),
-    ([('stress = "50 MPa"', 'stress = "300 MPa"')], "above the yield strength"),
+    ([('"200 GPa"', '"200 Pa"')], "youngs_modulus is 2e-07 GPa; solids lie between 0.0005 and"),
+    ([('"200 GPa"', '"2000 GPa"')], "youngs_modulus is 2000 GPa; solids lie between 0.0005 and"),
+    ([('"7850 kg/m^3"', '"7850 g/cm^3"')], "density is 7850 g/cm^3; solids lie between 0.1 and"),
+    ([('"7850 kg/m^3"', '"7.85 kg/m^3"')], "density is 0.00785 g/cm^3"),
+    ([('"12 um/m/K"', '"0.9 mm/m/K"')], "thermal_expansion is 900 um/m/K; solids lie between -10"),
+    ([('"12 um/m/K"', '"-12 um/m/K"')], "thermal_expansion is -12 um/m/K"),
+    ([("0.3", "-0.3")], "poissons_ratio is -0.3; solids lie between 0 and 0.5, from cork"),
+    # 250 MPa is a twentieth of 5 GPa.
+    ([('"200 GPa"', '"4.9 GPa"')], "yield_strength is 250 MPa, more than a twentieth"),
     ([('load = [{region = "tip"', 'load = [{region = "root"')], "that load does nothing"),
 ]
 

@@ -19,11 +19,12 @@ from gradedesign.resolve import part_tets as mesh_module
 from gradedesign.resolve import resolve_law as law_module
 from gradedesign.resolve.setup import prepare
 
+OWN = 'youngs_modulus = "110 GPa"\npoissons_ratio = 0.3\ndensity = "5 g/cm^3"'
 CASE = (
     held_bar(
         box_part(24, 12, 12, 6),
         name="plate",
-        material='youngs_modulus = "110 GPa"\npoissons_ratio = 0.3\ndensity = "5 g/cm^3"',
+        material=OWN,
         regions='[region.floor]\nplane = "z = min"\n[region.top]\nplane = "z = max"\n',
         force="0 N, 0 N, -400 N",
     )
@@ -113,6 +114,12 @@ REFUSED = {
         (("[limits]", KEEP.format("500 mm") + "[limits]"),),
         CaseError, ["keep[0].margin", "found 500 mm", "region 'root'", "would stay solid"],
     ),
+    # The library's Ti-6Al-4V yields at 825 MPa: known only once the name is looked up.
+    "beyond yield": (
+        ((OWN, 'name = "Ti-6Al-4V"'), ('stress = "100 MPa"', 'stress = "826 MPa"')),
+        CaseError, ["case.toml:21: limits.stress: found 826 MPa", "825 MPa of Ti-6Al-4V",
+                    "beyond_yield = true"],
+    ),
     "rigid motions": (
         (('fix = [{region = "root"}]', 'fix = [{region = "root", components = "xy"}]'),),
         CaseError, ["load_case[0].fix", "free to translate along z"],
@@ -138,6 +145,20 @@ def test_a_check_computes_no_law_and_no_mesh(registry, nothing_heavy, tmp_path):
     assert found.run.law_s == 60.0 * found.resolved.law.minutes[1] > 0
     # Cubes between walls that fill 1 - (1 - w)^3 of them: at 0.2, w = 0.0717 of 6 mm.
     assert found.run.grid.wall == pytest.approx(6 * (1 - 0.8 ** (1 / 3)), rel=0.01)
+
+
+def test_a_limit_beyond_yield_is_allowed_only_on_request(registry, tmp_path):
+    named = (OWN, 'name = "Ti-6Al-4V"')
+    at_yield = changed(named, ('stress = "100 MPa"', 'stress = "825 MPa"'))
+    assert not any("yield" in w for w in checked(tmp_path, at_yield, registry).warnings)
+    beyond = at_yield.replace("825 MPa", "2 GPa").replace(
+        "[limits]", "[limits]\nbeyond_yield = true"
+    )
+    found = checked(tmp_path, beyond, registry)
+    assert [w for w in found.warnings if "2000 MPa is above the yield strength of 825 MPa" in w]
+    assert [limit.allowed for limit in found.resolved.limits if limit.name == "stress"] == [
+        "2000 MPa"
+    ]
 
 
 def test_loads_that_cancel_are_told(registry, tmp_path):

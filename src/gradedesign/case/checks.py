@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gradedesign.case.lattice_schema import CellsSpec
+from gradedesign.case.material_checks import beyond_yield, material_warnings
 from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.problems import Problem
 from gradedesign.case.schema import CaseFile
@@ -92,6 +94,12 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             key=("limits", "safety_factor"),
             message="needs the yield strength; add yield_strength to [material], or use stress",
         )
+    if own and material.youngs_modulus is not None:
+        strength = math.nan if material.yield_strength is None else material.yield_strength
+        if words := beyond_yield(
+            limits, strength, material.youngs_modulus, name="the stated material"
+        ):
+            yield Problem(key=("limits", "stress"), message=words)
     for i, case in enumerate(file.load_case):
         if case.temperature_change and own and material.thermal_expansion is None:
             yield Problem(
@@ -203,24 +211,13 @@ def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
 
 def case_warnings(file: CaseFile) -> Iterator[str]:
     """Warnings about values that are allowed but unusual."""
-    material, limits = file.material, file.limits
-    nu, modulus = material.poissons_ratio, material.youngs_modulus
+    nu = file.material.poissons_ratio
     if nu is not None and nu > 0.49:
         yield (
             f"poissons_ratio {nu:g} is nearly incompressible; elements may lock and appear too "
             "stiff above 0.49"
         )
-    if modulus is not None and not 1.0 <= modulus <= 2e6:
-        yield f"youngs_modulus {modulus:g} MPa is unusual; is its unit right?"
-    density = material.density
-    if density is not None and not 1e-11 <= density <= 3e-8:
-        yield f"density {density * 1e9:g} g/cm^3 is unusual; is its unit right?"
-    strength = material.yield_strength
-    if limits.stress is not None and strength is not None and limits.stress > strength:
-        yield (
-            f"the stress limit of {limits.stress:g} MPa is above the yield strength of "
-            f"{strength:g} MPa; the analysis is linear elastic"
-        )
+    yield from material_warnings(file.material)
     for case in file.load_case:
         fixed_regions = {fix.region for fix in case.fix if None not in fix.displacement}
         for load in case.load:

@@ -17,6 +17,7 @@ from gradedesign.case.table import Table, key_error
 from gradedesign.case.units import DIMENSIONS
 from gradedesign.case.value_types import (
     Choice,
+    Flag,
     JsonSchema,
     Name,
     Number,
@@ -181,6 +182,8 @@ class LimitsSpec(Table):
     """Allowed von Mises stress, MPa."""
     safety_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = None
     """Allowed stress is the yield strength over this."""
+    beyond_yield: Annotated[bool, Flag()] = False
+    """Whether ``stress`` may be above the yield strength, although the analysis is linear."""
     buckling: Annotated[str, Choice(("on", "off"))] = "on"
     """Whether buckling of the cells is judged beside a stress limit."""
     buckling_factor: Annotated[float, Number(at_least=1.0, at_most=1000.0)] | None = None
@@ -214,6 +217,8 @@ class LimitsSpec(Table):
             raise key_error(
                 "safety_factor", "found beside stress; expected one of them, they may disagree"
             )
+        if self.beyond_yield and self.stress is None:
+            raise key_error("beyond_yield", "has no meaning without stress; leave it out")
         if self.buckling == "off" and self.buckling_factor is not None:
             raise key_error(
                 "buckling_factor", 'found beside buckling = "off"; leave one of them out'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from gradedesign.case.locate import locating
+from gradedesign.case.material_checks import beyond_yield, beyond_yield_warning
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
@@ -42,6 +43,21 @@ def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
         return Material(**{**values, **stated, "source": source})
     # Reading refuses a safety factor without a yield strength, so nothing asks for a missing one.
     return Material(name="stated in the case", **{"yield_strength": math.nan, **stated})
+
+
+def require_below_yield(case: Case, material: Material) -> tuple[str, ...]:
+    """Refuse a limit of stress beyond the strength of a material; a warning where it is allowed.
+
+    Raises
+    ------
+    CaseError
+        With file and line, unless the case states ``beyond_yield``.
+    """
+    limits, strength = case.limits, material.yield_strength
+    if words := beyond_yield(limits, strength, material.youngs_modulus, name=material.name):
+        raise CaseError(f"{case.where('limits.stress')}: {words}")
+    remark = beyond_yield_warning(limits, strength, name=material.name)
+    return (remark,) if remark else ()
 
 
 def cell_parameters(case: Case, family: CellFamily) -> dict[str, float]:

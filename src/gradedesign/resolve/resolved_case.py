@@ -17,17 +17,16 @@ from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_warnings, drained
 from gradedesign.layout.graded_map import require_one_thickness
 from gradedesign.layout.part_room import (
-    require_cells_fit,
     require_lattice_left,
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
 from gradedesign.layout.skin_room import require_struts, skin_warnings
-from gradedesign.limits.kinds import require_possible, stated_limits
+from gradedesign.limits.kinds import stated_limits
 from gradedesign.limits.limit import StatedLimit
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
-from gradedesign.part.part import Part, read_part
+from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.analysable import (
     Analysable,
@@ -36,22 +35,21 @@ from gradedesign.resolve.analysable import (
     chosen_analysis,
 )
 from gradedesign.resolve.analysis_of_gaps import chosen_beside_gaps
-from gradedesign.resolve.build_volume import require_fits
-from gradedesign.resolve.default_mesh_size import with_mesh_size
 from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import explicit_analyses
-from gradedesign.resolve.free_motions import require_supported
+from gradedesign.resolve.fitting_part import fitting_part
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
 from gradedesign.resolve.load_balance import LoadBalance, balance_warnings, load_balances
 from gradedesign.resolve.open_loads import open_load_warnings
-from gradedesign.resolve.part_readers import part_readers
-from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.planned_solid import planned_part
-from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
-from gradedesign.resolve.print_checks import require_voxels_fit
-from gradedesign.resolve.resolve import cell_parameters, density_bounds, resolve_material
+from gradedesign.resolve.resolve import (
+    cell_parameters,
+    density_bounds,
+    require_below_yield,
+    resolve_material,
+)
 from gradedesign.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.workspace.progress import report_step
@@ -144,6 +142,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     """The case as if it had no zones."""
     with locating(case, "material.name"):
         material = resolve_material(case.material, registry)
+    yielding = require_below_yield(case, material)
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
@@ -155,7 +154,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         surface_mesher: Mesher = lookup(registry, "meshers", case.run.mesher)
     analyses = explicit_analyses(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
-    case, part = _fitting_part(case, registry)
+    case, part = fitting_part(case, registry)
     with locating(case, "lattice.cell"):
         cell = calibrate(family, parameters)
     require_one_thickness(case, family)
@@ -189,6 +188,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         limits=stated_limits(registry.limits, case, material),
         warnings=(
             *case.warnings,
+            *yielding,
             *part.report.warnings,
             *size_warnings(case, part),
             *skin_warnings(case, part, domain),
@@ -198,25 +198,6 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         ),
         narrowed=tuple(narrowed),
     )
-
-
-def _fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
-    """The part as read and repaired, if its mesh, cells, supports and limits are possible.
-
-    The case that comes with it states the mesh size.
-    """
-    report_step("reading and repairing the part")
-    mend = part_repairer(case, registry)
-    with locating(case, "part.file"):
-        part = read_part(case, part_readers(case, registry), mend)
-    require_fits(case, part.surface)
-    require_voxels_fit(case, part.surface)
-    case = with_mesh_size(case, part)
-    require_mesh_fits(case, part)
-    require_cells_fit(case, part)
-    require_supported(case, part)
-    require_possible(registry.limits, case, part.regions)
-    return case, part
 
 
 def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:

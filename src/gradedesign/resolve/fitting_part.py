@@ -1,0 +1,42 @@
+"""The part of a case, read and repaired, if its surface shows that the case is possible on it."""
+
+from __future__ import annotations
+
+from gradedesign.case.locate import locating
+from gradedesign.case.schema import Case
+from gradedesign.layout.part_room import require_cells_fit
+from gradedesign.limits.kinds import require_possible
+from gradedesign.part.part import Part, read_part
+from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.build_volume import require_fits
+from gradedesign.resolve.default_mesh_size import with_mesh_size
+from gradedesign.resolve.free_motions import require_supported
+from gradedesign.resolve.part_readers import part_readers
+from gradedesign.resolve.part_repairer import part_repairer
+from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
+from gradedesign.resolve.print_checks import require_voxels_fit
+from gradedesign.workspace.progress import report_step
+
+
+def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
+    """The part as read and repaired, if its mesh, cells, supports and limits are possible.
+
+    The case that comes with it states the mesh size.
+
+    Raises
+    ------
+    CaseError, PartError, ResourceError, PluginError
+        Whatever is wrong, with file, line and key.
+    """
+    report_step("reading and repairing the part")
+    mend = part_repairer(case, registry)
+    with locating(case, "part.file"):
+        part = read_part(case, part_readers(case, registry), mend)
+    require_fits(case, part.surface)
+    require_voxels_fit(case, part.surface)
+    case = with_mesh_size(case, part)
+    require_mesh_fits(case, part)
+    require_cells_fit(case, part)
+    require_supported(case, part)
+    require_possible(registry.limits, case, part.regions)
+    return case, part
