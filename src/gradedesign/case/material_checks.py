@@ -39,9 +39,9 @@ class _Span:
         )
 
 
-#: Ends as in the CRC Handbook of Chemistry and Physics (elements, crystals of carbon) and in the property
-#: charts of Ashby, Materials Selection in Mechanical Design (rubbers, woods, cork), widened to
-#: round figures: a slip of the unit is a factor of a thousand and falls outside all the same.
+#: Ends as in the CRC Handbook of Chemistry and Physics (elements, crystals of carbon) and in the
+#: property charts of Ashby, Materials Selection in Mechanical Design (rubbers, woods, cork),
+#: widened to round figures: a slip of the unit is a factor of a thousand and falls outside.
 _SPANS = (
     _Span(
         key="youngs_modulus", dimension="stress", unit="GPa", least=5e-4, most=1250.0,

@@ -45,6 +45,13 @@ class Supports:
             )
 
 
+def disagrees(one: ArrayLike, other: ArrayLike) -> BoolArray:
+    """Whether displacements of one component differ by more than rounding."""
+    one, other = np.asarray(one), np.asarray(other)
+    scale = np.maximum(np.abs(one), np.abs(other))
+    return np.asarray(np.abs(one - other) > AGREEMENT * scale)
+
+
 def supports_at(space: TetSpace, prescribed: Iterable[tuple[ArrayLike, Displacement]]) -> Supports:
     """Prescribe the displacement of sets of nodes.
 
@@ -118,9 +125,7 @@ def _refuse_conflict(
 ) -> None:
     """Raise if a node is already held at another displacement in this component."""
     index = np.asarray(nodes, dtype=np.int64)
-    fixed_value = value[component, index]
-    scale = np.maximum(np.abs(fixed_value), abs(stated))
-    clash = fixed[component, index] & (np.abs(fixed_value - stated) > AGREEMENT * scale)
+    clash = fixed[component, index] & disagrees(value[component, index], stated)
     if clash.any():
         node = int(index[np.argmax(clash)])
         x, y, z = space.nodes[:, node]

@@ -11,7 +11,7 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import CaseError, SolverError
 from gradedesign.fe.load_case import LoadCaseSpecification, Support
 from gradedesign.fe.rigid_modes import free_modes
-from gradedesign.fe.supports import AGREEMENT
+from gradedesign.fe.supports import disagrees
 from gradedesign.finite_cell.basis import shapes_at
 from gradedesign.finite_cell.elements import Elements, sorted_by_colour
 from gradedesign.finite_cell.hanging import fill_hanging, gather_hanging
@@ -195,8 +195,7 @@ def _held_alone(space: BrickSpace, codes: IntArray) -> IntArray:
 
 def _refuse_conflict(fixed: BoolArray, value: FloatArray, prescribed: float, region: str) -> None:
     """Raise if a node is already held at another displacement in this component."""
-    scale = np.maximum(np.abs(value), abs(prescribed))
-    clash = fixed & (np.abs(value - prescribed) > AGREEMENT * scale)
+    clash = fixed & disagrees(value, prescribed)
     if clash.any():
         raise CaseError(
             f"region '{region}': its support prescribes {prescribed:g} mm where another one "

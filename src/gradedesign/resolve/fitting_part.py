@@ -15,6 +15,7 @@ from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.print_checks import require_voxels_fit
+from gradedesign.resolve.support_conflicts import require_agreeing
 from gradedesign.workspace.progress import report_step
 
 
@@ -38,5 +39,6 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_supported(case, part)
+    require_agreeing(case, part)
     require_possible(registry.limits, case, part.regions)
     return case, part
