@@ -222,7 +222,7 @@ def validate(
         str, typer.Option("-k", help="Only cases whose name contains this (or, and, not allowed).")
     ] = "",
     update: Annotated[
-        bool, typer.Option("--update", help="Write new values to expected.toml.")
+        bool, typer.Option("--update", help="Write new values of runs to expected.toml.")
     ] = False,
     strict_plugins: Strict = False,
     as_json: Json = False,

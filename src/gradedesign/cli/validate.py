@@ -32,7 +32,10 @@ _VALUE = re.compile(r'(\s*value\s*=\s*)("[^"]*"|[^#\s]+)([^\n]*)')
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """One expected quantity of one case beside what came out."""
+    """One expected quantity of one case beside what came out.
+
+    ``from_run``: the expected value is one that this program gave before, no reference.
+    """
 
     case: str
     quantity: str
@@ -40,6 +43,7 @@ class Comparison:
     expected: Any
     tolerance: str
     origin: str
+    from_run: bool
     passed: bool
 
 
@@ -168,6 +172,8 @@ def _problem_of(spec: Any) -> str:
     missing = [key for key in ("value", "origin") if key not in spec]
     if missing:
         return f"lacks {' and '.join(missing)}"
+    if not isinstance(spec.get("from_run", False), bool):
+        return "has a from_run that is neither true nor false"
     number = isinstance(spec["value"], (int, float)) and not isinstance(spec["value"], bool)
     if number and not {"tolerance", "at_least", "at_most"} & set(spec):
         return "states a number without saying how far it may be off"
@@ -196,6 +202,7 @@ def compare(case: str, name: str, spec: Mapping[str, Any], data: Mapping[str, An
         expected=expected,
         tolerance=shown,
         origin=spec["origin"],
+        from_run=spec.get("from_run", False),
         passed=bool(passed),
     )
 
@@ -217,8 +224,19 @@ def value_at(data: Mapping[str, Any], name: str) -> Any:
 
 
 def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: bool) -> None:
-    """Write new values in place of the old ones and tell each change; comments stay."""
-    changed = {c.quantity: c for c in comparisons if c.value is not None and c.value != c.expected}
+    """Write new values in place of those that earlier runs gave and tell each; comments stay.
+
+    A value of another origin, a formula, a paper, another program or a bar, is what a run is
+    measured by: it stays, and a line says so.
+    """
+    new = [c for c in comparisons if c.value is not None and c.value != c.expected]
+    changed = {c.quantity: c for c in new if c.from_run}
+    for c in new:
+        if not (c.from_run or quiet):
+            say(
+                f"{path}: {c.quantity} stays {_as_toml(c.expected)}, found {_short(c.value)}: no "
+                f"from_run = true, its origin is {json.dumps(c.origin)}"
+            )
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     quantity = ""
     for number, line in enumerate(lines):
@@ -227,10 +245,11 @@ def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: boo
         match = _VALUE.match(line)
         if match is None or quantity not in changed:
             continue
-        new = _as_toml(changed[quantity].value)
-        lines[number] = f"{match[1]}{new}{match[3]}\n"
+        value = _as_toml(changed[quantity].value)
+        lines[number] = f"{match[1]}{value}{match[3]}\n"
         if not quiet:
-            say(f"{path}: {quantity} {match[2]} -> {new}")
+            origin = json.dumps(changed[quantity].origin)
+            say(f"{path}: {quantity} {match[2]} -> {value}; is its origin still {origin}?")
     write_text(path, "".join(lines))
 
 
