@@ -229,7 +229,9 @@ def update_expected(path: Path, comparisons: Sequence[Comparison], *, quiet: boo
     A value of another origin, a formula, a paper, another program or a bar, is what a run is
     measured by: it stays, and a line says so.
     """
-    new = [c for c in comparisons if c.value is not None and c.value != c.expected]
+    new = [
+        c for c in comparisons if c.value is not None and _as_toml(c.value) != _as_toml(c.expected)
+    ]
     changed = {c.quantity: c for c in new if c.from_run}
     for c in new:
         if not (c.from_run or quiet):
