@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+#: Exit code of a result, not an error, that misses a limit: not met, or infeasible.
+UNMET = 4
+
+
 class Interrupted(BaseException):
     """The user or the system asked the command to end; typer would answer a `KeyboardInterrupt`."""
 

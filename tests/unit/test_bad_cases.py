@@ -154,6 +154,37 @@ WRONG = [
     ),
     ('plane = "x = min"', "cylinder = {raduis = 4}", ["raduis", "by its diameter"]),
     ('memory = "8 GB"', 'time = "1 ms"', ["a time of at least 1 s"]),
+    # degrees that are the radians of a usual angle, and more than a turn
+    (
+        'min_wall = "0.8 mm"',
+        'min_wall = "0.8 mm"\noverhang_angle = "0.785 deg"',
+        ["print.overhang_angle", "45 deg in radians", '"45 deg"', '"0.785 rad"', "0.0137008 rad"],
+    ),
+    (
+        'size = "8 mm"',
+        'size = "8 mm"\nrotation = ["0 deg", "0 deg", "-1.5708 deg"]',
+        ["lattice.rotation: entry 3", "90 deg in radians"],
+    ),
+    (
+        'size = "8 mm"',
+        'size = "8 mm"\nrotation = ["45 rad", "0 deg", "0 deg"]',
+        ["entry 1", "an angle between", "360 deg", "unit right?"],
+    ),
+    # one quantity limited twice
+    (
+        '[{region = "tip", magnitude = "2 mm"}]',
+        '[{region = "tip", magnitude = "2 mm"},\n{region = "tip", magnitude = "3 mm"}]',
+        [
+            'limits.displacement[1]: found 3 mm in load case "tip load"',
+            "where limits.displacement[0] allows 2 mm of the same quantity",
+        ],
+    ),
+    (
+        '[{region = "tip", magnitude = "2 mm"}]',
+        '[{region = "tip", magnitude = "2 x solid"},\n'
+        '{region = "tip", magnitude = "3 mm", load_case = "tip load"}]',
+        ["found 3 mm", "allows 2 x solid", "state load_case in both"],
+    ),
     # names
     (
         '{region = "tip", force',
@@ -200,6 +231,15 @@ def test_wrong_entry_is_told_with_its_line(tmp_path, old, new, words):
     line = line_number(old) + new.count("\n")  # an added row is the wrong one
     fitting = [t for t in told if t.startswith(f"case.toml:{line}: ")]
     assert any(all(word in t for word in words) for t in fitting), message
+
+
+def test_limits_of_other_quantities_are_no_repetition(tmp_path):
+    both = (
+        '[{region = "tip", magnitude = "2 mm"}, {region = "root", magnitude = "2 mm"}, '
+        '{region = "tip", component = "z", magnitude = "1 mm"}]'
+    )
+    case = load_case(write(tmp_path, swapped('[{region = "tip", magnitude = "2 mm"}]', both)))
+    assert len(case.limits.displacement) == 3
 
 
 PLANNED = [

@@ -37,6 +37,10 @@ size = "6 mm"
 density = [0.2, 0.5]
 """
 )
+WARP = (
+    'warp = [{{centre = ["{}", "6 mm", "6 mm"], stable_radius = "5 mm", outer_radius = "{}", '
+    "magnification = 1.1}}]\n"
+)
 KEEP = '[[keep]]\nregion = "root"\nmargin = "{}"\n'
 
 
@@ -120,6 +124,21 @@ REFUSED = {
         CaseError, ["case.toml:21: limits.stress: found 826 MPa", "825 MPa of Ti-6Al-4V",
                     "beyond_yield = true"],
     ),
+    # The box is 24 mm long.
+    "displacement": (
+        (("[lattice]", 'displacement = [{region = "tip", magnitude = "25 mm"}]\n[lattice]'),),
+        CaseError, ["case.toml:24: limits.displacement[0].magnitude: found 25 mm", "24 mm long"],
+    ),
+    "one edge of a cell": (
+        (('size = "6 mm"\nd', 'size = ["6 mm", "6 mm", "24.1 mm"]\nd'),),
+        CaseError, ["lattice.size", "6 x 6 x 24.1 mm", "24 mm at most"],
+    ),
+    # The end of the box at x = 24 is 76 mm away.
+    "warp": (
+        (("density = [", WARP.format("100 mm", "70 mm") + "density = ["),),
+        CaseError, ["lattice.warp[0].centre: found (100, 6, 6) mm", "no nearer than 76",
+                    "outer_radius is 70 mm"],
+    ),
     "rigid motions": (
         (('fix = [{region = "root"}]', 'fix = [{region = "root", components = "xy"}]'),),
         CaseError, ["load_case[0].fix", "free to translate along z"],
@@ -159,6 +178,62 @@ def test_a_limit_beyond_yield_is_allowed_only_on_request(registry, tmp_path):
     assert [limit.allowed for limit in found.resolved.limits if limit.name == "stress"] == [
         "2000 MPa"
     ]
+
+
+# The ends of the box are 144 mm^2 and the material yields at 100 MPa: 14.4 kN. Of a moment about z,
+# half the diagonal of an end is an arm at most: 24 N m would be 1.4 kN.
+@pytest.mark.parametrize(
+    ("load", "told"),
+    [
+        ('force = ["0 N", "0 N", "-14.3 kN"]', []),
+        (
+            'force = ["0 N", "0 N", "-14.5 kN"]',
+            [
+                'load_case[0].load[0]: load case "pull": the load on region "tip", 1.45e+04 N on '
+                "144 mm^2, is 100.7 MPa on average, beyond the 100 MPa",
+                'load_case[0].fix: load case "pull": the reaction on its held regions, 1.45e+04 N',
+            ],
+        ),
+        ('pressure = "101 MPa"', ["load_case[0].load[0]", "load_case[0].fix"]),
+        ('moment = ["300 N*m", "0 N*m", "0 N*m"]', ["load_case[0].load[0]"]),
+    ],
+)
+def test_loads_beyond_yield_on_their_face_are_told(load, told, registry, tmp_path):
+    text = changed(
+        (OWN, f'{OWN}\nyield_strength = "100 MPa"'), ('force = ["0 N", "0 N", "-400 N"]', load)
+    )
+    warned = [w for w in checked(tmp_path, text, registry).warnings if "on average" in w]
+    assert len(warned) == len(told)
+    for words, warning in zip(told, warned, strict=True):
+        assert warning.startswith("case.toml:")
+        assert words in warning
+
+
+def test_a_window_of_no_width_is_told(registry, tmp_path):
+    text = changed(("[0.2, 0.5]", "[0.3, 0.3]"))
+    (warning,) = [w for w in checked(tmp_path, text, registry).warnings if "no width" in w]
+    assert warning.startswith("case.toml:27: lattice.density: the density window [0.3, 0.3]")
+    # The window of the law ends at 0.9: of the stated one hardly more than its lower end is left.
+    narrowed = changed(("[0.2, 0.5]", "[0.8999, 0.95]"))
+    assert [w for w in checked(tmp_path, narrowed, registry).warnings if "no width" in w]
+    wide = changed(("[0.2, 0.5]", "[0.3, 0.301]"))
+    assert not [w for w in checked(tmp_path, wide, registry).warnings if "no width" in w]
+
+
+def test_a_cell_longer_than_the_part_is_wide_is_told(registry, tmp_path):
+    along_y = changed(('size = "6 mm"\nd', 'size = ["6 mm", "13 mm", "6 mm"]\nd'))
+    (warning,) = [w for w in checked(tmp_path, along_y, registry).warnings if "less than one" in w]
+    assert "lattice.size: cells are 13 mm long along their y axis" in warning
+    assert "part is 12 mm" in warning
+    # Turned by 90 degrees about z, that axis lies along the 24 mm of the box.
+    turned = along_y.replace("density = [", 'rotation = ["0 deg", "0 deg", "90 deg"]\ndensity = [')
+    found = checked(tmp_path, turned, registry)
+    assert not [w for w in found.warnings if "less than one" in w]
+
+
+def test_a_warp_that_reaches_the_part_is_none_to_refuse(registry, tmp_path):
+    text = changed(("density = [", WARP.format("100 mm", "90 mm") + "density = ["))
+    checked(tmp_path, text, registry)
 
 
 def test_loads_that_cancel_are_told(registry, tmp_path):

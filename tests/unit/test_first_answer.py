@@ -46,12 +46,12 @@ size_effects = {size_effects}
 """
 
 
-def answer(cli, folder, force, *, size_effects=False):
+def answer(cli, folder, force, *, size_effects=False, code=0):
     (folder / "case.toml").write_text(
         CASE.format(force=force, size_effects="true" if size_effects else "false")
     )
     ended = cli("check", folder, "--estimate", "--no-picture", "--json")
-    assert ended.code == 0, ended.err
+    assert ended.code == code, ended.err
     return json.loads(ended.out)["first_answer"]
 
 
@@ -83,9 +83,23 @@ def test_constant_densities_invert_the_law(cli, tmp_path):
 
 
 def test_what_no_density_meets_has_a_reason(cli, tmp_path):
-    rows = answer(cli, tmp_path, 14000)["constant_density"]
+    rows = answer(cli, tmp_path, 14000, code=4)["constant_density"]
     assert [row["density"] for row in rows if row["limit"].startswith("stress")] == [None]
     assert all(row["reason"] for row in rows if row["density"] is None)
+
+
+def test_a_limit_that_the_solid_part_breaks_ends_as_a_run_does(cli, tmp_path):
+    # F L / (A E) = 15000 * 24 / (144 * 110e3) = 0.0227 mm of 0.02 mm allowed.
+    found = answer(cli, tmp_path, 15000, code=4)
+    assert not found["feasible"]
+    assert found["sized"] is None
+    assert found["infeasible_because"].startswith("the fully solid part already breaks a limit")
+    ended = cli("check", tmp_path, "--estimate", "--no-picture")
+    assert ended.code == 4
+    assert f"INFEASIBLE: {found['infeasible_because']}" in " ".join(ended.out.split())
+    ran = cli("run", tmp_path, "-o", tmp_path / "out", "--json")
+    assert ran.code == 4
+    assert json.loads(ran.out)["reason"] == found["infeasible_because"]
 
 
 def test_the_sizing_is_of_the_setup_that_knows_its_walls(cli, tmp_path, monkeypatch):

@@ -144,6 +144,12 @@ REFUSED = {
     "no such file": ('[lattice.density_map]\nvoxels = "a.npy"', CaseError, "does not exist"),
     "outside": ('[lattice.density_map]\nvoxels = "../a.npy"', CaseError, "--allow-outside"),
     "no folder": ('[lattice.density_map]\nimages = "a"', CaseError, "expected a folder"),
+    "warp far away": (
+        'density = 0.3\n[[lattice.warp]]\ncentre = ["99 mm", "5 mm", "5 mm"]\n'
+        'stable_radius = "5 mm"\nouter_radius = "10 mm"\nmagnification = 1.2',
+        CaseError,
+        r"lattice\.warp\[0\]\.centre: found \(99, 5, 5\) mm, but the lattice comes no nearer",
+    ),
     "weight beyond 1": (
         'density = 0.3\n[lattice.transition]\ncell = "bcc"\nweight = "x"',
         DensityError,

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gradedesign.case.lattice_schema import CellsSpec
+from gradedesign.case.limit_checks import displacement_warnings, repeated_limits
 from gradedesign.case.material_checks import beyond_yield, material_warnings
 from gradedesign.case.outer_checks import outer_problems
 from gradedesign.case.problems import Problem
@@ -135,6 +136,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             choices=names,
             label="defined",
         )
+    yield from repeated_limits(limits, names)
     yield from cell_map_problems(file.lattice, file.region)
     yield from _zone_problems(file)
     yield from outer_problems(file.lattice, file.print)
@@ -209,22 +211,25 @@ def skin_problems(lattice: CellsSpec, box: Triple) -> Iterator[Problem]:
             )
 
 
-def case_warnings(file: CaseFile) -> Iterator[str]:
-    """Warnings about values that are allowed but unusual."""
+def case_warnings(file: CaseFile) -> Iterator[Problem]:
+    """Values that are allowed but unusual; reported as warnings."""
     nu = file.material.poissons_ratio
     if nu is not None and nu > 0.49:
-        yield (
-            f"poissons_ratio {nu:g} is nearly incompressible; elements may lock and appear too "
-            "stiff above 0.49"
+        yield Problem(
+            key=("material", "poissons_ratio"),
+            message=f"found {nu:g}, nearly incompressible; elements may lock and appear too stiff "
+            f"above 0.49",
         )
     yield from material_warnings(file.material)
-    for case in file.load_case:
+    yield from displacement_warnings(file.limits)
+    for i, case in enumerate(file.load_case):
         fixed_regions = {fix.region for fix in case.fix if None not in fix.displacement}
-        for load in case.load:
+        for k, load in enumerate(case.load):
             if load.region in fixed_regions:
-                yield (
-                    f"load case {shown(case.name)} loads region {shown(load.region)}, which it "
-                    "also holds in every direction; that load does nothing"
+                yield Problem(
+                    key=("load_case", i, "load", k),
+                    message=f"load case {shown(case.name)} loads region {shown(load.region)}, "
+                    f"which it also holds in every direction; that load does nothing",
                 )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from gradedesign.case.limits_schema import LimitsSpec
 from gradedesign.case.material_schema import MaterialSpec
+from gradedesign.case.problems import Problem
 from gradedesign.case.units import DIMENSIONS
 
 #: Elastic limit over E that no rigid solid exceeds: perfect crystals break near E / 15 (Ashby and
@@ -31,12 +32,9 @@ class _Span:
         shown = value / DIMENSIONS[self.dimension].units[self.unit]
         if self.least <= shown <= self.most:
             return ""
-        return (
-            f"[material] {self.key} is {shown:g} {self.unit}".rstrip()
-            + f"; solids lie between {self.least:g} and {self.most:g} {self.unit}".rstrip()
-            + f", {self.ends}: is its "
-            f"{'unit' if self.unit else 'value'} right?"
-        )
+        words = f"found {shown:g} {self.unit}".rstrip()
+        span = f"{self.least:g} and {self.most:g} {self.unit}".rstrip()
+        return f"{words}; solids lie between {span}, {self.ends}: is it right?"
 
 
 #: Ends as in the CRC Handbook of Chemistry and Physics (elements, crystals of carbon) and in the
@@ -62,18 +60,19 @@ _SPANS = (
 )  # fmt: skip
 
 
-def material_warnings(spec: MaterialSpec) -> Iterator[str]:
+def material_warnings(spec: MaterialSpec) -> Iterator[Problem]:
     """Warnings about stated values that no solid has."""
     for span in _SPANS:
         value = getattr(spec, span.key)
         if value is not None and (remark := span.remark(value)):
-            yield remark
+            yield Problem(key=("material", span.key), message=remark)
     modulus, strength = spec.youngs_modulus, spec.yield_strength
     if modulus is not None and strength is not None and strength > MOST_STRAIN * modulus:
-        yield (
-            f"[material] yield_strength is {strength:g} MPa, more than a twentieth of the "
+        yield Problem(
+            key=("material", "yield_strength"),
+            message=f"found {strength:g} MPa, more than a twentieth of the "
             f"youngs_modulus of {modulus / 1e3:g} GPa, {MOST_STRAIN * modulus:g} MPa, which no "
-            f"metal, ceramic or rigid polymer reaches, only rubbers do: is its unit right?"
+            f"metal, ceramic or rigid polymer reaches, only rubbers do: is its unit right?",
         )
 
 

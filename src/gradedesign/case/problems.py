@@ -73,14 +73,17 @@ def case_error(path: Path, lines: Mapping[Key, int], problems: Sequence[Problem]
     """
     lines_by_key = dict(lines)
     ordered = sorted(problems, key=lambda p: line_of(lines_by_key, p.key))
-    listed = [
-        f"{path.name}:{line_of(lines_by_key, p.key)}: {dotted(p.key)}: {p.text()}"
-        for p in ordered[:_MOST_LISTED]
-    ]
+    listed = [placed(path, lines_by_key, p) for p in ordered[:_MOST_LISTED]]
     if len(ordered) > _MOST_LISTED:
         listed.append(f"{path.name}: and {len(ordered) - _MOST_LISTED} more problems")
     count = "1 problem" if len(ordered) == 1 else f"{len(ordered)} problems"
     return CaseError("\n".join([f"{path}: {count} in the case file", *listed]))
+
+
+def placed(path: Path, lines: Mapping[Key, int], problem: Problem) -> str:
+    """A problem with the file and line of its key."""
+    line = line_of(dict(lines), problem.key)
+    return f"{path.name}:{line}: {dotted(problem.key)}: {problem.text()}"
 
 
 def problems_of(

@@ -19,6 +19,9 @@ _QUANTITY = re.compile(
     r"(?P<unit>(?: *[A-Za-zµμ°%][^\n]*| +1/[^\n]*)?)",
     re.ASCII,
 )
+#: Angles, degrees, that are recognised when stated in radians. Of numbers with two decimals only
+#: 1.57, 2.62 and 3.14 are taken for one.
+_USUAL_ANGLES = (30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 150.0, 180.0)
 _REPLACED = (
     ("²", "^2"),
     ("³", "^3"),
@@ -82,7 +85,22 @@ def parse_quantity(text: object, dimension: str) -> float:
         raise CaseError(f"found {shown(text)}, which is beyond any {_kind(wanted)}")
     if value == 0.0 and re.search(r"[1-9]", re.split(r"[eE]", match["number"])[0]):
         raise CaseError(f"found {shown(text)}, which is too small to tell from zero")
+    if unit == "deg" and (meant := _meant_degrees(number)):
+        raise CaseError(
+            f"found {shown(text)}, which is {meant:g} deg in radians; expected an angle in "
+            f'degrees such as "{meant:g} deg", or in radians such as "{match["number"]} rad"; as '
+            f'so small an angle, write it in radians: "{math.radians(number):.6g} rad"'
+        )
     return value
+
+
+def _meant_degrees(number: float) -> float:
+    """The usual angle in degrees that a number of radians stands for; 0 for none.
+
+    Within a thousandth, as three digits have it: 0.785, 1.047 and 1.571 are 45, 60 and 90 degrees.
+    """
+    turned = math.degrees(abs(number))
+    return next((usual for usual in _USUAL_ANGLES if abs(turned - usual) <= 1e-3 * usual), 0.0)
 
 
 def normal_unit(text: str) -> str:

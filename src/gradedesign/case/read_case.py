@@ -25,7 +25,14 @@ from gradedesign.case.own_cell_schema import own_cell_file
 from gradedesign.case.part_path import slices_with
 from gradedesign.case.part_schema import ShapeSpec
 from gradedesign.case.place_schema import PlaceSpec
-from gradedesign.case.problems import Problem, case_error, dotted, missing, problems_of
+from gradedesign.case.problems import (
+    Problem,
+    case_error,
+    dotted,
+    missing,
+    placed,
+    problems_of,
+)
 from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
 from gradedesign.case.table import Table
@@ -106,12 +113,12 @@ def load_case(
             orientation.vtu if orientation else None,
             own_cell_file(content.lattice),
         ),
-        warnings=tuple(case_warnings(content)),
-        lines=lines,
+        warnings=tuple(placed(file, lines, problem) for problem in case_warnings(content)),
+        lines=dotted_lines(lines),
         **tables,
     )
     for warning in case.warnings:
-        log.warning("%s: %s", file.name, warning)
+        log.warning("%s", warning)
     return case
 
 
@@ -123,7 +130,7 @@ def read_layout(
     across: Callable[[Layout], Iterable[Problem]],
     entries: LimitEntries = no_entries,
     values: Mapping[str, Any] = NO_VALUES,
-) -> tuple[Layout, Path, dict[str, int]]:
+) -> tuple[Layout, Path, dict[Key, int]]:
     """Read a case file into a layout of tables.
 
     Parameters
@@ -146,8 +153,8 @@ def read_layout(
     content : Layout
     file : Path
         Absolute.
-    lines : dict of str to int
-        Line of every key by its dotted path.
+    lines : dict of key path to int
+        Line of every key.
 
     Raises
     ------
@@ -164,7 +171,12 @@ def read_layout(
         problems.extend(across(content))
     if content is None or problems:
         raise case_error(file, lines, problems)
-    return content, file, {dotted(key): line for key, line in lines.items()}
+    return content, file, lines
+
+
+def dotted_lines(lines: Mapping[Key, int]) -> dict[str, int]:
+    """Line of every key by its dotted path."""
+    return {dotted(key): line for key, line in lines.items()}
 
 
 def read_toml(file: Path) -> tuple[dict[str, Any], dict[Key, int]]:

@@ -14,6 +14,7 @@ from gradedesign.case.read_case import (
     LimitEntries,
     body_files,
     case_hash,
+    dotted_lines,
     no_entries,
     part_files,
     read_layout,
@@ -67,7 +68,7 @@ def load_generate_case(
             *_map_files(content),
             own_cell_file(content.lattice),
         ),
-        lines=lines,
+        lines=dotted_lines(lines),
     )
 
 

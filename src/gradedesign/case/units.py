@@ -177,7 +177,7 @@ DIMENSIONS: Mapping[str, Dimension] = MappingProxyType(
         ),
         "memory": _dimension("an amount of memory", "8 GB", (1.0, 1e15), a=_MEMORY),
         "angle": _dimension(
-            "an angle", "15 deg", (1e-12, 1e5), a={"deg": 1.0, "rad": 180.0 / math.pi}
+            "an angle", "15 deg", (1e-12, 360.0), a={"deg": 1.0, "rad": 180.0 / math.pi}
         ),
         "moment": _dimension("a moment", "20 N*m", (1e-12, 1e15), a=_MOMENT),
         "work": _dimension("a work", "120 N*mm", (1e-15, 1e15), a=_WORK),

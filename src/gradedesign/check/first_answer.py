@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gradedesign.errors import DensityError
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.row import LimitRow
+from gradedesign.limits.verdict import all_hold
 from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.material.constant_density import density_for_stiffness, density_for_strength
 from gradedesign.resolve.oriented import oriented
@@ -66,6 +67,11 @@ class FirstAnswer:
     sized_utilisation: float | None = None
 
     @property
+    def feasible(self) -> bool:
+        """Whether the fully solid part holds every limit; a run ends infeasible where not."""
+        return all_hold([answer.row for answer in self.constant])
+
+    @property
     def governing(self) -> ConstantDensity | None:
         """The limit that needs the greatest density; None where one cannot be met."""
         if not self.constant or any(answer.density is None for answer in self.constant):
@@ -95,15 +101,16 @@ def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
     the mass alone. Buckling and size effects count in the sizing, where the case has them.
     """
     constant = tuple(_constant(setup, row) for row in setup.solid)
-    if not all(row.passed for row in setup.solid):
-        return FirstAnswer(constant=constant)
+    answer = FirstAnswer(constant=constant)
+    if not answer.feasible:
+        return answer
     setup = with_size_effects(oriented(setup, solutions))
     report_step("sizing")
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_design(setup, Correction(), {}, design_filter(setup), plan)
     weights = setup.model.volumes * (1.0 - setup.model.solid_fraction)
-    return FirstAnswer(
-        constant=constant,
+    return replace(
+        answer,
         sized_mass_g=total_mass(setup.model, sized.rho) * 1e6,
         sized_density=float(weights @ sized.rho / weights.sum()),
         sized_utilisation=sized.history[-1].utilisation,

@@ -177,7 +177,7 @@ def check(
     """Dry run in seconds: regions, holes, loads, cell sizes, predicted memory and time."""
     from gradedesign.cli.check import check as command
 
-    command(
+    code = command(
         case,
         output,
         estimate=estimate,
@@ -186,6 +186,7 @@ def check(
         strict_plugins=strict_plugins,
         as_json=as_json,
     )
+    raise typer.Exit(code)
 
 
 @app.command()

@@ -27,7 +27,7 @@ from gradedesign.cli.show_part import (
     repair_words,
     triple,
 )
-from gradedesign.errors import CaseError
+from gradedesign.errors import UNMET, CaseError
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.pictures import picture_loads
 from gradedesign.plugin.read_case import load_case
@@ -52,8 +52,12 @@ def check(
     allow_outside: bool,
     strict_plugins: bool,
     as_json: bool,
-) -> None:
-    """Read, repair, select, predict; written is the picture of loads and supports."""
+) -> int:
+    """Read, repair, select, predict; written is the picture of loads and supports.
+
+    Returns the exit code: that of a run which ends infeasible where the estimate shows that the
+    fully solid part breaks a limit.
+    """
     registry = registry_for(strict_plugins=strict_plugins)
     case = load_case(path, allow_outside=allow_outside, registry=registry)
     registry = with_own_cell(case, registry)
@@ -61,6 +65,7 @@ def check(
         checked = check_case(case, registry)
         warnings = list(checked.warnings)
         answer = estimated(case, registry) if estimate else None
+        broken = answer is not None and not answer.feasible
         drawn = None
         if picture:
             drawn = picture_path(checked) if output is None else output
@@ -69,13 +74,14 @@ def check(
     if as_json:
         data = check_data(checked, drawn, warnings)
         print_json(data if answer is None else {**data, "first_answer": answer_data(answer)})
-        return
+        return UNMET if broken else 0
     print_check(checked)
     if answer is not None:
         print_answer(answer)
     if drawn is not None:
         print_text(f"picture: {drawn}", hang=2)
     print_warnings(warnings)
+    return UNMET if broken else 0
 
 
 def estimated(case: Case, registry: Registry) -> FirstAnswer:

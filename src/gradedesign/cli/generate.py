@@ -10,7 +10,7 @@ import typer
 from gradedesign.case.read_generate import load_generate_case
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.run import UNMET, holds_only_a_failure, print_result_json
+from gradedesign.cli.run import holds_only_a_failure, print_result_json
 from gradedesign.cli.show import (
     print_files,
     print_limits,
@@ -19,6 +19,7 @@ from gradedesign.cli.show import (
     print_warnings,
     without_noise,
 )
+from gradedesign.errors import UNMET
 from gradedesign.generate.generate import generate as generate_lattice
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.result import RunResult

@@ -16,6 +16,7 @@ from gradedesign.cli.show import (
     print_text,
     print_warnings,
 )
+from gradedesign.errors import UNMET
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.result import RunResult, as_json
 from gradedesign.output.scope_words import scope_words
@@ -25,9 +26,6 @@ from gradedesign.results.files import RESULT_NAME
 from gradedesign.workspace.atomic import is_folder
 from gradedesign.workspace.manifest import read_manifest
 from gradedesign.workspace.run_folder import STAGES
-
-#: Statuses that are results but not successes, and their exit code.
-UNMET = 4
 
 
 def run(

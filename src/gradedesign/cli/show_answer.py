@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from gradedesign.cli.show import print_table, print_text
+from gradedesign.limits.verdict import why_infeasible
 
 if TYPE_CHECKING:
     from gradedesign.check.first_answer import FirstAnswer
@@ -25,6 +26,8 @@ def answer_data(answer: FirstAnswer) -> dict[str, Any]:
             }
             for limit in answer.constant
         ],
+        "feasible": answer.feasible,
+        "infeasible_because": None if answer.feasible else _why_infeasible(answer),
         "constant_density_of_all": None if governing is None else governing.density,
         "constant_mass_g": None if governing is None else governing.mass_g,
         "sized": None
@@ -69,4 +72,12 @@ def print_answer(answer: FirstAnswer) -> None:
             f"{answer.sized_density:.3f}, the most used limit at {answer.sized_utilisation:.1%}",
             hang=2,
         )
+    if not answer.feasible:
+        print_text(f"INFEASIBLE: {_why_infeasible(answer)}", hang=2)
+        return
     print_text("no lattice was analysed: a run judges these limits on the printed solid", hang=2)
+
+
+def _why_infeasible(answer: FirstAnswer) -> str:
+    """The sentence with which a run ends."""
+    return why_infeasible([limit.row for limit in answer.constant])

@@ -13,6 +13,7 @@ from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.map_report import map_report, require_unfolded
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.layout.graded_map import graded_map, require_one_thickness, wanted_size
+from gradedesign.layout.part_room import require_warps_reach
 from gradedesign.layout.placed_map import placed_map
 from gradedesign.part.part import Part
 from gradedesign.resolve.oriented import (
@@ -71,6 +72,7 @@ def stated_map(
         wanted = constant_size(case)
         cell_map = graded_map(case, part, wanted, frames)
     else:
+        require_warps_reach(case, points)
         cell_map = placed_map(case, part, distance)
     key = "lattice.size" if case.lattice.graded_size else "lattice.cell_map"
     with locating(case, "lattice.orientation" if frames is not None else key):

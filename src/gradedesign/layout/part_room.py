@@ -6,7 +6,10 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.limit_checks import stated_displacements
+from gradedesign.case.problems import dotted
 from gradedesign.case.schema import Case
+from gradedesign.cell.cell_map import turned_axes
 from gradedesign.cell.map_report import volume_points
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.lattice.domain import DesignDomain
@@ -24,14 +27,23 @@ _NODES_PER_CELL = 4
 
 
 def size_warnings(case: Case, part: Part) -> tuple[str, ...]:
-    """Warnings for a part smaller or larger than printed parts are: its unit may be wrong."""
+    """Warnings for a part whose unit may be wrong, and for cells longer than it is wide."""
     edges = np.ptp(part.surface.vertices, axis=0)
     low, high = USUAL_EDGE
-    if low <= edges.max() <= high:
-        return ()
-    unit = f' (units = "{case.part.units}")' if case.part.units else ""
-    size = " x ".join(f"{edge:.4g}" for edge in edges)
-    return (f"the part is {size} mm{unit}; is its unit right?",)
+    remarks = []
+    if not low <= edges.max() <= high:
+        unit = f' (units = "{case.part.units}")' if case.part.units else ""
+        size = " x ".join(f"{edge:.4g}" for edge in edges)
+        remarks.append(f"the part is {size} mm{unit}; is its unit right?")
+    if len(case.lattice.size) == 3 and case.lattice.cell_map is None:
+        along = np.ptp(turned_axes(case.lattice.rotation).T @ part.surface.vertices.T, axis=1)
+        remarks += [
+            f"{case.where('lattice.size')}: cells are {cell:g} mm long along their {axis} axis, "
+            f"along which the part is {edge:.4g} mm: less than one cell; is its unit right?"
+            for axis, cell, edge in zip("xyz", case.lattice.edges, along, strict=True)
+            if cell > edge * (1 + _ROUNDING)
+        ]
+    return tuple(remarks)
 
 
 def inner_points(domain: DesignDomain) -> FloatArray:
@@ -50,7 +62,7 @@ def require_cells_fit(case: Case, part: Part) -> None:
     edges = np.ptp(part.surface.vertices, axis=0)
     cell, longest = case.lattice.cell_size, float(edges.max())
     where = case.where("lattice.size")
-    if cell > longest * (1 + _ROUNDING):
+    if max(case.lattice.size) > longest * (1 + _ROUNDING):
         raise CaseError(
             f"{where}: found cells of {case.lattice.size_words} in a part of "
             f"{' x '.join(f'{edge:.4g}' for edge in edges)} mm; expected a cell shorter than the "
@@ -65,6 +77,55 @@ def require_cells_fit(case: Case, part: Part) -> None:
             f"{need / 1e9:.2g} GB, expected at most the {case.run.memory / 1e9:.2g} GB of [run] "
             f"memory; take larger cells; is their unit right?"
         )
+
+
+def require_displacements_fit(case: Case, part: Part) -> None:
+    """Refuse limits that allow displacements larger than the part.
+
+    A linear analysis is one of displacements far smaller than the part, so that such a limit
+    either limits nothing or was stated in another unit.
+
+    Raises
+    ------
+    CaseError
+        Naming file, line and the value.
+    """
+    longest = float(np.ptp(part.surface.vertices, axis=0).max())
+    for key, allowed in stated_displacements(case.limits):
+        if allowed > longest:
+            raise CaseError(
+                f"{case.where(dotted(key))}: found {allowed:g} mm in a part that is {longest:.4g} "
+                f"mm long; expected a displacement far smaller than the part, which is all that a "
+                f"linear analysis describes; is its unit right?"
+            )
+
+
+def require_warps_reach(case: Case | GenerateCase, points: FloatArray) -> None:
+    """Refuse warps in whose sphere no lattice lies: they would change nothing.
+
+    Parameters
+    ----------
+    case : Case or GenerateCase
+    points : (3, n) array, mm
+        That fill the lattice evenly.
+
+    Raises
+    ------
+    CaseError
+        Naming file, line and the nearest place of the lattice.
+    """
+    for number, warp in enumerate(case.lattice.warp):
+        away = np.linalg.norm(points - np.array(warp.centre)[:, None], axis=0)
+        nearest = int(np.argmin(away))
+        if away[nearest] > warp.outer_radius:
+            raise CaseError(
+                f"{case.where(f'lattice.warp[{number}].centre')}: found "
+                f"({', '.join(f'{c:g}' for c in warp.centre)}) mm, but the lattice comes no nearer "
+                f"than {away[nearest]:.4g} mm, at "
+                f"({', '.join(f'{c:.4g}' for c in points[:, nearest])}) mm, and outer_radius is "
+                f"{warp.outer_radius:g} mm: nothing would change; expected a centre in the part "
+                f"or a larger radius"
+            )
 
 
 def require_lattice_left(

@@ -112,3 +112,14 @@ def worst_utilisation(rows: Sequence[LimitRow]) -> float:
 def is_tight(rows: Sequence[LimitRow], *, at_lower_bound: bool) -> bool:
     """Some limit is used to 97 %, or no density can fall further."""
     return at_lower_bound or worst_utilisation(rows) >= TIGHT
+
+
+def why_infeasible(rows: Sequence[LimitRow]) -> str:
+    """The limit that the fully solid part breaks most, and what would help."""
+    worst = max(rows, key=lambda row: row.utilisation)
+    return (
+        f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
+        f"{worst.value:.4g} {worst.unit}, {worst.utilisation:.2f} times the allowed "
+        f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
+        f"smaller load or a wider limit would help, a lattice cannot"
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
-from gradedesign.layout.part_room import require_cells_fit
+from gradedesign.layout.part_room import require_cells_fit, require_displacements_fit
 from gradedesign.limits.kinds import require_possible
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry
@@ -38,6 +38,7 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     case = with_mesh_size(case, part)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
+    require_displacements_fit(case, part)
     require_supported(case, part)
     require_agreeing(case, part)
     require_possible(registry.limits, case, part.regions)

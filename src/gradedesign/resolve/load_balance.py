@@ -10,6 +10,7 @@ from gradedesign.arrays import FloatArray, locked
 from gradedesign.case.schema import Case, LoadCaseSpec
 from gradedesign.case.suggest import shown
 from gradedesign.fe.load_case import region_resultant
+from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import enclosed_centroid
 from gradedesign.part.part import Part
 from gradedesign.part.regions import Region
@@ -97,6 +98,31 @@ def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
         for balance in balances
         if balance.cancels
     )
+
+
+def yielding_loads(
+    case: Case, part: Part, balances: tuple[LoadBalance, ...], material: Material
+) -> tuple[str, ...]:
+    """Say which loads, and which reactions, are beyond yield on the mean of their faces."""
+    remarks = []
+    for number, (spec, balance) in enumerate(zip(case.load_case, balances, strict=True)):
+        acting = [
+            (f"load[{k}]", f"the load on region {shown(row.source)}", row.gross, (row.source,))
+            for k, row in enumerate(balance.rows[: len(spec.load)])
+        ]
+        held = tuple(dict.fromkeys(fix.region for fix in spec.fix))
+        reaction = float(np.linalg.norm(balance.force))
+        acting.append(("fix", "the reaction on its held regions", reaction, held))
+        for key, what, force, regions in acting:
+            area = sum(part.regions[name].area for name in regions)
+            if force > material.yield_strength * area:
+                remarks.append(
+                    f"{case.where(f'load_case[{number}].{key}')}: load case {shown(spec.name)}: "
+                    f"{what}, {force:.4g} N on {area:.4g} mm^2, is {force / area:.4g} MPa on "
+                    f"average, beyond the {material.yield_strength:g} MPa at which "
+                    f"{material.name} yields; a larger region, or is a unit wrong?"
+                )
+    return tuple(remarks)
 
 
 def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:

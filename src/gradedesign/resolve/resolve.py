@@ -18,6 +18,10 @@ from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.planned_law import PlannedLaw
 
+#: A density window narrower than this share of its upper end has one density: levels of cells are
+#: calibrated to about a thousandth.
+NO_WIDTH = 1e-3
+
 
 def resolve_material(spec: MaterialSpec, registry: Registry) -> Material:
     """Material of a case: from the library, with what the case states instead."""
@@ -122,5 +126,11 @@ def density_bounds(
         raise CaseError(
             f"{case.where('lattice.density')}: {list(case.lattice.density)} has nothing in common "
             f"with the windows of what it uses ({listed}); widen it or choose another cell or law"
+        )
+    if high - low <= NO_WIDTH * high:
+        warnings.append(
+            f"{case.where('lattice.density')}: the density window [{low:.4g}, {high:.4g}] has no "
+            f"width: one lattice of that density is judged, and none is looked for; widen it to "
+            f"find the lightest"
         )
     return (low, high), warnings

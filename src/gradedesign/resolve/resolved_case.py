@@ -18,6 +18,7 @@ from gradedesign.layout.drains import drain_warnings, drained
 from gradedesign.layout.graded_map import require_one_thickness
 from gradedesign.layout.part_room import (
     require_lattice_left,
+    require_warps_reach,
     size_warnings,
 )
 from gradedesign.layout.placed_map import lattice_points, placed_map
@@ -40,7 +41,12 @@ from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.fitting_part import fitting_part
 from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
 from gradedesign.resolve.linear_solver import linear_solver
-from gradedesign.resolve.load_balance import LoadBalance, balance_warnings, load_balances
+from gradedesign.resolve.load_balance import (
+    LoadBalance,
+    balance_warnings,
+    load_balances,
+    yielding_loads,
+)
 from gradedesign.resolve.open_loads import open_load_warnings
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
 from gradedesign.resolve.planned_solid import planned_part
@@ -194,6 +200,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
             *skin_warnings(case, part, domain),
             *drain_warnings(case, drains),
             *balance_warnings(balances),
+            *yielding_loads(case, part, balances, material),
             *open_load_warnings(case, part, domain, layout.typical),
         ),
         narrowed=tuple(narrowed),
@@ -273,5 +280,6 @@ def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
     cell_map = placed_map(case, part, domain.distance)
     points = lattice_points(domain)
     require_lattice_left(case, points, domain)
+    require_warps_reach(case, points)
     with locating(case, "lattice.cell_map"):
         return cell_layout(cell_map, points, case.lattice.edges)

@@ -10,7 +10,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.layout.drains import drain_data
 from gradedesign.limits.limit import predicted_row
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import TIGHT, is_tight
+from gradedesign.limits.verdict import TIGHT, is_tight, why_infeasible
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.accepted_rows import without_band
 from gradedesign.loop.ended import Ended
@@ -39,17 +39,11 @@ UNRESOLVED = 0.10
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
     """The fully solid part breaks a limit."""
-    worst = max(rows, key=lambda row: row.utilisation)
     return RunResult(
         status="infeasible",
         lightest=False,
         ended_by="solid",
-        reason=(
-            f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
-            f"{worst.value:.4g} {worst.unit}, {worst.utilisation:.2f} times the allowed "
-            f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
-            f"smaller load or a wider limit would help, a lattice cannot"
-        ),
+        reason=why_infeasible(rows),
         limits=rows,
         **common_entries(setup, registry),
     )
