@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from gradedesign.mesh.distance_grid import DistanceBricks, distance_bricks, distance_grid
     from gradedesign.mesh.mesher import Mesher, serve_mesher
     from gradedesign.mesh.surface_mesh import SurfaceMesh
-    from gradedesign.output.exporter import Exporter
+    from gradedesign.output.exporter import Exporter, PlannedPrint
     from gradedesign.output.printed_lattice import PrintedLattice
     from gradedesign.part.exact_surface import ExactSurface
     from gradedesign.part.file_faces import FileFaces
@@ -106,6 +106,7 @@ __all__ = [
     "PartError",
     "PartReader",
     "PlacedCase",
+    "PlannedPrint",
     "PlannedSolid",
     "PluginError",
     "Predicted",
@@ -175,7 +176,7 @@ _HOMES = {
     "mesh.distance_grid": "DistanceBricks distance_bricks distance_grid",
     "mesh.mesher": "Mesher serve_mesher",
     "mesh.surface_mesh": "SurfaceMesh",
-    "output.exporter": "Exporter",
+    "output.exporter": "Exporter PlannedPrint",
     "output.printed_lattice": "PrintedLattice",
     "part.exact_surface": "ExactSurface",
     "part.file_faces": "FileFaces",

@@ -9,15 +9,16 @@ from gradedesign.cell.wall_size import wall_mm
 from gradedesign.layout.passive import keep_words
 from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cost
 from gradedesign.loop.run_work import remeshed_tets
+from gradedesign.loop.solver_room import require_solver_takes
 from gradedesign.resolve.analysable import EXPECTED_SHARE, Analysable
+from gradedesign.resolve.analysable_lattice import analysable_lattice
 from gradedesign.resolve.planned_solid import planned_part, planned_solid
 from gradedesign.resolve.predicted_part_mesh import predicted_part_dofs
 from gradedesign.resolve.resolved_case import (
     ResolvedCase,
-    analysable_lattice,
     stated_zones,
 )
-from gradedesign.verify.analysis import AnalysisEstimate
+from gradedesign.verify.analysis import AnalysisEstimate, PlannedSolid
 from gradedesign.verify.small_solid import small_solid_spacing
 from gradedesign.verify.whole_resolution import first_spacing, judged_seconds
 
@@ -60,7 +61,7 @@ class PredictedRun:
     bounds : (float, float)
         Densities that sizing may choose: those whose walls the memory can analyse.
     raised : tuple of str
-        Why the lower one is not that of the density window.
+        Why the lower one is not that of the density window, and doubts about the linear solver.
     cost : CostPrediction
     explicit : bool
         Whether the run gets as far as an explicit lattice.
@@ -129,11 +130,35 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
     if fine < grid.spacing:
         grid = replace(grid, spacing=fine, set_by=f"{grid.set_by}, and finer: the solid is small")
     size = able.analysis.estimate(planned, grid.spacing) if explicit else NO_ANALYSIS
+    work = _work(resolved, able, planned, density, grid.spacing, size)
+    doubts = require_solver_takes(case, resolved.solver, able.analysis, work)
+    return PredictedRun(
+        density=density,
+        lattice_share=share,
+        grid=grid,
+        bounds=able.bounds,
+        raised=(*able.warnings, *doubts),
+        cost=predict_cost(work),
+        explicit=explicit,
+        law_s=60.0 * laws_minutes(resolved),
+    )
+
+
+def _work(
+    resolved: ResolvedCase,
+    able: Analysable,
+    planned: PlannedSolid,
+    density: float,
+    spacing: float,
+    size: AnalysisEstimate,
+) -> RunWork:
+    """Work of a run whose explicit grid has that spacing, mm, and that size."""
+    case, explicit = resolved.case, size is not NO_ANALYSIS
     first = min(
-        first_spacing(able.analysis, grid.spacing, stated.cell, zone.bounds[0])
+        first_spacing(able.analysis, spacing, stated.cell, zone.bounds[0])
         for stated, zone in zip(stated_zones(resolved), able.zones or (able,), strict=True)
     )
-    work = RunWork(
+    return RunWork(
         part_dofs=predicted_part_dofs(case, resolved.part),
         load_cases=len(case.load_case),
         adjoint_solves=sum(limit.by_gradient for limit in resolved.limits),
@@ -150,16 +175,6 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
             case.run, size.surface_tets, planned, density, resolved.layout.typical
         ),
         iterations=case.run.max_iterations if explicit else 1,
-    )
-    return PredictedRun(
-        density=density,
-        lattice_share=share,
-        grid=grid,
-        bounds=able.bounds,
-        raised=(*able.warnings, *((able.refusal,) if able.refusal else ())),
-        cost=predict_cost(work),
-        explicit=explicit,
-        law_s=60.0 * laws_minutes(resolved),
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -178,4 +179,9 @@ def prepare_direct(system: LinearSystem) -> Solve:
     return solve
 
 
-DIRECT = LinearSolver(name="direct", prepare=prepare_direct)
+DIRECT = LinearSolver(
+    name="direct",
+    prepare=prepare_direct,
+    # Whether it loads tells only the first solution; a broken one is refused there.
+    most_unknowns=None if find_spec("pypardiso") else SUPERLU_LIMIT,
+)

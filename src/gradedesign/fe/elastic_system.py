@@ -97,12 +97,8 @@ def prepare_elastic(
 
 def _require_room(space: TetSpace, solver: LinearSolver) -> None:
     """Refuse more unknowns than a solver takes."""
-    if solver.most_unknowns is not None and space.dof_count > solver.most_unknowns:
-        raise ResourceError(
-            f"solver '{solver.name}' takes at most {solver.most_unknowns} unknowns, but this "
-            f"analysis has {space.dof_count}; take another [run] solver or a coarser mesh, or end "
-            f"before this analysis with [run] stop_after"
-        )
+    if words := solver.refusal(space.dof_count):
+        raise ResourceError(words)
 
 
 def _as_blocks(solver: LinearSolver, matrix: spmatrix, space: TetSpace) -> bsr_matrix:

@@ -107,3 +107,13 @@ class LinearSolver:
     most_unknowns: int | None = None
     other: LinearSolver | None = None
     least_unknowns: int = 0
+
+    def refusal(self, unknowns: int) -> str:
+        """Why a system of so many unknowns is not taken; empty where it is."""
+        if self.most_unknowns is None or unknowns <= self.most_unknowns:
+            return ""
+        return (
+            f"solver '{self.name}' takes at most {self.most_unknowns} unknowns, but this "
+            f"analysis has {unknowns}; take another [run] solver or a coarser mesh, or end "
+            f"before this analysis with [run] stop_after"
+        )

@@ -8,6 +8,7 @@ from typing import Any
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
+from gradedesign.cell.cell_map import CellMap
 from gradedesign.generate.generate_files import write_generated
 from gradedesign.generate.layered import generate_layers, layers_alone
 from gradedesign.generate.stated_cells import (
@@ -42,7 +43,12 @@ from gradedesign.output.result import RunResult
 from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry, build_registry
 from gradedesign.resolve.build_volume import require_fits
-from gradedesign.resolve.lattice_files import chord_tolerance, lattice_files, printed_lattice
+from gradedesign.resolve.lattice_files import (
+    chord_tolerance,
+    lattice_files,
+    printed_lattice,
+    require_writable,
+)
 from gradedesign.resolve.outer_triangles import keeps_outer, outer_data
 from gradedesign.resolve.own_cell import with_own_cell
 from gradedesign.resolve.part_readers import part_readers
@@ -155,6 +161,8 @@ def _generate(
     with announce.stage("density"):
         cells = stated_cells(case, registry)
         design, built, report = _design(case, part, cells, density)
+        cell_map = design.cell_map if isinstance(design.cell_map, CellMap) else None
+        require_writable(case, formats, design.domain, cell_map, design.axes)
         wall = thinnest_wall(cells, least_density(design.density), case.lattice.cell_size)
     stated = StatedLattice(
         part=part, cells=cells, built=built, design=design, wall=wall, report=report

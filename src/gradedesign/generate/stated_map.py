@@ -20,8 +20,8 @@ from gradedesign.resolve.oriented import (
     alignment,
     constant_size,
     oriented_frames,
-    stated_directions,
 )
+from gradedesign.resolve.stated_directions import stated_directions
 
 
 def stated_map(

@@ -11,7 +11,7 @@ from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.errors import LatticeError
-from gradedesign.lattice.domain import grown
+from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, density_at
 from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.lattice.surface import extract_surface, require_closed
@@ -82,19 +82,11 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
     LatticeError
         If the lattice is not made of round struts in equal cubes.
     """
-    axes = design.axes
-    if axes is None:
-        raise LatticeError(
-            "beams are round struts, which this cell is not made of; expected a strut cell such "
-            'as bcc, write "3mf" instead'
-        )
-    domain = design.domain
-    if domain.joint_radius or domain.drains or domain.nets:
-        raise LatticeError(
-            "beams have no joints of a radius, drain holes or net-skins; write "
-            '"3mf", which holds their surface, or leave these out of [lattice]'
-        )
-    cell_map, size = _cubes(design)
+    axes, cell_map = design.axes, design.cell_map
+    words = why_no_beams(axes, cell_map if isinstance(cell_map, CellMap) else None, design.domain)
+    if words or axes is None or not isinstance(cell_map, CellMap):
+        raise LatticeError(words)
+    size = cube_edge(cell_map)
     segments = _repeated(design, cell_map, axes)
     ends = _points(cell_map, segments)
     touching = _touches(design, ends, _radius(design, ends, size).max(axis=1))
@@ -121,18 +113,41 @@ def beam_lattice(design: LatticeDesign, part: SurfaceMesh) -> BeamLattice:
     )
 
 
-def _cubes(design: LatticeDesign) -> tuple[CellMap, float]:
-    """The map of equal cubes and their edge, mm."""
-    cell_map = design.cell_map
-    if isinstance(cell_map, CellMap) and cell_map.name == "uniform" and cell_map.inverse:
-        matrix = cell_map.jacobian(np.zeros((3, 1)))[:, :, 0]
-        edges = 1.0 / np.linalg.norm(matrix, axis=1)
-        if np.ptp(edges) <= 1e-9 * edges.max():
-            return cell_map, float(edges.mean())
-    raise LatticeError(
-        "struts of cells that are no equal cubes are bent or not round, which beams cannot be; "
-        'write "3mf" instead'
-    )
+def why_no_beams(axes: StrutAxes | None, cell_map: CellMap | None, domain: DesignDomain) -> str:
+    """Why a lattice cannot be written as beams; empty where it can.
+
+    Parameters
+    ----------
+    axes : StrutAxes or None
+        None where the cell is not made of round struts.
+    cell_map : CellMap or None
+        None where the cells follow the design.
+    domain : DesignDomain
+    """
+    if axes is None:
+        return (
+            "beams are round struts, which this cell is not made of; expected a strut cell such "
+            'as bcc, write "3mf" instead'
+        )
+    if domain.joint_radius or domain.drains or domain.nets:
+        return (
+            "beams have no joints of a radius, drain holes or net-skins; write "
+            '"3mf", which holds their surface, or leave these out of [lattice]'
+        )
+    if cell_map is None or not cube_edge(cell_map):
+        return (
+            "struts of cells that are no equal cubes are bent or not round, which beams cannot "
+            'be; write "3mf" instead'
+        )
+    return ""
+
+
+def cube_edge(cell_map: CellMap) -> float:
+    """Edge of the equal cubes that a map makes, mm; 0 where it makes none."""
+    if cell_map.name != "uniform" or not cell_map.inverse:
+        return 0.0
+    edges = 1.0 / np.linalg.norm(cell_map.jacobian(np.zeros((3, 1)))[:, :, 0], axis=1)
+    return float(edges.mean()) if np.ptp(edges) <= 1e-9 * edges.max() else 0.0
 
 
 def _repeated(design: LatticeDesign, cell_map: CellMap, axes: StrutAxes) -> FloatArray:

@@ -17,6 +17,7 @@ from gradedesign.loop.predicted_cost import (
     predict_cost,
 )
 from gradedesign.loop.run_work import run_work
+from gradedesign.loop.solver_room import require_solver_takes
 from gradedesign.resolve.setup import Setup
 from gradedesign.workspace.limits import Deadline
 
@@ -49,8 +50,16 @@ class RunCost:
         return replace(self.clock, start=self.clock.start - spent)
 
     def predict(self, setup: Setup, solid: Sequence[LimitRow], announce: Announcer) -> None:
-        """Predict from the prepared case and report it."""
+        """Predict from the prepared case and report it.
+
+        Raises
+        ------
+        ResourceError
+            If the linear solver of the case cannot take what is to come.
+        """
         self.work = run_work(setup, solid)
+        problem = setup.problem
+        require_solver_takes(problem.case, problem.solver, problem.analysis, self.work)
         self.before = predict_cost(self.work)
         announce.cost(self.before, self.budget)
 

@@ -6,7 +6,36 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from gradedesign.cell.cell_map import CellMap
+from gradedesign.cell.strut_axes import StrutAxes
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.output.printed_lattice import PrintedLattice
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlannedPrint:
+    """A printed lattice before it is made, as far as formats depend on it.
+
+    Attributes
+    ----------
+    axes : StrutAxes or None
+        Of the cell where it is made of struts, and of no other cell beside it.
+    cell_map : CellMap or None
+        None where it follows from the design: cells of graded size, or along directions.
+    domain : DesignDomain
+    layer_height : float or None, mm
+        As the case states it.
+    """
+
+    axes: StrutAxes | None
+    cell_map: CellMap | None
+    domain: DesignDomain
+    layer_height: float | None
+
+
+def writes_every_print(_planned: PlannedPrint) -> str:
+    """No lattice is refused."""
+    return ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +55,9 @@ class Exporter:
         Whether it reads ``lattice.surface``; where no format does, `generate` makes none.
     contoured : bool
         Whether it writes contours of the layers, which hold thin struts better than their pixels.
+    refuses : callable
+        ``refuses(PlannedPrint) -> str``: why the format cannot hold a lattice, in a sentence; empty
+        where it can. Asked before anything is made; ``write`` is to refuse by the same function.
     """
 
     name: str
@@ -33,3 +65,4 @@ class Exporter:
     write: Callable[[Path, PrintedLattice], None]
     needs_surface: bool = True
     contoured: bool = False
+    refuses: Callable[[PlannedPrint], str] = writes_every_print

@@ -39,6 +39,13 @@ _BATCH = 1 << 20
 _TILE = 4
 
 
+def why_no_layers(layer_height: float | None) -> str:
+    """Why a lattice cannot be written in layers; empty where it can."""
+    if layer_height is None:
+        return 'layers need their height; state [print] layer_height = "0.03 mm"'
+    return ""
+
+
 def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
     """Layer height and pixel, mm.
 
@@ -47,8 +54,10 @@ def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
     LatticeError
         If the case states no layer height.
     """
+    if words := why_no_layers(lattice.layer_height):
+        raise LatticeError(words)
     if lattice.layer_height is None or lattice.dense_field is None:
-        raise LatticeError('layers need their height; state [print] layer_height = "0.03 mm"')
+        raise LatticeError("the lattice comes without a field to sample")
     return lattice.layer_height, lattice.pixel_size or lattice.layer_height
 
 

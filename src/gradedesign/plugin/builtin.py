@@ -14,6 +14,7 @@ from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.fe.scikit_fem import SCIKIT_FEM
 from gradedesign.fe.scipy_eigen import SCIPY
+from gradedesign.lattice.beams import why_no_beams
 from gradedesign.limits.kinds import builtin_kinds
 from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
@@ -21,6 +22,7 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.output.cli_layers import export_cli, export_cli_binary
 from gradedesign.output.exporter import Exporter
+from gradedesign.output.layers import why_no_layers
 from gradedesign.output.ply import export_ply
 from gradedesign.output.png_stack import export_png_stack
 from gradedesign.output.stl import export_stl
@@ -80,10 +82,25 @@ def gradedesign_exporters() -> Iterable[Exporter]:
     """Register the exporters of STL, 3MF, layers, OBJ, PLY, OFF and GLB."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
     yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
-    yield Exporter(name="3mf-beams", suffix=".3mf", write=export_3mf_beams)
-    for name, write in (("cli", export_cli), ("cli-binary", export_cli_binary)):
-        yield Exporter(name=name, suffix=".cli", write=write, needs_surface=False, contoured=True)
-    yield Exporter(name="png-stack", suffix=".zip", write=export_png_stack, needs_surface=False)
+    yield Exporter(
+        name="3mf-beams",
+        suffix=".3mf",
+        write=export_3mf_beams,
+        refuses=lambda p: why_no_beams(p.axes, p.cell_map, p.domain),
+    )
+    for name, suffix, write in (
+        ("cli", ".cli", export_cli),
+        ("cli-binary", ".cli", export_cli_binary),
+        ("png-stack", ".zip", export_png_stack),
+    ):
+        yield Exporter(
+            name=name,
+            suffix=suffix,
+            write=write,
+            needs_surface=False,
+            contoured=suffix == ".cli",
+            refuses=lambda p: why_no_layers(p.layer_height),
+        )
     yield Exporter(name="obj", suffix=".obj", write=export_obj)
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)

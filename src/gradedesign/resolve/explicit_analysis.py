@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
-from gradedesign.errors import blaming
+from gradedesign.errors import CaseError, blaming
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSolid
 from gradedesign.verify.finite_cells import FINITE_CELLS
@@ -27,13 +27,19 @@ def explicit_analyses(case: Case, registry: Registry) -> tuple[ExplicitAnalysis,
     Raises
     ------
     CaseError
-        With line and nearest spelling, if nothing installed supplies it.
+        With line and nearest spelling, if nothing installed supplies it; if none of them takes the
+        case.
     PluginError
         The same, when a plugin that might have supplied it is disabled.
     """
     names = AUTOMATIC if case.run.analysis == "auto" else (case.run.analysis,)
     with locating(case, "run.analysis"):
         analyses = [_blamed(lookup(registry, "analyses", name), registry) for name in names]
+    taken = [analysis for analysis in analyses if not analysis.refuses(case)]
+    if not taken:
+        words = "; ".join(f"{analysis.name}: {analysis.refuses(case)}" for analysis in analyses)
+        raise CaseError(f"{case.where('run.analysis')}: {words}; take another analysis")
+    analyses = taken
     stated = case.run.elements_per_wall
     if stated is None or len(analyses) == 1:
         return tuple(analyses)

@@ -15,15 +15,18 @@ from gradedesign.case.locate import locating
 from gradedesign.case.run_schema import OWN_FORMATS
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.case.suggest import instead
-from gradedesign.errors import PluginError, blaming
+from gradedesign.cell.cell_map import CellMap
+from gradedesign.cell.strut_axes import StrutAxes
+from gradedesign.errors import CaseError, PluginError, blaming
 from gradedesign.lattice.beams import beam_lattice
 from gradedesign.lattice.dense_lattice import dense_lattice
+from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.material.material import Material
 from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.mesh.triangle_cells import CellGrid
-from gradedesign.output.exporter import Exporter
+from gradedesign.output.exporter import Exporter, PlannedPrint
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import write_stl
 from gradedesign.plugin.registry import Registry, absent
@@ -92,6 +95,46 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
             source = registry.sources["exporters"][name]
             files.append(LatticeFile(name=file, exporter=exporter, source=source))
     return tuple(files)
+
+
+def require_writable(
+    case: CaseIdentity,
+    files: Sequence[LatticeFile],
+    domain: DesignDomain,
+    cell_map: CellMap | None,
+    axes: StrutAxes | None,
+) -> None:
+    """Refuse formats that cannot hold a lattice, before it is made.
+
+    Parameters
+    ----------
+    case : CaseIdentity
+    files : sequence of LatticeFile
+    domain : DesignDomain
+    cell_map : CellMap or None
+        None where it follows from the design.
+    axes : StrutAxes or None
+        Of the cell where it is made of struts, and of no other cell beside it.
+
+    Raises
+    ------
+    CaseError
+        With file, line, format and reason.
+    """
+    planned = PlannedPrint(
+        axes=axes,
+        cell_map=cell_map,
+        domain=domain,
+        layer_height=None if case.print is None else case.print.layer_height,
+    )
+    for file in files:
+        with blaming(f"exporter '{file.exporter.name}' of {file.source}", always=False):
+            words = file.exporter.refuses(planned)
+        if words:
+            where = case.where("output.formats")
+            raise CaseError(
+                f"{where}: the format '{file.exporter.name}' cannot be written: {words}"
+            )
 
 
 def printed_lattice(

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from gradedesign.arrays import Field, FloatArray
-from gradedesign.case.formula import parse_formula
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
@@ -20,68 +19,17 @@ from gradedesign.cell.map_report import spread
 from gradedesign.errors import CaseError
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stress import element_stress
-from gradedesign.lattice.formula_density import formula_field
 from gradedesign.layout.cell_layout import cell_layout, layout_warnings
 from gradedesign.layout.graded_map import graded_map
-from gradedesign.mesh.point_location import build_locator, locate
 from gradedesign.mesh.tet_mesh import centroids
-from gradedesign.output.vtu_fields import read_vtu_tensor
 from gradedesign.part.part import Part
 from gradedesign.resolve.cell_choice import cell_axes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid import solid_stiffness
+from gradedesign.resolve.stated_directions import stated_directions
 from gradedesign.sizing.homogenised_model import bond_matrix
-
-
-def stated_directions(case: Case | GenerateCase, distance: Field) -> Field | None:
-    """Tensors whose principal directions a case states, without any analysis.
-
-    Parameters
-    ----------
-    case : Case or GenerateCase
-    distance : callable
-        Signed distance of the part.
-
-    Returns
-    -------
-    callable or None
-        Points ``(3, ...)`` mm to tensors ``(3, 3, ...)``; None where the case states none, or
-        those of an analysis.
-
-    Raises
-    ------
-    CaseError
-        If a file cannot be used.
-    """
-    spec = case.lattice.orientation
-    if spec is None:
-        return None
-    if spec.direction is not None:
-        parts = [formula_field(parse_formula(text), distance) for text in spec.direction]
-
-        def along(points: FloatArray) -> FloatArray:
-            v = np.stack([np.broadcast_to(part(points), points.shape[1:]) for part in parts])
-            size = np.maximum(np.sqrt((v**2).sum(axis=0)), 1e-300)
-            return np.asarray(v[:, None] * v[None] / size)
-
-        return along
-    if spec.vtu is None:
-        return None
-    mesh, values, at = read_vtu_tensor(spec.vtu, spec.field, memory_limit_bytes=case.run.memory)
-    locator = build_locator(mesh)
-
-    def read(points: FloatArray) -> FloatArray:
-        flat = np.asarray(points, dtype=np.float64).reshape(3, -1)
-        tets, weights, _ = locate(mesh, flat, locator=locator)
-        if at == "elements":
-            tensor = values[tets]
-        else:
-            tensor = np.einsum("cn,cnij->nij", weights, values[mesh.tets[:, tets]])
-        return np.moveaxis(tensor, 0, -1).reshape(3, 3, *points.shape[1:])
-
-    return read
 
 
 def oriented_frames(case: Case | GenerateCase, part: Part, tensor_of: Field) -> Field:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from gradedesign.case.locate import locating
@@ -29,17 +28,10 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry, lookup
-from gradedesign.resolve.analysable import (
-    Analysable,
-    analysable_bounds,
-    analysable_together,
-    chosen_analysis,
-)
-from gradedesign.resolve.analysis_of_gaps import chosen_beside_gaps
 from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.fitting_part import fitting_part
-from gradedesign.resolve.lattice_files import LatticeFile, lattice_files
+from gradedesign.resolve.lattice_files import LatticeFile, lattice_files, require_writable
 from gradedesign.resolve.linear_solver import linear_solver
 from gradedesign.resolve.load_balance import (
     LoadBalance,
@@ -49,13 +41,13 @@ from gradedesign.resolve.load_balance import (
 )
 from gradedesign.resolve.open_loads import open_load_warnings
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
-from gradedesign.resolve.planned_solid import planned_part
 from gradedesign.resolve.resolve import (
     cell_parameters,
     density_bounds,
     require_below_yield,
     resolve_material,
 )
+from gradedesign.resolve.stated_directions import stated_directions
 from gradedesign.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.verify.analysis import ExplicitAnalysis
 from gradedesign.workspace.progress import report_step
@@ -139,9 +131,30 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
         resolved.domain.distance,
         resolved.material.poissons_ratio,
     )
-    if zones is None:
-        return resolved
-    return replace(resolved, zones=zones, narrowed=(*resolved.narrowed, *zones.narrowed))
+    if zones is not None:
+        resolved = replace(resolved, zones=zones, narrowed=(*resolved.narrowed, *zones.narrowed))
+    require_printable(resolved)
+    return resolved
+
+
+def require_printable(resolved: ResolvedCase) -> None:
+    """Refuse formats that cannot hold the lattice of a case which writes them.
+
+    Raises
+    ------
+    CaseError
+    """
+    case, zones = resolved.case, resolved.zones
+    if case.run.stop_after in ("solid", "sizing"):
+        return
+    followed = case.lattice.graded_size or case.lattice.orientation is not None
+    require_writable(
+        case,
+        resolved.lattice_files,
+        resolved.domain,
+        None if followed else resolved.layout.cell_map,
+        None if zones is not None and zones.mix is not None else resolved.cell.axes,
+    )
 
 
 def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
@@ -167,6 +180,8 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     require_struts(case, family.name, struts=cell.axes is not None)
     report_step("distance field and cell map")
     domain = design_domain(case, part)
+    # Read for its refusals: directions are followed once the part is meshed.
+    stated_directions(case, domain.distance)
     layout = placed_layout(case, part, domain)
     # The window of the cell itself is tested before a law is looked for.
     density_bounds(case, cell, None, layout.least)
@@ -220,52 +235,6 @@ def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
             bounds=resolved.bounds,
         ),
     )
-
-
-def analysable_lattice(
-    resolved: ResolvedCase,
-    bounds: Sequence[tuple[float, float]],
-    *,
-    latticed: float,
-    solid: float,
-) -> Analysable:
-    """The analysis that a case takes, with the density bounds that it can analyse.
-
-    Parameters
-    ----------
-    resolved : ResolvedCase
-    bounds : sequence of (float, float)
-        Density windows of user, cell, law and printer of every zone, one without zones.
-    latticed, solid : float, mm^3
-        Volume that becomes lattice, and volume that stays solid.
-    """
-    part = planned_part(
-        resolved.part.surface,
-        resolved.domain,
-        latticed=latticed,
-        solid=solid,
-        load_cases=len(resolved.case.load_case),
-    )
-    candidates = [
-        analysable_together(
-            [
-                analysable_bounds(
-                    resolved.case,
-                    zone.cell,
-                    window,
-                    resolved.layout.least,
-                    analysis,
-                    part=part,
-                    domain=resolved.domain,
-                )
-                for zone, window in zip(stated_zones(resolved), bounds, strict=True)
-            ]
-        )
-        for analysis in resolved.analyses
-    ]
-    if resolved.case.run.stop_after != "verdict":
-        return chosen_analysis(candidates)
-    return chosen_beside_gaps(candidates, resolved.part.surface)
 
 
 def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from gradedesign.arrays import FloatArray
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
-from gradedesign.errors import ResourceError
 from gradedesign.fe.load_case import region_nodes, region_shares
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.lattice.solid_moments import solid_fraction
@@ -21,6 +20,7 @@ from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
+from gradedesign.resolve.analysable_lattice import analysable_lattice
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
 from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.joint_share import moments_with_joints
@@ -30,7 +30,6 @@ from gradedesign.resolve.resolve import density_bounds
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import (
     ResolvedCase,
-    analysable_lattice,
     resolve_case,
 )
 from gradedesign.resolve.stressed_skins import with_stressed_skins
@@ -155,15 +154,12 @@ def affordable(
     ResourceError
         If no density can be analysed.
     """
-    analysable = analysable_lattice(
+    return analysable_lattice(
         resolved,
         bounds,
         latticed=float(volumes @ (1 - shares)),
         solid=float(volumes @ shares),
     )
-    if analysable.refusal:
-        raise ResourceError(analysable.refusal)
-    return analysable
 
 
 def placed_problem(

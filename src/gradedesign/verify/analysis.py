@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.verify.printed_solid import PrintedSolid
@@ -230,6 +231,11 @@ class SolvedSolid(Protocol):
         """
 
 
+def takes_every_case(_case: Case) -> str:
+    """No case is refused."""
+    return ""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExplicitAnalysis:
     """A way to analyse printed solids, as a plugin registers it.
@@ -263,6 +269,11 @@ class ExplicitAnalysis:
         :func:`gradedesign.verify.small_solid.small_solid_spacing`.
     closes : float
         Width of the gaps between faces of a part that its elements may join, over their edge.
+    uses_solver : bool
+        It solves by ``[run] solver``, whose limit on unknowns then holds for it.
+    refuses : callable
+        ``refuses(Case) -> str``: what of a case it cannot analyse or judge, such as a kind of limit
+        or of load, in a sentence; empty where there is nothing. Asked before the part is read.
     """
 
     name: str
@@ -275,3 +286,5 @@ class ExplicitAnalysis:
     coarsest: float = 1.0
     affordable: float = 0.0
     closes: float = 1.0
+    uses_solver: bool = False
+    refuses: Callable[[Case], str] = takes_every_case

@@ -187,4 +187,5 @@ STUFFED_TETS = ExplicitAnalysis(
     elements_per_layer=LAYER_ELEMENTS,
     least_per_wall=LAYER_ELEMENTS / COARSEST,
     coarsest=COARSEST,
+    uses_solver=True,
 )
