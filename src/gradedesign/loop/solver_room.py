@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gradedesign.case.schema import CaseIdentity
+from gradedesign.case.schema import Case
 from gradedesign.errors import ResourceError
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.loop.predicted_cost import WITHIN, RunWork
@@ -11,7 +11,7 @@ from gradedesign.verify.tets import DOFS_PER_TET
 
 
 def require_solver_takes(
-    case: CaseIdentity, solver: LinearSolver, analysis: ExplicitAnalysis, work: RunWork
+    case: Case, solver: LinearSolver, analysis: ExplicitAnalysis, work: RunWork
 ) -> tuple[str, ...]:
     """Refuse a solver for which the systems of a run are too large, before any is assembled.
 

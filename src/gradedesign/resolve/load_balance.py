@@ -106,7 +106,7 @@ def yielding_loads(
     """Say which loads, and which reactions, are beyond yield on the mean of their faces."""
     remarks = []
     for number, (spec, balance) in enumerate(zip(case.load_case, balances, strict=True)):
-        acting = [
+        acting: list[tuple[str, str, float, tuple[str, ...]]] = [
             (f"load[{k}]", f"the load on region {shown(row.source)}", row.gross, (row.source,))
             for k, row in enumerate(balance.rows[: len(spec.load)])
         ]

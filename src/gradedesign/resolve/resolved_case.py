@@ -167,10 +167,8 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     parameters = cell_parameters(case, family)
     files = lattice_files(case, registry)
     solver = linear_solver(case, registry)
-    with locating(case, "part.mesher"):
-        mesher: Mesher = lookup(registry, "meshers", case.part.mesher or PYTETWILD.name)
-    with locating(case, "run.mesher"):
-        surface_mesher: Mesher = lookup(registry, "meshers", case.run.mesher)
+    mesher = _mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name)
+    surface_mesher = _mesher(case, registry, "run.mesher", case.run.mesher)
     analyses = explicit_analyses(case, registry)
     # Reading comes before what may take seconds: a damaged file is found at once.
     case, part = fitting_part(case, registry)
@@ -220,6 +218,13 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         ),
         narrowed=tuple(narrowed),
     )
+
+
+def _mesher(case: Case, registry: Registry, key: str, name: str) -> Mesher:
+    """The mesher that a key names."""
+    with locating(case, key):
+        mesher: Mesher = lookup(registry, "meshers", name)
+    return mesher
 
 
 def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
