@@ -97,7 +97,7 @@ def test_supports_are_left_out_with_a_word(tmp_path):
     text = model(box() + support, '<item objectid="1"/><item objectid="3"/>')
     raw = read_3mf(written(tmp_path, text))
     assert len(raw.corners) == 12
-    assert raw.warnings == ("part.3mf: 1 objects that are no solid left out",)
+    assert raw.warnings == ("part.3mf: bodies left out: 'object 3' (object of type support)",)
 
 
 ITSELF = '<object id="1"><components><component objectid="1"/></components></object>'

@@ -30,6 +30,7 @@ from gradedesign.cli.show_part import (
 from gradedesign.errors import UNMET, CaseError
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.pictures import picture_loads
+from gradedesign.part.file_body import file_body_words
 from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.own_cell import with_own_cell
@@ -155,6 +156,7 @@ def _part_lines(checked: CaseCheck) -> Iterator[str]:
     mass = resolved.material.density * resolved.part.volume * 1e6
     yield f"case: {resolved.case.name}"
     yield f"{part_words(resolved.part)}, {mass:.4g} g if solid in {resolved.material.name}"
+    yield from file_body_words(resolved.part.file_bodies)
     yield repair_words(resolved.part)
 
 

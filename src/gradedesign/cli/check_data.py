@@ -13,6 +13,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.check.check_case import CaseCheck
 from gradedesign.layout.part_room import inner_points
 from gradedesign.layout.passive import keep_words
+from gradedesign.part.file_body import file_body_data
 from gradedesign.part.part import Part
 
 
@@ -95,6 +96,7 @@ def _part(checked: CaseCheck) -> dict[str, Any]:
         "solid_mass_g": checked.resolved.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
         "repairs": part.report.changes,
+        "file_bodies": file_body_data(part.file_bodies),
         "file_faces": file_faces(part),
     }
 

@@ -22,6 +22,7 @@ from gradedesign.cli.show_part import (
 from gradedesign.errors import CaseError
 from gradedesign.output.pictures import picture_loads
 from gradedesign.output.region_mark import RegionMark
+from gradedesign.part.file_body import file_body_words
 from gradedesign.workspace.atomic import replacing_path, write_text
 
 CASE_FILE = "case.toml"
@@ -54,7 +55,7 @@ def new(
         drawn = _draw(draft, folder / PICTURE, name)
         write_text(case_file, draft_text(draft, file.stem, beside.name))
     part = draft.part
-    for line in (part_words(part), repair_words(part)):
+    for line in (part_words(part), *file_body_words(part.file_bodies), repair_words(part)):
         print_text(line, hang=2)
     print_regions(part, draft.regions)
     print_holes(part, draft.others)

@@ -15,6 +15,7 @@ from gradedesign.lattice.slab_density import SlabDensities, total
 from gradedesign.layout.drains import drain_data
 from gradedesign.material.material import Material
 from gradedesign.output.result import RunResult
+from gradedesign.part.file_body import file_body_data
 from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry
 from gradedesign.results.common import library_versions
@@ -100,6 +101,7 @@ def stated_result(
             "joints_mm3": joint_volume(stated.design),
         },
         repairs=part.report.changes,
+        file_bodies=file_body_data(part.file_bodies),
         warnings=tuple(dict.fromkeys(warnings)),
         plugins=tuple(str(p) for p in registry.plugins),
         versions=library_versions(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,11 +60,48 @@ def difference(first: SurfaceMesh, second: SurfaceMesh, *, subject: str) -> Surf
     MeshError
         If the Boolean kernel refuses a surface, or nothing is left.
     """
+    rest, _ = subtracted(first, (second,), subject=subject)
+    if rest is None:
+        raise MeshError(f"{subject}: nothing of the first solid lies outside the second")
+    return rest
+
+
+def subtracted(
+    first: SurfaceMesh, cutters: Sequence[SurfaceMesh], *, subject: str
+) -> tuple[SurfaceMesh | None, tuple[float, ...]]:
+    """Closed surface of the volume that the first encloses and none of the cutters does.
+
+    Parameters
+    ----------
+    first : SurfaceMesh
+        Closed, manifold, outward oriented.
+    cutters : sequence of SurfaceMesh
+        The same.
+    subject : str
+        Names the result in messages.
+
+    Returns
+    -------
+    rest : SurfaceMesh or None
+        None where nothing is left.
+    taken : tuple of float, mm^3
+        Volume that each cutter takes of what those before it left.
+
+    Raises
+    ------
+    MeshError
+        If the Boolean kernel refuses a surface.
+    """
     report_step("reading the surfaces", blocking=True)
-    solids = _manifold(first, subject), _manifold(second, subject)
+    rest, taken = _manifold(first, subject), []
+    solids = [_manifold(cutter, subject) for cutter in cutters]
     report_step("difference", blocking=True)
-    words = f"{subject}: nothing of the first solid lies outside the second"
-    return _surface_of(solids[0] - solids[1], words)
+    volume = rest.volume()
+    for solid in solids:
+        rest = rest - solid
+        taken.append(volume - rest.volume())
+        volume -= taken[-1]
+    return (None if rest.is_empty() else _surface_of(rest, subject)), tuple(taken)
 
 
 def _surface_of(solid: Any, if_empty: str) -> SurfaceMesh:

@@ -142,6 +142,9 @@ class RunResult:
         Time and iterations that the run was allowed.
     repairs : mapping of str to int
         What was changed in the surface of the part's file, counted; empty where nothing was.
+    file_bodies : tuple of mapping
+        Name and role of each body of the part's file that is not in the part, and whether it was
+        subtracted or left out.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -171,6 +174,7 @@ class RunResult:
     predicted: Mapping[str, Any] = field(default_factory=dict)
     budget: Mapping[str, float] = field(default_factory=dict)
     repairs: Mapping[str, int] = field(default_factory=dict)
+    file_bodies: tuple[Mapping[str, str], ...] = ()
     warnings: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -196,6 +200,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
     for name in ("warnings", "plugins"):
         plain[name] = tuple(data[name])
+    plain["file_bodies"] = tuple(data.get("file_bodies", ()))
     return RunResult(**{**plain, "folder": Path(data["folder"])})
 
 

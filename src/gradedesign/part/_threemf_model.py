@@ -1,20 +1,21 @@
-"""Objects, colours and build items of a 3MF model, gathered as its elements arrive."""
+"""Objects, colours, roles and build items of a 3MF model, gathered as its elements arrive."""
 
 from __future__ import annotations
 
 import re
-from array import array
-from dataclasses import dataclass, field
 from typing import NoReturn
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import PartError
+from gradedesign.part._threemf_metadata import MODIFIER, SOLID, StatedBody, whole_number
+from gradedesign.part._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
 
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 _MATERIAL = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02}"
 _PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06}"
+_CURA = "http://software.ultimaker.com/xml/cura/3mf/2015/10}"
 #: Extensions that messages call by their name.
 _EXTENSIONS = {
     _PRODUCTION: "production",
@@ -28,26 +29,16 @@ _WHOLE = re.compile(r"\d{1,9}")
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}([0-9a-fA-F]{2})?")
 _IDENTITY = "1 0 0 0 1 0 0 0 1 0 0 0"
 _GROUPS = (_CORE + "basematerials", _MATERIAL + "colorgroup")
-#: Objects of these types are solids; others are supports or surfaces.
-_SOLID = "model"
-
-
-@dataclass(slots=True, kw_only=True)
-class ThreemfObject:
-    """A mesh or an assembly of others; ``colors`` holds group and index of every triangle."""
-
-    kind: str
-    name: str | None
-    color: tuple[str, str] | None
-    vertices: array[float] = field(default_factory=lambda: array("d"))
-    triangles: array[int] = field(default_factory=lambda: array("q"))
-    colors: list[tuple[str, str] | None] = field(default_factory=list)
-    components: list[tuple[str, FloatArray]] = field(default_factory=list)
-
-    @property
-    def is_solid(self) -> bool:
-        """Whether it is part of the solid."""
-        return self.kind == _SOLID
+#: Types of objects that the core specification knows.
+_KINDS = ("model", "solidsupport", "support", "surface", "other")
+#: Roles that Cura knows, by the name of the metadata that gives them.
+_CURA_ROLES = {
+    "infill_mesh": "infill mesh",
+    "cutting_mesh": "cutting mesh",
+    "anti_overhang_mesh": "anti-overhang mesh",
+    "support_mesh": "support mesh",
+}
+_SWITCH = {"true": True, "1": True, "false": False, "0": False}
 
 
 class ThreemfModel:
@@ -60,20 +51,21 @@ class ThreemfModel:
     unit : str
         As the file says.
     objects : dict of str to ThreemfObject
-    items : list of (str, (4, 3) array)
-        Objects that are built, and where: a point as a row times the first three rows, plus the
-        last.
+    items : list of ThreemfItem
     """
 
     def __init__(self, source: str) -> None:
         self.source = source
         self.unit = ""
         self.objects: dict[str, ThreemfObject] = {}
-        self.items: list[tuple[str, FloatArray]] = []
+        self.items: list[ThreemfItem] = []
         self._colors: dict[str, list[str | None]] = {}
         self._group: list[str | None] = []
         self._open: ThreemfObject | None = None
         self._namespaces: dict[str, str] = {}
+        self._marks: ThreemfMarks | None = None
+        self._key: str | None = None
+        self._words: list[str] = []
 
     def prefix(self, prefix: str, namespace: str) -> None:
         """Remember a prefix: required extensions are named by it."""
@@ -95,17 +87,29 @@ class ThreemfModel:
         elif name == _CORE + "component":
             self._object(name).components.append(self._placed(attributes))
         elif name == _CORE + "item":
-            self.items.append(self._placed(attributes))
+            self._begin_item(attributes)
         elif name in _GROUPS:
             self._group = self._colors.setdefault(self._text(attributes, "id"), [])
         elif name in (_CORE + "base", _MATERIAL + "color"):
             text = attributes.get("displaycolor", attributes.get("color", ""))
             self._group.append(text[:7].lower() if _COLOR.fullmatch(text) else None)
+        elif self._marks is not None:
+            self._begin_mark(name, attributes)
+
+    def text(self, data: str) -> None:
+        """Gather the value of metadata."""
+        if self._key is not None:
+            self._words.append(data)
 
     def end(self, name: str) -> None:
-        """Close an object."""
+        """Close an object, a build item or a piece of metadata."""
         if name == _CORE + "object":
-            self._open = None
+            self._open = self._marks = None
+        elif name == _CORE + "item":
+            self._marks = None
+        elif self._key is not None and name in (_CORE + "metadata", _CURA + "setting"):
+            self._end_mark(self._key, "".join(self._words).strip())
+            self._key = None
 
     def color(self, reference: tuple[str, str] | None) -> str | None:
         """Colour ``#rrggbb`` of a group and an index; None where the group holds no colours."""
@@ -130,11 +134,73 @@ class ThreemfModel:
         color = None
         if "pid" in attributes:
             color = attributes["pid"], attributes.get("pindex", "0")
+        name = attributes.get("name", "").strip() or None
+        label = f"object {number}" + ("" if name is None else f" '{name}'")
+        kind = attributes.get("type", _KINDS[0])
+        if kind not in _KINDS:
+            self._refuse(
+                f"{label} has the type {kind[:40]!r}, which is unknown; expected one of "
+                f"{', '.join(_KINDS)}: export it again"
+            )
+        self._marks = ThreemfMarks(label=label, printable=self._printable(attributes, label))
         self._open = self.objects[number] = ThreemfObject(
-            kind=attributes.get("type", _SOLID),
-            name=attributes.get("name", "").strip() or None,
-            color=color,
+            kind=kind, name=name, color=color, marks=self._marks
         )
+
+    def _begin_item(self, attributes: dict[str, str]) -> None:
+        number, place = self._placed(attributes)
+        label = f"item {len(self.items) + 1} (object {number})"
+        self._marks = ThreemfMarks(label=label, printable=self._printable(attributes, label))
+        self.items.append(ThreemfItem(number=number, place=place, marks=self._marks))
+
+    def _printable(self, attributes: dict[str, str], label: str) -> bool:
+        return self._switch(attributes.get("printable", "1"), f"printable of {label}")
+
+    def _switch(self, text: str, label: str) -> bool:
+        if text.strip().lower() not in _SWITCH:
+            self._refuse(
+                f"found {text[:40]!r} as {label}; expected one of {', '.join(_SWITCH)}: save the "
+                "file again in the slicer"
+            )
+        return _SWITCH[text.strip().lower()]
+
+    def _begin_mark(self, name: str, attributes: dict[str, str]) -> None:
+        """Take an element about the open object or item: metadata, or a volume of Slic3r."""
+        if name == _CORE + "metadata":
+            prefix, _, key = attributes.get("name", "").partition(":")
+            known = self._namespaces.get(prefix, _CURA if prefix == "cura" else None)
+            if known == _CURA:
+                self._key, self._words = key, []
+        elif name == _CURA + "setting":
+            self._key, self._words = attributes.get("key", ""), []
+        elif name.endswith("}volume") and "ts" in attributes and self._open is not None:
+            where, label = "its model", f"a volume of {self._open.marks.label}"
+            first, last = (
+                whole_number(self._text(attributes, key), f"{key} of {label}", where, self.source)
+                for key in ("ts", "te")
+            )
+            label = f"the volume of triangles {first} to {last} of {self._open.marks.label}"
+            modifier = self._switch(attributes.get("modifier", "0"), f"modifier of {label}")
+            role = MODIFIER if modifier else SOLID
+            self._open.volumes.append(
+                StatedBody(where=where, label=label, role=role, first=first, last=last)
+            )
+
+    def _end_mark(self, key: str, value: str) -> None:
+        """Take Cura's metadata about the role of the open object or item."""
+        if self._marks is None or not key.endswith("_mesh"):
+            return
+        holds = self._switch(value, f"cura:{key} of {self._marks.label}")
+        if holds and key not in _CURA_ROLES:
+            self._refuse(
+                f"{self._marks.label} has the metadata cura:{key}, which is unknown; expected one "
+                f"of {', '.join(_CURA_ROLES)}: change it in the slicer, or export the part as STL"
+            )
+        if self._marks.roles.setdefault(_CURA_ROLES.get(key, key), holds) != holds:
+            self._refuse(
+                f"{self._marks.label} has the metadata cura:{key} twice, once True and once "
+                "False; save the file again in the slicer"
+            )
 
     def _triangle(self, part: ThreemfObject, attributes: dict[str, str]) -> None:
         corners = [self._whole(self._text(attributes, key)) for key in ("v1", "v2", "v3")]

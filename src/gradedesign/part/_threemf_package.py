@@ -1,11 +1,11 @@
-"""The package of a 3MF file: its model part, checked before and while it is unpacked."""
+"""The package of a 3MF file: its model and metadata, checked before and while unpacked."""
 
 from __future__ import annotations
 
 import posixpath
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
@@ -31,6 +31,9 @@ class Handler(Protocol):
     def start(self, name: str, attributes: dict[str, str]) -> None:
         """Take the begin of an element."""
 
+    def text(self, data: str) -> None:
+        """Take text within an element, piece by piece."""
+
     def end(self, name: str) -> None:
         """Take the end of an element."""
 
@@ -47,11 +50,21 @@ class _Relations:
         if name == _RELATION and attributes.get("Type") == _ROOT:
             self.targets.append(attributes.get("Target", ""))
 
+    def text(self, data: str) -> None: ...
+
     def end(self, name: str) -> None: ...
 
 
-def read_model(path: Path, handler: Handler) -> None:
-    """Hand every element of a 3MF file's model to a handler.
+def read_package(path: Path, model: Handler, metadata: Callable[[str], Handler | None]) -> None:
+    """Hand every element of a 3MF file's model and metadata to handlers.
+
+    Parameters
+    ----------
+    path : Path
+    model : Handler
+    metadata : callable
+        The handler for an entry of the package by its name, or None where it is passed over; its
+        names of elements are as the file writes them, since slicers use prefixes undeclared.
 
     Raises
     ------
@@ -67,7 +80,11 @@ def read_model(path: Path, handler: Handler) -> None:
                 "export it again as 3MF"
             )
         target = posixpath.normpath(relations.targets[0].lstrip("/"))
-        _parse(path.name, archive, target, handler)
+        _parse(path.name, archive, target, model)
+        for name in archive.namelist():
+            handler = metadata(name)
+            if handler is not None:
+                _parse(path.name, archive, name, handler, namespaces=False)
 
 
 @contextmanager
@@ -91,16 +108,20 @@ def _package(path: Path) -> Iterator[zipfile.ZipFile]:
         ) from error
 
 
-def _parse(source: str, archive: zipfile.ZipFile, name: str, handler: Handler) -> None:
+def _parse(
+    source: str, archive: zipfile.ZipFile, name: str, handler: Handler, *, namespaces: bool = True
+) -> None:
     """Parse one part of the package as it is unpacked."""
     entries = {entry.filename: entry for entry in archive.infolist()}
     if name not in entries:
         raise PartError(f"{source}: the part {name} is missing in the package; export it again")
     entry = entries[name]
     limit = min(MOST_BYTES, max(_SMALL, MOST_GROWTH * entry.compress_size))
-    parser = expat.ParserCreate(namespace_separator="}")
+    parser = expat.ParserCreate(namespace_separator="}" if namespaces else None)
+    parser.buffer_text = True
     parser.StartNamespaceDeclHandler = lambda prefix, uri: handler.prefix(prefix or "", uri or "")
     parser.StartElementHandler = handler.start
+    parser.CharacterDataHandler = handler.text
     parser.EndElementHandler = handler.end
     parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(source, name)
     size = 0

@@ -22,6 +22,7 @@ from gradedesign.part._region_notes import region_notes
 from gradedesign.part.bodies import bodies_with, stated_bodies
 from gradedesign.part.box import box_surface
 from gradedesign.part.exact_faces import exact_faces
+from gradedesign.part.file_body import FileBody
 from gradedesign.part.file_faces import FileFaces, carried
 from gradedesign.part.mended import Mend, mended
 from gradedesign.part.raw_triangles import RawTriangles, in_mm
@@ -62,6 +63,8 @@ class Part:
         Repairs, with all warnings of reading.
     bodies : mapping of BodySpec to SurfaceMesh
         Closed surfaces of the bodies that the case names.
+    file_bodies : tuple of FileBody
+        Bodies of the file that were subtracted from the part or left out of it.
     """
 
     surface: SurfaceMesh
@@ -75,6 +78,7 @@ class Part:
     source: str
     report: RepairReport
     bodies: Mapping[BodySpec, SurfaceMesh] = field(default_factory=dict)
+    file_bodies: tuple[FileBody, ...] = ()
 
     @property
     def faces(self) -> SmoothFaces:
@@ -109,9 +113,11 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
     file_faces: FileFaces | None = None
     units: str | None = None
     chord_tolerance: float | None = None
+    file_bodies: tuple[FileBody, ...] = ()
     if spec.file is not None:
         raw, units = _read_file("part", spec.units, spec.file, readers)
         source, chord_tolerance = spec.file.name, raw.chord_tolerance
+        file_bodies = raw.file_bodies
         surface, report, moved = _built(spec, raw, mend, source)
         if raw.faces is not None:
             tolerance = max(10.0 * report.weld_tolerance, moved)
@@ -147,6 +153,7 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
         source=source,
         report=replace(report, warnings=(*report.warnings, *notes)),
         bodies=bodies,
+        file_bodies=file_bodies,
     )
     log.info(
         "%s: %.4g mm^3, %d triangles, %.2f s",

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.errors import CaseError, PartError
+from gradedesign.part.file_body import FileBody
 from gradedesign.part.file_faces import FileFaces, require_labels
 
 #: Length of one file unit, mm.
@@ -35,6 +36,8 @@ class RawTriangles:
     warnings : tuple of str
     chord_tolerance : float or None, mm
         Within which the triangles follow the curved faces of a format that has them.
+    file_bodies : tuple of FileBody
+        Bodies of the file that were subtracted or left out.
     """
 
     corners: FloatArray
@@ -42,6 +45,7 @@ class RawTriangles:
     faces: FileFaces | None = None
     warnings: tuple[str, ...] = ()
     chord_tolerance: float | None = None
+    file_bodies: tuple[FileBody, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", locked(self.corners, (None, 3, 3), name="corners"))
@@ -55,6 +59,7 @@ def raw_triangles(
     faces: FileFaces | None = None,
     warnings: Sequence[str] = (),
     chord_tolerance: float | None = None,
+    file_bodies: Sequence[FileBody] = (),
 ) -> RawTriangles:
     """Triangles that a reader returns, refused where none of them can be a part.
 
@@ -70,6 +75,8 @@ def raw_triangles(
     warnings : sequence of str
         Passed on.
     chord_tolerance : float, mm, optional
+        Passed on.
+    file_bodies : sequence of FileBody
         Passed on.
 
     Raises
@@ -87,6 +94,7 @@ def raw_triangles(
         faces=faces,
         warnings=tuple(warnings),
         chord_tolerance=chord_tolerance,
+        file_bodies=tuple(file_bodies),
     )
 
 

@@ -6,6 +6,7 @@ import platform
 from importlib import metadata
 from typing import Any
 
+from gradedesign.part.file_body import file_body_data
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.problem import Problem, part_volume
 from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
@@ -36,6 +37,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
         "solid_mass_g": solid_mass(problem),
         "solid": setup.solid,
         "repairs": problem.part.report.changes,
+        "file_bodies": file_body_data(problem.part.file_bodies),
         "warnings": (*setup.warnings, *registry.notes),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),

@@ -1,0 +1,157 @@
+"""Role of each object, component and build item of a 3MF file, from all that states it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NoReturn
+
+from gradedesign.errors import PartError
+from gradedesign.part._threemf_metadata import SOLID, SlicerMetadata, StatedBody
+from gradedesign.part._threemf_model import ThreemfModel
+from gradedesign.part._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
+
+#: Role of what the slicer is told to leave on the plate.
+_NOT_PRINTABLE = "not printable"
+#: Type of the core specification that slicers give to every body that is no solid.
+_OTHER = "other"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyRole:
+    """Name and role of an object where it is placed.
+
+    Attributes
+    ----------
+    name : str or None
+        As the file names it.
+    role : str
+        ``solid``, or one of those of `gradedesign.part.file_body.FileBody`.
+    """
+
+    name: str | None
+    role: str
+
+
+class ThreemfRoles:
+    """Roles by a model and the metadata beside it, which must not contradict each other.
+
+    Raises
+    ------
+    PartError
+        If metadata tells of what the model does not have.
+    """
+
+    def __init__(self, model: ThreemfModel, metadata: SlicerMetadata) -> None:
+        self._model, self._metadata = model, metadata
+        for number, where in metadata.where.items():
+            if number not in model.objects:
+                self._refuse(
+                    f"{where} tells of object {number}, which the model does not have; save the "
+                    "file again in the slicer"
+                )
+            self._require_components(number, model.objects[number])
+
+    def of_item(self, item: ThreemfItem) -> BodyRole:
+        """Role of a build item."""
+        return self._settled(item.number, item.number, (item.marks,))
+
+    def of_component(self, parent: str, number: str) -> BodyRole:
+        """Role of an object as a component of another."""
+        return self._settled(parent, number, ())
+
+    def unstated(self, parent: str) -> list[str]:
+        """Components of an object to which metadata that knows others gives no role."""
+        stated = self._metadata.parts.get(parent)
+        if not stated:
+            return []
+        inner = dict.fromkeys(number for number, _ in self._model.objects[parent].components)
+        return [number for number in inner if number not in stated]
+
+    def volumes(self, number: str) -> Sequence[StatedBody]:
+        """Ranges of the triangles of a mesh in their order; none where it is one body.
+
+        Raises
+        ------
+        PartError
+            If they overlap, lie outside of the mesh, or leave triangles out.
+        """
+        part = self._model.objects[number]
+        found = [*self._metadata.volumes.get(number, ()), *part.volumes]
+        if not found:
+            return ()
+        count = len(part.colors)
+        for body in found:
+            if body.first > body.last or body.last >= count:
+                self._refuse_volume(
+                    body, f"which lie outside: {count} triangles are there, counted from 0"
+                )
+        ordered = sorted(found, key=lambda body: body.first)
+        for before, after in pairwise(ordered):
+            if after.first <= before.last:
+                self._refuse_volume(
+                    after, f"some of which {before.label} has as well ({before.where})"
+                )
+        ends = [-1, *(body.last for body in ordered)]
+        starts = [*(body.first for body in ordered), count]
+        for end, start in zip(ends, starts, strict=True):
+            if start != end + 1:
+                self._refuse(
+                    f"{found[0].where} names volumes of {part.marks.label}, but triangles "
+                    f"{end + 1} to {start - 1} are in none; save the file again in the slicer"
+                )
+        return found
+
+    def _require_components(self, number: str, part: ThreemfObject) -> None:
+        """Refuse parts that are no components, and ranges of triangles of an assembly."""
+        inner = {n for n, _ in part.components} or {number}
+        for other, body in self._metadata.parts.get(number, {}).items():
+            if other not in inner:
+                self._refuse(
+                    f"{body.where} tells of {body.label}, which has no such component; found "
+                    f"{', '.join(sorted(inner)[:12])}: save the file again in the slicer"
+                )
+        for body in self._metadata.volumes.get(number, ()) if part.components else ():
+            if body.role not in (None, SOLID):
+                self._refuse_volume(body, "which has components instead of triangles")
+
+    def _settled(self, parent: str, number: str, marks: tuple[ThreemfMarks, ...]) -> BodyRole:
+        """The one role that all agree on."""
+        part = self._model.objects.get(number)
+        if part is None:  # refused where it is placed
+            return BodyRole(name=None, role=SOLID)
+        marks = (*marks, part.marks)
+        tables = [self._metadata.parts.get(owner, {}) for owner in dict.fromkeys((parent, number))]
+        bodies = [table[number] for table in tables if number in table]
+        stated = {body.role: body.where for body in reversed(bodies) if body.role is not None}
+        for mark in marks:
+            for role in (role for role, holds in mark.roles.items() if holds):
+                stated.setdefault(role, f"metadata of {mark.label}")
+        if not part.components:  # the core specification ignores the type of an assembly
+            # Slicers give this type to all that is no solid.
+            if part.kind != "model" and not (part.kind == _OTHER and stated.keys() - {SOLID}):
+                stated.setdefault(f"object of type {part.kind}", "its type")
+            volumes = (*self._metadata.volumes.get(number, ()), *part.volumes)
+            for body in volumes if stated.keys() - {SOLID} else ():
+                stated.setdefault(body.role or SOLID, body.where)
+        if len(stated) > 1:
+            listed = " and ".join(f"{role} ({where})" for role, where in stated.items())
+            self._refuse(
+                f"{part.marks.label} has {len(stated)} roles: {listed}; keep one of them in the "
+                "slicer"
+            )
+        names = [body.name for body in bodies] + [self._metadata.names.get(number), part.name]
+        printable = all(mark.printable for mark in marks)
+        return BodyRole(
+            name=next((name for name in names if name), None),
+            role=next(iter(stated), SOLID) if printable else _NOT_PRINTABLE,
+        )
+
+    def _refuse_volume(self, body: StatedBody, why: str) -> NoReturn:
+        self._refuse(
+            f"{body.where} tells of {body.label}, {why}; save the file again in the slicer"
+        )
+
+    def _refuse(self, why: str) -> NoReturn:
+        raise PartError(f"{self._model.source}: {why}")
