@@ -78,7 +78,7 @@ STATED = {
     ("memory", "8000000000"): "8 GB",
     ("time", "3600.0"): "60 min",
     ("temperature_change", "0.0"): "0 K",
-    ("exclusion_radius", "{'radius': None, 'mesh_sizes': 2.0}"): "2 mesh sizes",
+    ("exclusion_radius", "{'radius': None, 'mesh_sizes': None}"): "a quarter of a cell, or less",
     ("angle", "15.0"): "15 deg",
     ("polar_cap", "15.0"): "15 deg",
 }

@@ -3,6 +3,7 @@
 import numpy as np
 
 from gradedesign.cell.family import CellFamily
+from gradedesign.verify.support_zones import SupportZone
 
 #: Plates on the faces of the cell, a true distance.
 WALLS = CellFamily(
@@ -67,3 +68,9 @@ load = [{{region = "tip", force = [{components}]}}]
 def box_part(x, y, z, mesh_size):
     """Lines of ``[part]`` for a box, mm."""
     return f'box = ["{x} mm", "{y} mm", "{z} mm"]\nmesh_size = "{mesh_size} mm"'
+
+
+def zone_of(distance, radius, disturbed=None):
+    """Zone of a support of which a distance is known; what it disturbs is as wide by default."""
+    disturbed = radius if disturbed is None else disturbed
+    return SupportZone(region="root", distance=distance, radius=radius, disturbed=disturbed)

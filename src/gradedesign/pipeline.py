@@ -14,6 +14,7 @@ from pathlib import Path
 
 from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
+from gradedesign.limits.limit import limits_stress
 from gradedesign.limits.verdict import Factors, all_hold
 from gradedesign.loop.accepted import Accepted, accept_design, export_surface, judge_stress
 from gradedesign.loop.analysed import Analysed, analyse_design
@@ -53,6 +54,7 @@ from gradedesign.results.summary import (
     verdict_result,
 )
 from gradedesign.verify.correction import Correction
+from gradedesign.verify.yielding import yielding_words
 from gradedesign.workspace.progress import Listener, ignore
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -121,6 +123,7 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
         setup = with_solid(setup, solutions)
         rows = setup.solid
     announce.limits("solid", rows)
+    announce.warnings(setup.solid_yields)
     if not all_hold(rows):
         result = infeasible_result(setup, registry, rows)
         return write_outputs(out, setup, result, announce, solid=solutions)
@@ -176,7 +179,7 @@ def loop(
     shown = shown_design(setup, out, announce, outcome.iterations, outcome.accepted)
     announce.printed(shown.printed, setup.problem.material)
     result = verdict_result(
-        setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown.printed
+        setup, registry, outcome.iterations, outcome.accepted, outcome.ended, shown
     )
     problem = setup.problem
     result = with_print_limits(result, problem.case, shown.printability, problem.material)
@@ -196,13 +199,14 @@ def loop_stages(
     """Stages of the loop for a prepared part; ``iterations`` were finished by an earlier run."""
     deadline = cost.deadline(iterations)
     matrix = cache(lambda: design_filter(setup))
+    limited = limits_stress(setup.problem.limits)
 
     def iterate(
         previous: tuple[DesignIteration, ...], factors: Factors
     ) -> tuple[DesignIteration, Analysed]:
         number, most = len(previous) + 1, setup.problem.case.run.max_iterations
         with announce.stage("iteration", f"{number} of {most} at most"):
-            return run_iteration(
+            iteration, analysed = run_iteration(
                 setup,
                 previous,
                 factors,
@@ -210,6 +214,8 @@ def loop_stages(
                 on_step=announce.sizing_step,
                 on_event=announce.listener,
             )
+        announce.warnings(yielding_words(analysed.result.yields, "the lattice", limited=limited))
+        return iteration, analysed
 
     def store_iteration(finished: tuple[DesignIteration, ...]) -> None:
         save_iteration(out, setup, finished[-1])

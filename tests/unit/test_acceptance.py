@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_parts import zone_of
 
 from gradedesign.errors import LatticeError, MeshError
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
@@ -125,8 +126,7 @@ def printed(bodies=1, clamped=(), warming=0.0, passive=()):
         design=SimpleNamespace(domain=domain, cell_map=None, cell_size=CELL),
         material=MATERIAL,
         regions={},
-        clamped=clamped,
-        exclusion_radius=1.0,
+        support_zones=tuple(zone_of(distance, 1.0) for distance in clamped),
         stress_limit=2.0,
         percentile=99.5,
         mesher=MESHER,

@@ -138,7 +138,7 @@ def test_defaults_of_optional_tables(load):
     assert (case.run.elements_per_wall, case.run.submodel_count) == (None, 2)
     assert case.run.explicit_mesh_size is None
     assert case.output.formats == ("stl", "vtu", "report")
-    assert case.limits.exclusion == Exclusion(mesh_sizes=2.0)
+    assert case.limits.exclusion == Exclusion()
     assert (case.lattice.grading, case.lattice.law, case.lattice.skin) == ("level", "auto", ())
     assert case.lattice.filter_radius == 1.0
     assert case.lattice.origin == (0.0, 0.0, 0.0)

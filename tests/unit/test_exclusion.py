@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_parts import box_part, held_bar
+from small_parts import box_part, held_bar, zone_of
 
 from gradedesign.limits.local_stress import KIND, share_warnings
 from gradedesign.resolve.exclusion import exclusion_data
@@ -32,7 +32,9 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
     evaluated = x > 10
     stress = np.where(x < 10, 90.0, 10.0)[:, None] * np.ones(4)
     stress[np.argmax((x > 5) & (x < 10)), 2] = 95.0
-    zone = exclusion_zone(volumes, {"pull": stress}, phase, evaluated, radius=10.0, percentile=99.5)
+    zone = exclusion_zone(
+        volumes, {"pull": stress}, phase, evaluated, zones=(zone_of(None, 10.0),), percentile=99.5
+    )
     # By lengths: 6 of 36 mm of the lattice lie within 10 mm, and all 4 of what is kept.
     assert zone.share == {"lattice": pytest.approx(6 / 36, abs=0.01), "passive solid": 1.0}
     assert zone.everywhere == {"pull": {"lattice": 90.0, "passive solid": 90.0}}
@@ -44,6 +46,7 @@ def test_share_and_stress_with_everything_are_measured_by_phase():
     assert (measure.phase, measure.value) == ("lattice", 10.0)
     assert exclusion_data(zone) == {
         "radius_mm": 10.0,
+        "around": {"root": 10.0},
         "percentile": 99.5,
         "share_of_volume": zone.share,
         "stress_everywhere_MPa": zone.everywhere,
@@ -80,4 +83,4 @@ def test_a_radius_that_leaves_out_much_is_said(cli, tmp_path, swap, warned):
     (tmp_path / "case.toml").write_text(CASE.replace(*swap), encoding="utf-8")
     ended = cli("check", tmp_path, "--no-picture")
     assert ended.code == 0
-    assert ("exclusion radius of 10 mm around held regions leaves 3" in ended.out) == warned
+    assert ("exclusion radius of 10 mm around supports leaves 3" in ended.out) == warned

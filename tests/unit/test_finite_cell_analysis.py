@@ -70,8 +70,7 @@ def bar(memory=8e9, field=None):
         regions={
             name: face("xyz".index(name[0]), int(name[1])) for name in ("x0", "y0", "z0", "x1")
         },
-        clamped=(),
-        exclusion_radius=0.0,
+        support_zones=(),
         stress_limit=None,
         percentile=99.0,
         field=field,

@@ -16,6 +16,7 @@ from finite_cell_solids import (
     problem,
     region,
 )
+from small_parts import zone_of
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.errors import CaseError, LatticeError, SolverError
@@ -504,8 +505,7 @@ def test_a_design_is_analysed_with_its_measures():
         design=design,
         material=STEEL,
         regions=regions,
-        clamped=(lambda p: p[0],),
-        exclusion_radius=1.0,
+        support_zones=(zone_of(lambda p: p[0], 1.0),),
         stress_limit=2.0,
         percentile=99.0,
     )

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from finite_cell_solids import STEEL, box_field, box_regions, load_case, newtons
+from small_parts import zone_of
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.lattice.domain import DesignDomain
@@ -45,7 +46,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
     solid = PrintedSolid(
         case=case, design=design, material=STEEL,
         regions={name: regions[name] for name in ("x0", "x1")},
-        clamped=(lambda p: p[0],), exclusion_radius=1.0, stress_limit=50.0, percentile=99.0,
+        support_zones=(zone_of(lambda p: p[0], 1.0),), stress_limit=50.0, percentile=99.0,
     )  # fmt: skip
     bar = box_surface((4.0, 1.0, 1.0))
     printed = SurfaceMesh(vertices=bar.vertices + np.array([0.0, 0.5, 0.0]), faces=bar.faces)

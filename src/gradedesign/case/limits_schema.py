@@ -36,13 +36,15 @@ _MESH_SIZES = re.compile(r"\s*(\d{1,4}(?:\.\d{0,6})?)\s+mesh[ _]sizes?\s*", re.A
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusion:
-    """Radius around held regions, whole faces and not their edges only, where stress is not judged.
+    """Radius around supports that make stress singular, within which it is not judged.
+
+    Without either it follows the cell and the support, see `resolve.exclusion`.
 
     Attributes
     ----------
     radius : float or None, mm
     mesh_sizes : float or None
-        Multiples of the mesh size of the analysis; exactly one of the two is set.
+        Multiples of the mesh size of the analysis.
     """
 
     radius: float | None = None
@@ -190,8 +192,9 @@ class LimitsSpec(Table):
     """Critical stress over the acting one, at least; by default the safety factor, or 1."""
     percentile: Annotated[float, Number(above=50.0, at_most=100.0)] = 99.5
     """Share of the volume, in per cent, that must stay below the stress limit."""
-    exclusion: _ExclusionField = Field(default=Exclusion(mesh_sizes=2.0), alias="exclusion_radius")
-    """Radius around the regions that supports hold, in which stress is not judged."""
+    exclusion: _ExclusionField = Field(default=Exclusion(), alias="exclusion_radius")
+    """Radius around supports that make stress singular, in which it is not judged; without it a
+    quarter of a cell, less around small supports and in small parts."""
     displacement: tuple[DisplacementLimit, ...] = ()
     """Displacement limits."""
 
@@ -203,12 +206,12 @@ class LimitsSpec(Table):
 
     @property
     def exclusion_radius(self) -> float | None:
-        """Radius in mm, or None when it is stated in mesh sizes."""
+        """Radius in mm, or None when none is stated as a length."""
         return self.exclusion.radius
 
     @property
     def exclusion_mesh_sizes(self) -> float | None:
-        """Radius in multiples of the mesh size, or None when it is stated as a length."""
+        """Radius in multiples of the mesh size, or None when none is stated so."""
         return self.exclusion.mesh_sizes
 
     @model_validator(mode="after")

@@ -12,14 +12,12 @@ from gradedesign.check.predicted_run import PredictedRun, budget_warnings, predi
 from gradedesign.layout.part_room import inner_points
 from gradedesign.limits.local_stress import allowed_stress, share_warnings
 from gradedesign.part.cylinders import CylinderGroup, cylinder_groups
-from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.thickness import local_thickness
 from gradedesign.plugin.registry import Registry
-from gradedesign.resolve.exclusion import exclusion_radius
+from gradedesign.resolve.exclusion import exclusion_words, judged_share
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case, stated_zones
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
-from gradedesign.verify.phases import evaluated_at
 
 #: Points at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
@@ -45,6 +43,41 @@ class Thickness:
     cells: tuple[float, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unjudged:
+    """Share of the volume whose stress no limit judges.
+
+    Attributes
+    ----------
+    around : str
+        Supports with the radius around each; empty where none makes stress singular.
+    part, lattice : float
+        Shares of their volumes within these radii.
+    limited : bool
+        Whether the case limits stress outside them.
+    """
+
+    around: str
+    part: float
+    lattice: float
+    limited: bool
+
+    @property
+    def words(self) -> str:
+        """One sentence."""
+        told = (
+            "stress is judged"
+            if self.limited
+            else ("no limit judges stress; a run warns where it exceeds the yield strength")
+        )
+        if not self.around:
+            return f"{told}, everywhere"
+        return (
+            f"{told}, but not within {self.around}: {self.part:.1%} of the part's volume, "
+            f"{self.lattice:.1%} of the lattice's"
+        )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CaseCheck:
     """Checked case: its resolved records, and the predicted cost of its run.
@@ -57,6 +90,7 @@ class CaseCheck:
     run : PredictedRun
     periodic : str
         Why size effects are left out; empty where the run computes those it finds.
+    unjudged : Unjudged
     warnings : tuple of str
     """
 
@@ -65,6 +99,7 @@ class CaseCheck:
     thickness: Thickness
     run: PredictedRun
     periodic: str
+    unjudged: Unjudged
     warnings: tuple[str, ...]
 
 
@@ -90,6 +125,12 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
             )[1]
     inside = inner_points(resolved.domain)
     thickness = part_thickness(resolved, inside)
+    unjudged = Unjudged(
+        around=exclusion_words(resolved.support_zones),
+        part=1.0 - judged_share(resolved.support_zones, inside),
+        lattice=1.0 - judged_share(resolved.support_zones, resolved.layout.points),
+        limited=allowed_stress(case, resolved.material) is not None,
+    )
     run = predicted_run(resolved, inside.shape[1])
     law_kind = "computed" if resolved.law.voxels else registry.scaling_laws[resolved.law.name].kind
     periodic = why_periodic(
@@ -97,7 +138,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     )
     remarks += [
         *periodic_warnings(case, resolved.part, resolved.layout, periodic),
-        *_left_out(resolved),
+        *_left_out(resolved, unjudged),
         *budget_warnings(resolved, run),
     ]
     return CaseCheck(
@@ -106,6 +147,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         thickness=thickness,
         run=run,
         periodic=periodic,
+        unjudged=unjudged,
         warnings=tuple(dict.fromkeys(remarks)),
     )
 
@@ -123,12 +165,9 @@ def part_thickness(resolved: ResolvedCase, inside: np.ndarray) -> Thickness:
     )
 
 
-def _left_out(resolved: ResolvedCase) -> tuple[str, ...]:
+def _left_out(resolved: ResolvedCase, unjudged: Unjudged) -> tuple[str, ...]:
     """Say where the exclusion radius leaves much of the lattice out of the stress limit."""
-    case, points = resolved.case, resolved.layout.points
-    if allowed_stress(case, resolved.material) is None or not points.size:
+    if not unjudged.limited:
         return ()
-    radius = exclusion_radius(case)
-    names = sorted({fix.region for spec in case.load_case for fix in spec.fix})
-    clamped = tuple(region_distance(resolved.part.regions[name].corners) for name in names)
-    return share_warnings(1.0 - float(evaluated_at(points, clamped, radius).mean()), radius)
+    radius = max((zone.radius for zone in resolved.support_zones), default=0.0)
+    return share_warnings(unjudged.lattice, radius)

@@ -147,6 +147,7 @@ def print_check(checked: CaseCheck) -> None:
     _print_loads(checked)
     print_text("free rigid motions: none")
     print_table("Limits", ("limit", "load case", "allowed"), stated_limits(checked))
+    print_text(checked.unjudged.words, hang=2)
     for line in (*_lattice_lines(checked), *_cost_lines(checked)):
         print_text(line, hang=2)
 

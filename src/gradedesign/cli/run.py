@@ -84,6 +84,7 @@ def print_verdict(result: RunResult) -> None:
     typer.echo("")
     lightest = ", lightest" if result.lightest else ""
     print_text(f"{result.status.upper()}{lightest}: {result.reason}", hang=2)
+    print_warnings(result.yields)
     if result.limits:
         print_limits(result.limits)
     if result.mass_g is not None and result.solid_mass_g and result.relative_density is not None:
@@ -100,5 +101,5 @@ def print_verdict(result: RunResult) -> None:
         )
     if result.acceptance:
         print_text(scope_words(result.acceptance), hang=2)
-    print_warnings(result.warnings)
+    print_warnings(told for told in result.warnings if told not in result.yields)
     print_files(result.folder, result.files.values())

@@ -28,6 +28,10 @@ class Analysis(Protocol):
         """Stress measures by load case, the phases in one order."""
 
     @property
+    def judged_share(self) -> float:
+        """Share of the lattice's volume, or of the solid part's, whose stress is judged."""
+
+    @property
     def work(self) -> Mapping[str, float]:
         """Work of loads and inertia on the displacements they cause, by load case, N mm.
 

@@ -150,6 +150,11 @@ class Limit(ABC):
         )
 
 
+def limits_stress(limits: Sequence[Limit]) -> bool:
+    """Whether an explicit analysis judges a stress."""
+    return any(limit.needs_stress and limit.explicit for limit in limits)
+
+
 def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
     """The row of a homogenised prediction."""
     judged_by = "homogenised prediction"

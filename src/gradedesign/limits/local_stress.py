@@ -38,11 +38,14 @@ class StressLimit(Limit):
     percentile : float
         Volume percentile that is judged.
     evaluated : (M,) bool array
-        Tetrahedra of the part outside the exclusion radius of clamped regions.
+        Tetrahedra of the part outside the exclusion radius of supports.
+    judged : float
+        Share of the lattice's region outside it.
     """
 
     percentile: float
     evaluated: BoolArray
+    judged: float = 1.0
 
     unit: ClassVar[str] = "MPa"
     needs_stress: ClassVar[bool] = True
@@ -99,9 +102,17 @@ class StressLimit(Limit):
                 key=replace(self.key, region=phase),
                 name=f"stress in {phase}",
                 phase=phase,
+                judged=analysis.judged_share,
             )
             for phase, (value, load_case) in values.items()
         )
+
+    def row(
+        self, value: float, judged_by: str, *, load_case: str = "", homogenised: bool = False
+    ) -> LimitRow:
+        """The row of a value, with the share of the lattice's region that it judges."""
+        made = Limit.row(self, value, judged_by, load_case=load_case, homogenised=homogenised)
+        return replace(made, judged=self.judged)
 
     def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:
         """The largest ratio of any submodel.
@@ -159,16 +170,17 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
     )
     if allowed is None:
         return (), ()
+    room = placed.lattice_volumes
+    total = float(room.sum())
+    share = float(room[~placed.evaluated].sum() / total) if total > 0 else 0.0
     limit = StressLimit(
         key=LimitKey(kind=KIND.name, region="lattice"),
         name="stress in lattice",
         allowed=allowed,
         percentile=percentile,
         evaluated=placed.evaluated,
+        judged=1.0 - share,
     )
-    room = placed.lattice_volumes
-    total = float(room.sum())
-    share = float(room[~placed.evaluated].sum() / total) if total > 0 else 0.0
     return (limit,), (
         *(w for law in placed.law.laws for w in percentile_warnings(law, percentile)),
         *share_warnings(share, placed.exclusion_radius),
@@ -192,7 +204,7 @@ def share_warnings(share: float, radius: float) -> tuple[str, ...]:
     if share <= MOST_LEFT_OUT:
         return ()
     return (
-        f"the exclusion radius of {radius:.4g} mm around held regions leaves {share:.0%} of the "
+        f"the exclusion radius of {radius:.4g} mm around supports leaves {share:.0%} of the "
         f"latticed region out of the stress limit; the report shows the stress with it, and a "
         f"smaller [limits] exclusion_radius leaves out less",
     )

@@ -10,6 +10,10 @@ from typing import Any
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 
+#: Share of its body that a limit must judge to hold. Of less than half the rest is the larger part,
+#: and the limit would say nothing of it. Chosen, not measured.
+LEAST_JUDGED = 0.5
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitRow:
@@ -41,6 +45,9 @@ class LimitRow:
         Phase of the solid whose stress is judged; empty for other values.
     homogenised : bool
         The value is the homogenised prediction, which no explicit analysis can replace.
+    judged : float
+        Share of the limit's body that is judged, by volume: 1 but for stress, which is not judged
+        around supports that make it singular. Of the lattice, or of the solid part.
     """
 
     key: LimitKey
@@ -57,6 +64,7 @@ class LimitRow:
     stated: str = ""
     phase: str = ""
     homogenised: bool = False
+    judged: float = 1.0
 
     @property
     def decisive(self) -> float:
@@ -76,8 +84,8 @@ class LimitRow:
 
     @property
     def passed(self) -> bool:
-        """Whether the limit holds at the unfavourable end of the band."""
-        return self.utilisation <= 1.0
+        """Whether the limit holds at the unfavourable end of the band, and judges enough."""
+        return self.utilisation <= 1.0 and self.judged >= LEAST_JUDGED
 
     @property
     def undecided(self) -> bool:

@@ -21,8 +21,24 @@ Factors: TypeAlias = Mapping[LimitKey, float]
 
 
 def limit_rows(limits: Sequence[Limit], analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
-    """Every limit that an analysis measures, with its value there."""
-    return tuple(row for limit in limits for row in limit.rows(analysis, judged_by))
+    """Every limit that an analysis measures, with its value there.
+
+    Raises
+    ------
+    SolverError
+        If the analysis has no value of a limit that it should measure: without its row it would be
+        taken for one that holds.
+    """
+    rows: list[LimitRow] = []
+    for limit in limits:
+        measured = limit.rows(analysis, judged_by)
+        if limit.explicit and not measured:
+            raise SolverError(
+                f"{limit.name} has no value by {judged_by}, so it would not be judged; expected "
+                f"one: where it limits stress, take a smaller [limits] exclusion_radius"
+            )
+        rows += measured
+    return tuple(rows)
 
 
 def with_factors(rows: Sequence[LimitRow], factors: Factors) -> tuple[LimitRow, ...]:

@@ -13,6 +13,7 @@ from gradedesign.lattice.islands import Islands
 from gradedesign.lattice.printed_surface import printed_surface
 from gradedesign.lattice.surface import require_closed
 from gradedesign.limits.key import LimitKey
+from gradedesign.limits.limit import limits_stress
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import (
     Factors,
@@ -44,6 +45,7 @@ from gradedesign.verify.acceptance import (
     choose_scope,
 )
 from gradedesign.verify.whole_solid import WholeJudgement, judge_whole
+from gradedesign.verify.yielding import yielding_words
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -126,6 +128,8 @@ def accept_design(
     stage = printed_stage(setup, surface, analysed, iteration.rho, announce.listener)
     whole = judge_whole(setup.problem.limits, stage)
     announce.took("whole printed surface", time.perf_counter() - began)
+    limited = limits_stress(setup.problem.limits)
+    announce.warnings(yielding_words(whole.result.yields, "the printed solid", limited=limited))
     by_submodels = _judged_by_submodels(setup, analysed)
     waits = by_submodels and _can_wait(iteration, whole)
     if waits:

@@ -88,7 +88,11 @@ class Announcer:
             f"{setup.problem.case.lattice.size_words}, law {setup.cells.law.name}, density "
             f"{setup.cells.bounds[0]:.3g} to {setup.cells.bounds[1]:.3g}",
         )
-        for warning in setup.warnings:
+        self.warnings(setup.warnings)
+
+    def warnings(self, words: Sequence[str]) -> None:
+        """Send warnings, one line each."""
+        for warning in words:
             self.say("warning", warning)
 
     def limits(self, stage: str, rows: Sequence[LimitRow]) -> None:

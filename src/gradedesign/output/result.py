@@ -145,6 +145,8 @@ class RunResult:
     file_bodies : tuple of mapping
         Name and role of each body of the part's file that is not in the part, and whether it was
         subtracted or left out.
+    yields : tuple of str
+        Warnings that the fully solid part, or the printed solid, yields away from supports.
     warnings : tuple of str
     plugins : tuple of str
     versions : mapping
@@ -175,6 +177,7 @@ class RunResult:
     budget: Mapping[str, float] = field(default_factory=dict)
     repairs: Mapping[str, int] = field(default_factory=dict)
     file_bodies: tuple[Mapping[str, str], ...] = ()
+    yields: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -198,7 +201,7 @@ def from_json(data: Mapping[str, Any]) -> RunResult:
     for name in ("limits", "solid"):
         plain[name] = tuple(row_from_json(row) for row in data.get(name, ()))
     plain["iterations"] = tuple(iteration_from_json(entry) for entry in data["iterations"])
-    for name in ("warnings", "plugins"):
+    for name in ("yields", "warnings", "plugins"):
         plain[name] = tuple(data[name])
     plain["file_bodies"] = tuple(data.get("file_bodies", ()))
     return RunResult(**{**plain, "folder": Path(data["folder"])})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.load_case import PartLoadCase
@@ -17,6 +17,7 @@ from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.part.part import Part
 from gradedesign.resolve.lattice_files import LatticeFile
 from gradedesign.verify.analysis import ExplicitAnalysis
+from gradedesign.verify.support_zones import SupportZone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,10 +40,9 @@ class Problem:
     limits : tuple of Limit
         Those relative to the solid part are resolved by `solid.with_solid`.
     evaluated : (M,) bool array
-        Tetrahedra outside the exclusion radius.
-    clamped : tuple of callable
-        Distances to the regions that are supported, mm.
-    exclusion_radius : float, mm
+        Tetrahedra outside the zones.
+    support_zones : tuple of SupportZone
+        In which stress is not judged.
     analysis : ExplicitAnalysis
     mesher : Mesher
         Of the acceptance.
@@ -61,8 +61,7 @@ class Problem:
     solver: LinearSolver
     limits: tuple[Limit, ...]
     evaluated: BoolArray
-    clamped: tuple[Field, ...]
-    exclusion_radius: float
+    support_zones: tuple[SupportZone, ...]
     analysis: ExplicitAnalysis
     mesher: Mesher
     lattice_files: tuple[LatticeFile, ...] = ()

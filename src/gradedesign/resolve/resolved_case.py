@@ -11,16 +11,15 @@ from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.lattice.domain import DesignDomain
-from gradedesign.layout.cell_layout import CellLayout, cell_layout
+from gradedesign.layout.cell_layout import CellLayout
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drain_warnings, drained
 from gradedesign.layout.graded_map import require_one_thickness
 from gradedesign.layout.part_room import (
-    require_lattice_left,
-    require_warps_reach,
+    inner_points,
     size_warnings,
 )
-from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.layout.placed_layout import placed_layout
 from gradedesign.layout.skin_room import require_struts, skin_warnings
 from gradedesign.limits.kinds import stated_limits
 from gradedesign.limits.limit import StatedLimit
@@ -28,6 +27,7 @@ from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.exclusion import judging_zones
 from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.explicit_analysis import explicit_analyses
 from gradedesign.resolve.fitting_part import fitting_part
@@ -50,6 +50,7 @@ from gradedesign.resolve.resolve import (
 from gradedesign.resolve.stated_directions import stated_directions
 from gradedesign.resolve.zones import ResolvedZone, ResolvedZones, resolve_zones
 from gradedesign.verify.analysis import ExplicitAnalysis
+from gradedesign.verify.support_zones import SupportZone
 from gradedesign.workspace.progress import report_step
 
 
@@ -84,6 +85,8 @@ class ResolvedCase:
         Of reading, sizes and loads.
     narrowed : tuple of str
         Which window narrowed the user's.
+    support_zones : tuple of SupportZone
+        In which stress is not judged.
     zones : ResolvedZones or None
         Where cells or densities differ; the first of them is what stands here.
     """
@@ -105,6 +108,7 @@ class ResolvedCase:
     limits: tuple[StatedLimit, ...]
     warnings: tuple[str, ...]
     narrowed: tuple[str, ...]
+    support_zones: tuple[SupportZone, ...]
     zones: ResolvedZones | None = None
 
 
@@ -217,6 +221,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
             *open_load_warnings(case, part, domain, layout.typical),
         ),
         narrowed=tuple(narrowed),
+        support_zones=judging_zones(case, part, material, inner_points(domain), layout),
     )
 
 
@@ -240,20 +245,3 @@ def stated_zones(resolved: ResolvedCase) -> tuple[ResolvedZone, ...]:
             bounds=resolved.bounds,
         ),
     )
-
-
-def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
-    """The map of a case with the cells that it makes.
-
-    Raises
-    ------
-    CaseError, LatticeError
-        If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
-        or cannot be used there.
-    """
-    cell_map = placed_map(case, part, domain.distance)
-    points = lattice_points(domain)
-    require_lattice_left(case, points, domain)
-    require_warps_reach(case, points)
-    with locating(case, "lattice.cell_map"):
-        return cell_layout(cell_map, points, case.lattice.edges)

@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from gradedesign.arrays import FloatArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
+from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import region_nodes, region_shares
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.lattice.solid_moments import solid_fraction
 from gradedesign.layout.cell_layout import layout_warnings
 from gradedesign.limits.kinds import made_limits
 from gradedesign.limits.limit import LimitKind, PlacedCase
-from gradedesign.limits.row import LimitRow
+from gradedesign.limits.local_stress import allowed_stress
+from gradedesign.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.material.law_field import LawField
 from gradedesign.mesh.tet_mesh import TetMesh, centroids, signed_volumes
-from gradedesign.part.signed_distance import region_distance
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.analysable import Analysable
 from gradedesign.resolve.analysable_lattice import analysable_lattice
 from gradedesign.resolve.cell_choice import CellChoice, cell_axes
-from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.joint_share import moments_with_joints
 from gradedesign.resolve.part_tets import held_loads, part_facets, part_tets, used_regions
 from gradedesign.resolve.problem import Problem
@@ -37,7 +37,7 @@ from gradedesign.resolve.zone_laws import ZoneLaws, zone_laws, zoning
 from gradedesign.resolve.zoning import zone_windows, zoned_laws
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
 from gradedesign.verify.analysis import ExplicitAnalysis
-from gradedesign.verify.phases import evaluated_at
+from gradedesign.verify.support_zones import evaluated_at
 from gradedesign.workspace.progress import Listener, ignore, report_step, stepping
 
 
@@ -56,6 +56,8 @@ class Setup:
     warnings : tuple of str
     solid : tuple of LimitRow
         Every limit with its value on the fully solid part, once that is analysed.
+    solid_yields : tuple of str
+        Warning that the fully solid part yields; empty where it does not.
     """
 
     problem: Problem
@@ -63,6 +65,7 @@ class Setup:
     model: HomogenisedModel
     warnings: tuple[str, ...]
     solid: tuple[LimitRow, ...] = ()
+    solid_yields: tuple[str, ...] = ()
 
 
 def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setup:
@@ -173,10 +176,11 @@ def placed_problem(
     """Loads, supports and limits of a case on the tetrahedra of its part; warnings of limits."""
     case, part, mesh = resolved.case, resolved.part, space.mesh
     facets = part_facets(case, part, mesh, used_regions(case, resolved.limits))
-    names = sorted({f.region for spec in case.load_case for f in spec.fix})
-    clamped = tuple(region_distance(part.regions[name].corners) for name in names)
-    radius = exclusion_radius(case)
-    evaluated = evaluated_at(centroids(mesh), clamped, radius)
+    zones = resolved.support_zones
+    evaluated = evaluated_at(centroids(mesh), zones)
+    volumes = signed_volumes(mesh)
+    if allowed_stress(case, resolved.material) is not None:
+        _require_judged(case, evaluated, volumes, volumes * (1 - shares))
     loads = held_loads(case, space, part, facets)
     limits, warnings = made_limits(
         kinds,
@@ -185,8 +189,8 @@ def placed_problem(
             material=resolved.material,
             law=law,
             evaluated=evaluated,
-            lattice_volumes=signed_volumes(mesh) * (1 - shares),
-            exclusion_radius=radius,
+            lattice_volumes=volumes * (1 - shares),
+            exclusion_radius=max((zone.radius for zone in zones), default=0.0),
             nodes={name: region_nodes(space, on) for name, on in facets.items()},
             shares={name: region_shares(space, on) for name, on in facets.items()},
             supports={load.name: load.supports for load in loads},
@@ -204,10 +208,29 @@ def placed_problem(
         solver=resolved.solver,
         limits=limits,
         evaluated=evaluated,
-        clamped=clamped,
-        exclusion_radius=radius,
+        support_zones=zones,
         analysis=analysis,
         mesher=resolved.surface_mesher,
         lattice_files=resolved.lattice_files,
     )
     return problem, warnings
+
+
+def _require_judged(
+    case: Case, evaluated: BoolArray, volumes: FloatArray, lattice_volumes: FloatArray
+) -> None:
+    """Refuse tetrahedra too coarse for the zones around supports.
+
+    Raises
+    ------
+    CaseError
+        If too little of the part or of its lattice is left to a limit of stress.
+    """
+    share = min(float(v @ evaluated) / float(v.sum()) for v in (volumes, lattice_volumes))
+    if share < LEAST_JUDGED:
+        raise CaseError(
+            f"{case.where('part.mesh_size')}: on tetrahedra of {case.part.element_size:.4g} mm "
+            f"{share:.0%} of the part or of its lattice is left to the limit of stress outside the "
+            f"exclusion radius; expected {LEAST_JUDGED:.0%} at least: take a smaller mesh_size or "
+            f"[limits] exclusion_radius"
+        )

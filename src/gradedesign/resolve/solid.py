@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +14,14 @@ from gradedesign.fe.load_case import mechanical_force, region_nodes, region_shar
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_von_mises, weighted_percentile
-from gradedesign.limits.limit import Limit
+from gradedesign.limits.limit import Limit, limits_stress
 from gradedesign.limits.verdict import limit_rows
-from gradedesign.mesh.tet_mesh import signed_volumes
+from gradedesign.mesh.tet_mesh import centroids, signed_volumes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.verify.support_zones import undisturbed_at
+from gradedesign.verify.yielding import Yielding, yielding, yielding_words
 
 
 def solve_solid(problem: Problem) -> tuple[Solution, ...]:
@@ -51,6 +54,10 @@ class SolidAnalysis:
         Share of the region's area that each node stands for.
     measures : dict of load case to tuple of SolidStress
     work : dict of load case to float, N mm
+    judged_share : float
+        Share of the part's volume whose stress is judged.
+    yields : Yielding or None
+        Stress above the yield strength that no support disturbs.
     """
 
     displacement: dict[str, FloatArray]
@@ -58,6 +65,8 @@ class SolidAnalysis:
     shares: dict[str, FloatArray]
     measures: dict[str, tuple[SolidStress, ...]]
     work: dict[str, float]
+    judged_share: float
+    yields: Yielding | None
 
     def region_displacement(self, region: str, load_case: str) -> FloatArray:
         """Displacements of the nodes of a region, ``(3, k)``, mm."""
@@ -74,22 +83,15 @@ class SolidAnalysis:
 
 
 def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAnalysis:
-    """Measures of the fully solid part; its stress only where a limit reads any."""
+    """Measures of the fully solid part."""
     measures: dict[str, tuple[SolidStress, ...]] = {}
+    stresses = solid_stresses(problem, solutions)
+    volumes = signed_volumes(problem.space.mesh)
     if problem.evaluated.any() and any(limit.needs_stress for limit in problem.limits):
-        weights = np.repeat(
-            (signed_volumes(problem.space.mesh) * problem.evaluated / 4.0)[:, None], 4, axis=1
-        )
-        stiffness = solid_stiffness(problem)
-        for case, solution in zip(problem.loads, solutions, strict=True):
-            stress = element_von_mises(
-                problem.space,
-                stiffness,
-                solution.displacement,
-                thermal_strain=problem.material.thermal_expansion * case.temperature_change,
-            )
+        weights = np.repeat((volumes * problem.evaluated / 4.0)[:, None], 4, axis=1)
+        for name, stress in stresses.items():
             value = weighted_percentile(stress, weights, problem.case.limits.percentile)
-            measures[case.name] = (SolidStress(value=value),)
+            measures[name] = (SolidStress(value=value),)
     density = np.full(problem.space.element_count, problem.material.density)
     forces = [mechanical_force(problem.space, case, density) for case in problem.loads]
     return SolidAnalysis(
@@ -98,7 +100,32 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
         shares={name: region_shares(problem.space, on) for name, on in problem.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
+        judged_share=float(volumes @ problem.evaluated / volumes.sum()),
+        yields=solid_yielding(problem, stresses, volumes),
     )
+
+
+def solid_stresses(problem: Problem, solutions: tuple[Solution, ...]) -> dict[str, FloatArray]:
+    """Von Mises stress at four points of every tetrahedron, by load case ``(M, 4)``, MPa."""
+    stiffness = solid_stiffness(problem)
+    return {
+        case.name: element_von_mises(
+            problem.space,
+            stiffness,
+            solution.displacement,
+            thermal_strain=problem.material.thermal_expansion * case.temperature_change,
+        )
+        for case, solution in zip(problem.loads, solutions, strict=True)
+    }
+
+
+def solid_yielding(
+    problem: Problem, stresses: Mapping[str, FloatArray], volumes: FloatArray
+) -> Yielding | None:
+    """Stress of the solid part above the yield strength that no support disturbs."""
+    centres = centroids(problem.space.mesh)
+    undisturbed = undisturbed_at(centres, problem.support_zones)
+    return yielding(centres, volumes, stresses, undisturbed, problem.material.yield_strength)
 
 
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
@@ -116,6 +143,9 @@ def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         setup,
         problem=replace(problem, limits=limits),
         solid=limit_rows(limits, analysis, "solid part"),
+        solid_yields=yielding_words(
+            analysis.yields, "the fully solid part", limited=limits_stress(limits)
+        ),
     )
 
 

@@ -17,15 +17,14 @@ from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.skin import skin_thickness
 from gradedesign.layout.design_domain import design_domain
 from gradedesign.layout.drains import drained
+from gradedesign.layout.placed_layout import placed_layout
 from gradedesign.layout.skin_room import face_places, skin_warnings
 from gradedesign.mesh.tet_mesh import TetMesh, boundary_facets, centroids, signed_volumes
-from gradedesign.part.signed_distance import region_distance
-from gradedesign.resolve.exclusion import exclusion_radius
 from gradedesign.resolve.expected_design import expected_design
 from gradedesign.resolve.part_tets import held_loads, part_facets, used_regions
-from gradedesign.resolve.resolved_case import ResolvedCase, placed_layout
+from gradedesign.resolve.resolved_case import ResolvedCase
 from gradedesign.resolve.solid_part import dense_stiffness, solid_solutions
-from gradedesign.verify.phases import evaluated_at
+from gradedesign.verify.support_zones import evaluated_at
 from gradedesign.workspace.progress import Event, Listener, ignore, report_step
 
 #: Stress over Young's modulus below which it is the rounding of a part that nothing strains.
@@ -99,9 +98,7 @@ def stress_share(resolved: ResolvedCase, space: TetSpace) -> tuple[Field, float]
     case, mesh = resolved.case, space.mesh
     stress = _solid_stress(resolved, space)
     volumes = signed_volumes(mesh)
-    names = sorted({f.region for spec in case.load_case for f in spec.fix})
-    clamped = tuple(region_distance(resolved.part.regions[name].corners) for name in names)
-    judged = evaluated_at(centroids(mesh), clamped, exclusion_radius(case))
+    judged = evaluated_at(centroids(mesh), resolved.support_zones)
     if not judged.any():
         judged = np.ones_like(judged)
     reference = weighted_percentile(stress[judged], volumes[judged], case.limits.percentile)

@@ -47,7 +47,7 @@ from gradedesign.results.shown import Shown
 from gradedesign.results.solid_vtu import write_solid_vtu
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.explicit import governing_load_case
-from gradedesign.verify.phases import evaluated_at
+from gradedesign.verify.support_zones import evaluated_at
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
@@ -181,9 +181,7 @@ def _lattice_files(
             fields.surface,
             fields.von_mises,
             limit=allowed_stress(problem.case, problem.material),
-            unjudged=~evaluated_at(
-                fields.surface.vertices.T, solid.clamped, solid.exclusion_radius
-            ),
+            unjudged=~evaluated_at(fields.surface.vertices.T, solid.support_zones),
             title=f"Stress of the lattice, load case {load_case}",
         ),
         *picture_deformed(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gradedesign.limits.row import LimitRow
+from gradedesign.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.limits.verdict import all_hold, worst_utilisation
 from gradedesign.loop.ended import TIGHT_END, Ended
 
@@ -24,6 +24,14 @@ def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     """The limit that fails, what ended the loop, and advice."""
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
+    unjudged = [row for row in rows if row.judged < LEAST_JUDGED]
+    if unjudged:
+        row = unjudged[0]
+        return (
+            f"{row.name} ({row.load_case}) is judged on {row.judged:.0%} of its volume, less than "
+            f"the {LEAST_JUDGED:.0%} that a limit needs to hold; a smaller [limits] "
+            f"exclusion_radius judges more; {ended.words}"
+        )
     worst = max(rows, key=lambda row: row.utilisation)
     end = "" if worst.band is None else f" at the {worst.unfavourable} end of its band"
     return (

@@ -25,6 +25,8 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.results.printable import thickness_data
 from gradedesign.results.reasons import why_met, why_not
+from gradedesign.results.shown import Shown
+from gradedesign.results.stress_warnings import stress_warnings
 from gradedesign.results.zones import zone_measures
 from gradedesign.sizing.homogenised import lattice_mass, total_mass
 from gradedesign.sizing.size import SizingResult
@@ -110,10 +112,11 @@ def verdict_result(
     iterations: Sequence[DesignIteration],
     accepted: Accepted | None,
     ended: Ended,
-    printed: PrintedBody,
+    shown: Shown,
 ) -> RunResult:
     """Met or not, with the best design that was found and its printed file."""
     common = common_entries(setup, registry)
+    printed, result = shown.printed, shown.analysed.result
     warnings = list(common.pop("warnings"))
     if accepted is None:
         best = best_iteration(iterations)
@@ -127,9 +130,12 @@ def verdict_result(
             reason, tight, ended = why_met(rows, ended, tight=tight)
         else:
             status, reason = "not_met", why_not(rows, ended)
+        result = accepted.acceptance.whole or accepted.whole.result
         warnings += _acceptance_warnings(accepted)
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
+    yields, unjudged = stress_warnings(setup, result)
+    warnings += unjudged
     warnings += comparison_warnings(printed.comparison)
     if setup.problem.case.print is None:
         # With [print] the check of printability says more.
@@ -157,7 +163,8 @@ def verdict_result(
             "drains": drain_data(setup.problem.domain.drains),
         },
         printed=printed_data(printed) | outer_data(setup.problem.case, setup.problem.part.surface),
-        warnings=tuple(warnings),
+        yields=(*yields, *common.pop("yields")),
+        warnings=(*yields, *warnings),
         **common,
     )
 

@@ -20,7 +20,6 @@ from gradedesign.verify.analysis import Discretisation
 from gradedesign.verify.explicit import ExplicitResult, measured
 from gradedesign.verify.meshed_anew import EDGE_PER_SPACING, mesh_anew
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.verify.submodel import SubmodelResult, analyse_submodel
 from gradedesign.verify.submodel_choice import (
@@ -30,6 +29,7 @@ from gradedesign.verify.submodel_choice import (
     enlarged_submodel,
     most_stressed_submodels,
 )
+from gradedesign.verify.support_zones import evaluated_at
 from gradedesign.verify.tets import solve_tets
 from gradedesign.workspace.progress import counted, report_step, stepping
 
@@ -234,5 +234,5 @@ def held_and_loaded(case: Case) -> set[str]:
 
 def eligible_lattice(solid: PrintedSolid, explicit: ExplicitResult) -> BoolArray:
     """Sample points of lattice outside the exclusion radius of clamped regions, ``(n,)``."""
-    outside = evaluated_at(explicit.solved.points, solid.clamped, solid.exclusion_radius)
+    outside = evaluated_at(explicit.solved.points, solid.support_zones)
     return (explicit.phase == LATTICE) & outside

@@ -1,13 +1,14 @@
-"""Evaluation mask of stress: points within the exclusion radius of supports are left out."""
+"""Volume and stress that the zones around supports leave unjudged."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.fe.stress import weighted_percentile
 from gradedesign.verify.measures import PHASES, shared_volumes
+from gradedesign.verify.support_zones import SupportZone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,7 +17,9 @@ class ExclusionZone:
 
     Attributes
     ----------
-    radius : float, mm
+    supports : tuple of (str, float)
+        Places that are left out, such as ``"root"`` or ``"the border of cut"``, with the radius
+        around each, mm.
     percentile : float
     share : dict of phase to float
         Share of the phase's volume within the radius; phases that the solid has.
@@ -26,7 +29,7 @@ class ExclusionZone:
         Largest value in the whole phase.
     """
 
-    radius: float
+    supports: tuple[tuple[str, float], ...]
     percentile: float
     share: dict[str, float] = field(default_factory=dict)
     everywhere: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -39,7 +42,7 @@ def exclusion_zone(
     phase: IntArray,
     evaluated: BoolArray,
     *,
-    radius: float,
+    zones: Sequence[SupportZone],
     percentile: float,
 ) -> ExclusionZone:
     """Measure the volume and stress that an exclusion radius leaves out.
@@ -52,8 +55,8 @@ def exclusion_zone(
     phase : (M,) int array
         Index into `measures.PHASES`.
     evaluated : (M,) bool array
-        Outside the radius.
-    radius : float, mm
+        Outside the zones.
+    zones : sequence of SupportZone
     percentile : float
 
     Returns
@@ -63,7 +66,7 @@ def exclusion_zone(
     present = {name: phase == number for number, name in enumerate(PHASES)}
     present = {name: chosen for name, chosen in present.items() if chosen.any()}
     return ExclusionZone(
-        radius=radius,
+        supports=tuple((zone.place, zone.radius) for zone in zones if zone.radius > 0),
         percentile=percentile,
         share={
             name: float(1.0 - volumes[chosen & evaluated].sum() / volumes[chosen].sum())

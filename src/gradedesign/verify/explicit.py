@@ -14,8 +14,9 @@ from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSoli
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
 from gradedesign.verify.measures import PHASES, StressMeasure, stress_measures
 from gradedesign.verify.neighbourhoods import neighbourhood_cells
-from gradedesign.verify.phases import evaluated_at
 from gradedesign.verify.printed_solid import PrintedSolid
+from gradedesign.verify.support_zones import evaluated_at, undisturbed_at
+from gradedesign.verify.yielding import Yielding, yielding
 from gradedesign.workspace.progress import report_step
 
 
@@ -34,6 +35,8 @@ class ExplicitResult:
         Index into `measures.PHASES`.
     exclusion : ExclusionZone
         Share of the solid that the exclusion radius leaves out.
+    yields : Yielding or None
+        Stress above the yield strength that no support disturbs.
     masses_g : dict of phase to float, g
     volume : float, mm^3
     seconds : float
@@ -45,6 +48,7 @@ class ExplicitResult:
     measures: dict[str, tuple[StressMeasure, ...]]
     phase: IntArray
     exclusion: ExclusionZone
+    yields: Yielding | None
     masses_g: dict[str, float]
     volume: float
     seconds: float
@@ -58,6 +62,11 @@ class ExplicitResult:
     def traction_residual(self) -> Mapping[str, float]:
         """Residual of the tractions by load case, see `SolvedSolid.traction_residual`."""
         return self.solved.traction_residual
+
+    @property
+    def judged_share(self) -> float:
+        """Share of the lattice's volume whose stress is judged."""
+        return 1.0 - self.exclusion.share.get(PHASES[0], 0.0)
 
     @property
     def mesh_size(self) -> float:
@@ -99,7 +108,7 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
     report_step("stress measures")
     points, volumes = solved.points, solved.volumes
     phase = phase_at(solid.design.domain, points)
-    evaluated = evaluated_at(points, solid.clamped, solid.exclusion_radius)
+    evaluated = evaluated_at(points, solid.support_zones)
     von_mises = {name: solved.von_mises(name) for name in solved.load_cases}
     measures = {
         name: stress_measures(
@@ -125,8 +134,15 @@ def measured(solved: SolvedSolid, solid: PrintedSolid, began: float) -> Explicit
             von_mises,
             phase,
             evaluated,
-            radius=solid.exclusion_radius,
+            zones=solid.support_zones,
             percentile=solid.percentile,
+        ),
+        yields=yielding(
+            points,
+            volumes,
+            von_mises,
+            undisturbed_at(points, solid.support_zones),
+            solid.material.yield_strength,
         ),
         masses_g={name: float(masses[phase == number].sum()) for number, name in enumerate(PHASES)},
         volume=float(volumes.sum()),

@@ -13,6 +13,7 @@ from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
 from gradedesign.part.regions import Region
+from gradedesign.verify.support_zones import SupportZone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,9 +28,8 @@ class PrintedSolid:
     material : Material
     regions : mapping of name to Region
         On the surface of the part.
-    clamped : tuple of callable
-        Unsigned distances to the clamped regions.
-    exclusion_radius : float, mm
+    support_zones : tuple of SupportZone
+        In which stress is not judged.
     stress_limit : float or None, MPa
     percentile : float
     solver : LinearSolver
@@ -48,8 +48,7 @@ class PrintedSolid:
     design: LatticeDesign
     material: Material
     regions: Mapping[str, Region]
-    clamped: tuple[Field, ...]
-    exclusion_radius: float
+    support_zones: tuple[SupportZone, ...]
     stress_limit: float | None
     percentile: float
     solver: LinearSolver = MULTIGRID

@@ -1,0 +1,28 @@
+"""Cells of a case placed where its part is lattice."""
+
+from __future__ import annotations
+
+from gradedesign.case.locate import locating
+from gradedesign.case.schema import Case
+from gradedesign.lattice.domain import DesignDomain
+from gradedesign.layout.cell_layout import CellLayout, cell_layout
+from gradedesign.layout.part_room import require_lattice_left, require_warps_reach
+from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.part.part import Part
+
+
+def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
+    """The map of a case with the cells that it makes.
+
+    Raises
+    ------
+    CaseError, LatticeError
+        If skin and solid regions leave no lattice, or the map is impossible, folds in the lattice,
+        or cannot be used there.
+    """
+    cell_map = placed_map(case, part, domain.distance)
+    points = lattice_points(domain)
+    require_lattice_left(case, points, domain)
+    require_warps_reach(case, points)
+    with locating(case, "lattice.cell_map"):
+        return cell_layout(cell_map, points, case.lattice.edges)

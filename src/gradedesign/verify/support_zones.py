@@ -1,0 +1,57 @@
+"""Zones around supports in which stress is not judged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, Field, FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SupportZone:
+    """Neighbourhood of a support that makes stress singular.
+
+    Attributes
+    ----------
+    region : str
+        That is held.
+    distance : callable
+        Distance to its singular faces or lines, points ``(3, ...)`` mm to ``(...)`` mm.
+    radius : float, mm
+        Up to which stress is not judged.
+    disturbed : float, mm
+        Up to which the singularity reaches, `radius` at most: beyond it stress above yield is
+        always told.
+    whole : bool
+        Around faces, and not around lines of their border alone.
+    """
+
+    region: str
+    distance: Field
+    radius: float
+    disturbed: float
+    whole: bool = True
+
+    @property
+    def place(self) -> str:
+        """The faces or lines in words."""
+        return self.region if self.whole else f"the border of {self.region}"
+
+
+def evaluated_at(points: FloatArray, zones: Sequence[SupportZone]) -> BoolArray:
+    """Points outside every zone, where stress is judged, ``(...)``."""
+    keep = np.ones(points.shape[1:], dtype=bool)
+    for zone in zones:
+        keep &= zone.distance(points) > zone.radius
+    return keep
+
+
+def undisturbed_at(points: FloatArray, zones: Sequence[SupportZone]) -> BoolArray:
+    """Points that no singularity of a support reaches, ``(...)``."""
+    keep = np.ones(points.shape[1:], dtype=bool)
+    for zone in zones:
+        keep &= zone.distance(points) > zone.disturbed
+    return keep

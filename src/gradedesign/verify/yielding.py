@@ -1,0 +1,98 @@
+"""Stress above the yield strength anywhere that no support disturbs: always told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gradedesign.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Yielding:
+    """Volume in which the elastic stress of a load case exceeds the yield strength.
+
+    Attributes
+    ----------
+    load_case : str
+    share : float
+        Of the volume that no singularity of a support reaches.
+    largest : float, MPa
+        Von Mises stress there.
+    place : (float, float, float), mm
+        Where it is found.
+    strength : float, MPa
+    """
+
+    load_case: str
+    share: float
+    largest: float
+    place: tuple[float, float, float]
+    strength: float
+
+
+def yielding(
+    points: FloatArray,
+    volumes: FloatArray,
+    von_mises: Mapping[str, FloatArray],
+    undisturbed: BoolArray,
+    strength: float,
+) -> Yielding | None:
+    """The load case with the largest stress above the yield strength; None where none has any.
+
+    Parameters
+    ----------
+    points : (3, M) array, mm
+    volumes : (M,) array, mm^3
+    von_mises : mapping of load case to (M, q) array, MPa
+        Each value stands for a q-th of the point's volume.
+    undisturbed : (M,) bool array
+        Points that no singularity of a support reaches.
+    strength : float, MPa
+    """
+    worst: Yielding | None = None
+    weight = volumes[undisturbed]
+    for load_case, stress in von_mises.items():
+        values = stress[undisturbed]
+        if not values.size or (worst is not None and values.max() <= worst.largest):
+            continue
+        if not values.max() > strength:
+            continue
+        at = int(np.argmax(values.max(axis=1)))
+        above = (values > strength).mean(axis=1)
+        worst = Yielding(
+            load_case=load_case,
+            share=float(weight @ above / weight.sum()),
+            largest=float(values.max()),
+            place=tuple(float(c) for c in points[:, undisturbed][:, at]),
+            strength=strength,
+        )
+    return worst
+
+
+def yielding_words(found: Yielding | None, body: str, *, limited: bool) -> tuple[str, ...]:
+    """Warning that a body yields; none where it does not.
+
+    Parameters
+    ----------
+    found : Yielding or None
+    body : str
+        Such as ``"the printed solid"``.
+    limited : bool
+        Whether the case limits stress.
+    """
+    if found is None:
+        return ()
+    share = f"{found.share:.2%}" if found.share >= 1e-4 else "less than 0.01 %"
+    judged = (
+        "the limit of stress judges a percentile by volume, which such places may pass"
+        if limited
+        else "no limit of stress judges this case; [limits] safety_factor = 1.5 would"
+    )
+    return (
+        f"{body} yields: in load case '{found.load_case}' {share} of its volume, away from what "
+        f"supports disturb, has more than the yield strength of {found.strength:.4g} MPa, up to "
+        f"{found.largest:.4g} MPa at ({', '.join(f'{c:.1f}' for c in found.place)}) mm; {judged}",
+    )
