@@ -568,7 +568,9 @@ class Judge:
             "export_surface": lambda *_: (None, None, "0"),
             "printed_stage": lambda *_: None,
             "judge_whole": lambda *_: SimpleNamespace(
-                rows=self.found, result=None, refused=("elements of 5 mm need 9 GB",)
+                rows=self.found,
+                result=SimpleNamespace(yields=None),
+                refused=("elements of 5 mm need 9 GB",),
             ),
             "accept_whole": self.whole,
             "accept_submodels": self.submodels,

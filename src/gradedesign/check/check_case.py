@@ -66,9 +66,9 @@ class Unjudged:
     def words(self) -> str:
         """One sentence."""
         told = (
-            "stress is judged"
+            "stress: judged"
             if self.limited
-            else ("no limit judges stress; a run warns where it exceeds the yield strength")
+            else "stress: no limit judges it; a run warns where it exceeds the yield strength"
         )
         if not self.around:
             return f"{told}, everywhere"
