@@ -37,11 +37,12 @@ def row(value):
 @pytest.fixture
 def verdict(monkeypatch):
     """Verdict of a design with one limit used to the given share."""
-    monkeypatch.setattr(summary, "common_entries", lambda *_: {"warnings": ()})
+    monkeypatch.setattr(summary, "common_entries", lambda *_: {"warnings": (), "yields": ()})
     for name in ("solid_mass", "latticed_mass"):
         monkeypatch.setattr(summary, name, lambda _: 100.0)
     for name in ("design_notes", "_acceptance_warnings"):
         monkeypatch.setattr(summary, name, lambda *_: [])
+    monkeypatch.setattr(summary, "stress_warnings", lambda *_: ((), []))
     for name in ("acceptance_data", "measure_data"):
         monkeypatch.setattr(summary, name, lambda _: {})
     for name in ("printed_data", "comparison_warnings"):
@@ -69,20 +70,23 @@ def verdict(monkeypatch):
         last = SimpleNamespace(
             summary=iteration, rho=np.zeros(1), at_lower_bound=False, rows=(row(use),)
         )
+        analysed = SimpleNamespace(
+            layout=layout,
+            result=SimpleNamespace(
+                solved=SimpleNamespace(
+                    division=SimpleNamespace(refused=("a grid of 1 mm was refined",))
+                )
+            ),
+        )
         accepted = SimpleNamespace(
             iteration=last,
             rows=(row(use),),
             holds=use <= 1.0,
-            analysed=SimpleNamespace(
-                layout=layout,
-                result=SimpleNamespace(
-                    solved=SimpleNamespace(
-                        division=SimpleNamespace(refused=("a grid of 1 mm was refined",))
-                    )
-                ),
-            ),
+            analysed=analysed,
+            acceptance=SimpleNamespace(whole=analysed.result),
         )
-        return summary.verdict_result(setup, None, [last], accepted, ended, printed)
+        shown = SimpleNamespace(printed=printed, analysed=analysed)
+        return summary.verdict_result(setup, None, [last], accepted, ended, shown)
 
     return call
 

@@ -60,13 +60,13 @@ def yielding(
             continue
         if not values.max() > strength:
             continue
-        at = int(np.argmax(values.max(axis=1)))
+        x, y, z = points[:, undisturbed][:, np.argmax(values.max(axis=1))].tolist()
         above = (values > strength).mean(axis=1)
         worst = Yielding(
             load_case=load_case,
             share=float(weight @ above / weight.sum()),
             largest=float(values.max()),
-            place=tuple(float(c) for c in points[:, undisturbed][:, at]),
+            place=(x, y, z),
             strength=strength,
         )
     return worst
