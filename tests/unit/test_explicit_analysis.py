@@ -143,6 +143,11 @@ def test_the_mean_displacement_of_a_region_is_the_integral_over_its_facets(block
     solution = SimpleNamespace(displacement=np.stack([y**2, z, np.ones_like(y)]))
     bent = replace(solved, facets={"end": face}, solutions={"pull": solution})
     np.testing.assert_allclose(bent.mean_displacement("end", "pull"), [16 / 3, 2.0, 1.0])
+    # Of lengths |(0, 0, y - 2)| over y from 0 to 4, linear on either side of the facets' edges: 1.
+    turned = SimpleNamespace(displacement=np.stack([0 * y, 0 * y, y - 2.0]))
+    swung = replace(bent, solutions={"pull": turned})
+    assert swung.mean_displacement("end", "pull") == pytest.approx(0.0, abs=1e-12)
+    assert swung.mean_length("end", "pull") == pytest.approx(1.0)
 
 
 def test_pictures_and_files_get_the_surface_and_the_elements(block):

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -79,9 +80,30 @@ def test_an_even_traction_does_its_force_times_the_mean(order):
     value = limit_on(space, tip, 2).predict(state).value
     assert value == pytest.approx(abs(mean[2]), rel=1e-12)
     whole = limit_on(space, tip, None)
-    assert whole.predict(state).value == pytest.approx(np.linalg.norm(mean), rel=1e-12)
+    lengths = np.linalg.norm(u[:, region_nodes(space, tip)], axis=0)
+    length = lengths @ region_shares(space, tip)
+    assert whole.predict(state).value == pytest.approx(length, rel=1e-12)
+    # The tip bends and sinks nearly as one: its mean length is hardly more than that of the mean.
+    assert np.linalg.norm(mean) < length < 1.01 * np.linalg.norm(mean)
     twice = replace(whole, factor=2.0).predict(state).value
-    assert twice == pytest.approx(2 * np.linalg.norm(mean), rel=1e-12)
+    assert twice == pytest.approx(2 * length, rel=1e-12)
+
+
+def turned(points, angle):
+    """Displacement of points ``(3, n)`` that turn about the middle of the tip by a small angle."""
+    y, z = points[1] - SIDE / 2, points[2] - SIDE / 2
+    return angle * np.stack([np.zeros_like(y), -z, y])
+
+
+def test_a_face_that_twists_about_its_middle_is_not_at_rest():
+    _, space, tip = sheared_bar()
+    state = SimpleNamespace(displacement=lambda _: turned(space.nodes, 0.01))
+    # The mean distance of a square from its middle: (sqrt 2 + arsinh 1) / 6 of its side, 0.3826;
+    # midpoints of facets of half its side hold it to 2 %.
+    exact = 0.01 * SIDE * (np.sqrt(2) + np.arcsinh(1)) / 6
+    assert limit_on(space, tip, None).predict(state).value == pytest.approx(exact, rel=0.02)
+    for component in (1, 2):
+        assert limit_on(space, tip, component).predict(state).value == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.parametrize("component", [0, 2, None])
@@ -189,3 +211,22 @@ def test_what_cannot_be_meant_is_refused(cli, folder, swap, words):
     ended = cli("check", folder(swap))
     assert ended.code == 2
     assert words in ended.err
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_without_a_component_the_mean_length_is_judged(folder):
+    """A bar twisted at its tip: what the twist moves is judged, and told as such."""
+    case = gradedesign.load_case(
+        folder(
+            ('component = "z", magnitude = "5 x solid"', 'magnitude = "1 mm"'),
+            ('force = ["0 N", "0 N", "-10 N"]', 'moment = ["0.1 N*m", "0 N*m", "0 N*m"]'),
+            ("compliance = [", "displacement = ["),
+            ('{work = "9 x solid"}', '{region = "tip", magnitude = "1 mm"}'),
+            ('"sizing"', '"solid"'),
+        )
+    )  # fmt: skip
+    result = gradedesign.run(case, folder=folder() / "run")
+    largest, mean = result.solid
+    assert mean.measure == "mean length over the area of the region"
+    # Corners lie 1.848 times as far from the middle of a square as its points on average.
+    assert largest.value / mean.value == pytest.approx(0.5 * np.sqrt(2) / 0.3826, rel=0.03)

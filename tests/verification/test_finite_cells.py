@@ -522,6 +522,10 @@ def test_a_design_is_analysed_with_its_measures():
     )
     assert found.work["pull"] == pytest.approx(5.0 * moved, rel=1e-4)
     mean = found.mean_displacement("x1", "pull")
+    # The mean of sqrt(16 + 0.09 (y^2 + z^2)), by the midpoints of 100 x 100 squares.
+    y, z = np.meshgrid(np.arange(0.01, 2.0, 0.02), np.arange(0.005, 1.0, 0.01))
+    length = 2.5 / 200e3 * np.sqrt(16 + 0.09 * (y**2 + z**2)).mean()
+    assert found.mean_length("x1", "pull") == pytest.approx(length, rel=1e-4)
     assert 5.0 * mean[0] == pytest.approx(found.work["pull"], rel=1e-9)
     # The middle of the face, between the planes that hold the bar at y = z = 0 and its far faces.
     np.testing.assert_allclose(mean[1:], -0.3 * 2.5 / 200e3 * np.array([1.0, 0.5]), rtol=1e-3)

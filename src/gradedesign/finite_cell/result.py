@@ -99,6 +99,12 @@ class FiniteCellResult:
         mean: FloatArray = self.region_displacement(region, load_case) @ area / area.sum()
         return mean
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area where the solid reaches a region, mm."""
+        area = self.places[region].area
+        lengths = np.linalg.norm(self.region_displacement(region, load_case), axis=0)
+        return float(lengths @ area / area.sum())
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of the solid, mm: of the centroids of its sub-cells."""
         at = solid_points(self.elements)

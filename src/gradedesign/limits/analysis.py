@@ -45,6 +45,9 @@ class Analysis(Protocol):
     def mean_displacement(self, region: str, load_case: str) -> FloatArray:
         """Mean displacement over the area of a region, ``(3,)``, mm."""
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area of a region, mm."""
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of any node, mm."""
 

@@ -1,5 +1,8 @@
 """Mean displacement: the displacement of a region, averaged over its area, must stay below a limit.
 
+One component of it, or its length. The mean of the length, not the length of the mean: a face that
+twists about its middle moves, though its mean vector stays at rest.
+
 The deflection of a bare lattice face: the largest nodal value there is that of a single wall end
 that dents under its share of the load, while the mean, times the force, is the work of a load that
 is spread evenly over the face.
@@ -41,7 +44,7 @@ AT_REST = 1e-6
 
 
 class MeanDisplacementEntry(LimitEntry):
-    """Mean displacement of a region over its area: its magnitude, or one component of it."""
+    """Mean displacement of a region over its area: of its length, or of one component of it."""
 
     region: RegionName = Field(examples=["tip"])
     """Name of the region."""
@@ -65,7 +68,7 @@ class MeanDisplacementLimit(Limit):
     shares : (k,) array
         Share of the region's area that each node stands for.
     component : int or None
-        0, 1, 2 limits the absolute value of one component, None the magnitude.
+        0, 1, 2 limits the absolute value of the mean of one component, None the mean length.
     """
 
     nodes: IntArray
@@ -89,21 +92,22 @@ class MeanDisplacementLimit(Limit):
     @property
     def measure(self) -> str:
         """The mean over the area."""
+        if self.component is None:
+            return "mean length over the area of the region"
         return "mean over the area of the region"
 
     def predict(self, state: HomogenisedState) -> Predicted:
         """Mean displacement of the region, mm."""
-        mean = self._mean(state)
-        value, _ = size_and_slope(mean, self.component)
+        value, _ = self._value_and_slope(state)
         return Predicted(value=self.factor * value, load_case=self.key.load_case)
 
     def responses(
         self, state: HomogenisedState, memory: tuple[int, ...] = ()
     ) -> tuple[tuple[Response, ...], tuple[int, ...]]:
         """The mean with its derivative by the nodal displacements of the region."""
-        value, slope = size_and_slope(self._mean(state), self.component)
+        value, slope = self._value_and_slope(state)
         by_displacement = np.zeros_like(state.displacement(self.key.load_case))
-        by_displacement[:, self.nodes] = self.factor * slope[:, None] * self.shares
+        by_displacement[:, self.nodes] = self.factor * slope
         response = Response(
             name=self.name,
             load_case=self.key.load_case,
@@ -114,27 +118,28 @@ class MeanDisplacementLimit(Limit):
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """Mean over the area where the solid reaches the region, mm."""
-        mean = analysis.mean_displacement(self.key.region, self.key.load_case)
-        value, _ = size_and_slope(mean, self.component)
-        return (self.row(value, judged_by),)
+        region, load_case = self.key.region, self.key.load_case
+        if self.component is None:
+            return (self.row(analysis.mean_length(region, load_case), judged_by),)
+        mean = analysis.mean_displacement(region, load_case)[self.component]
+        return (self.row(abs(mean), judged_by),)
 
     def rest(self, analysis: Analysis) -> float:
         """A share of the part's largest displacement."""
         return AT_REST * analysis.largest_displacement(self.key.load_case)
 
-    def _mean(self, state: HomogenisedState) -> FloatArray:
-        mean: FloatArray = state.displacement(self.key.load_case)[:, self.nodes] @ self.shares
-        return mean
-
-
-def size_and_slope(mean: FloatArray, component: int | None) -> tuple[float, FloatArray]:
-    """Magnitude of a vector, or absolute value of a component, and its derivative, ``(3,)``."""
-    if component is None:
-        size = float(np.linalg.norm(mean))
-        return size, mean / size if size > 0 else np.zeros(3)
-    slope = np.zeros(3)
-    slope[component] = 1.0 if mean[component] >= 0 else -1.0
-    return float(abs(mean[component])), slope
+    def _value_and_slope(self, state: HomogenisedState) -> tuple[float, FloatArray]:
+        """Value, mm, and its derivative by the displacements of the region's nodes, ``(3, k)``."""
+        moved = state.displacement(self.key.load_case)[:, self.nodes]
+        slope = np.zeros_like(moved)
+        if self.component is None:
+            lengths = np.linalg.norm(moved, axis=0)
+            # A node at rest has no direction; zero is one of its slopes.
+            np.divide(moved * self.shares, lengths, out=slope, where=lengths > 0)
+            return float(lengths @ self.shares), slope
+        mean = float(moved[self.component] @ self.shares)
+        slope[self.component] = self.shares if mean >= 0 else -self.shares
+        return abs(mean), slope
 
 
 def _entries(case: Case) -> Sequence[MeanDisplacementEntry]:

@@ -77,6 +77,11 @@ class SolidAnalysis:
         mean: FloatArray = self.region_displacement(region, load_case) @ self.shares[region]
         return mean
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area of a region, mm."""
+        lengths = np.linalg.norm(self.region_displacement(region, load_case), axis=0)
+        return float(lengths @ self.shares[region])
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of any node, mm."""
         return float(np.linalg.norm(self.displacement[load_case], axis=0).max())

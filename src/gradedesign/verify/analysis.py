@@ -218,6 +218,9 @@ class SolvedSolid(Protocol):
     def mean_displacement(self, region: str, load_case: str) -> FloatArray:
         """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area where the solid reaches a region, mm."""
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement anywhere, mm."""
 

@@ -81,6 +81,10 @@ class ExplicitResult:
         """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
         return self.solved.mean_displacement(region, load_case)
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area where the solid reaches a region, mm."""
+        return self.solved.mean_length(region, load_case)
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement anywhere, mm."""
         return self.solved.largest_displacement(load_case)

@@ -132,6 +132,10 @@ class FiniteCellFields:
         """Mean displacement over the area where the solid reaches a region, ``(3,)``, mm."""
         return self.result.mean_displacement(region, load_case)
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area where the solid reaches a region, mm."""
+        return self.result.mean_length(region, load_case)
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of the solid, mm: of its sample points and of the regions."""
         u = solution_of(self.result, load_case).u

@@ -132,6 +132,11 @@ class TetFields:
         mean: FloatArray = self.region_displacement(region, load_case) @ shares
         return mean
 
+    def mean_length(self, region: str, load_case: str) -> float:
+        """Mean length of the displacement over the area of the facets of a region, mm."""
+        lengths = np.linalg.norm(self.region_displacement(region, load_case), axis=0)
+        return float(lengths @ region_shares(self.space, self.facets[region]))
+
     def largest_displacement(self, load_case: str) -> float:
         """Largest displacement of any node, mm."""
         return float(np.linalg.norm(self.displacement(load_case), axis=0).max())
