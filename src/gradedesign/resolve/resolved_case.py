@@ -169,8 +169,7 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
     with locating(case, "lattice.cell"):
         family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
     parameters = cell_parameters(case, family)
-    files = lattice_files(case, registry)
-    solver = linear_solver(case, registry)
+    files, solver = lattice_files(case, registry), linear_solver(case, registry)
     mesher = _mesher(case, registry, "part.mesher", case.part.mesher or PYTETWILD.name)
     surface_mesher = _mesher(case, registry, "run.mesher", case.run.mesher)
     analyses = explicit_analyses(case, registry)
