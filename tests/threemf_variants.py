@@ -61,8 +61,10 @@ UNITS = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "f
 class Variant:
     """A file and the answer that it must get.
 
-    ``volume`` in mm^3 and ``size`` in mm are None where it must be refused with ``words``; ``left``
-    holds name and role of every body that is subtracted or left out, in the order of the file.
+    ``volume`` in mm^3 and ``size`` in mm are None where it must be refused with ``words``;
+    ``euler`` is the Euler characteristic of the surface, which a film in a hole or a hole in a film
+    changes; ``left`` holds name and role of every body that is subtracted or left out, in the order
+    of the file.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Variant:
     size: np.ndarray | None = None
     left: tuple[tuple[str, str], ...] = ()
     words: tuple[str, ...] = ()
+    euler: int = 2
 
 
 @dataclass(frozen=True)
@@ -115,10 +118,12 @@ class Package:
 FACES = box_surface((1.0, 1.0, 1.0)).faces
 
 
-def mesh(*bodies: np.ndarray, inside: str = "") -> str:
+def mesh(*bodies: np.ndarray, inside: str = "", digits: int = 17) -> str:
     """Boxes by their vertices, as one mesh of twelve triangles each."""
     points = "".join(
-        f'<vertex x="{x!r}" y="{y!r}" z="{z!r}"/>' for b in bodies for x, y, z in b.tolist()
+        f'<vertex x="{x:.{digits}g}" y="{y:.{digits}g}" z="{z:.{digits}g}"/>'
+        for body in bodies
+        for x, y, z in body.tolist()
     )
     triangles = "".join(
         f'<triangle v1="{8 * k + a}" v2="{8 * k + b}" v3="{8 * k + c}"/>'
@@ -212,8 +217,7 @@ def placement(rng: random.Random) -> Placement:
     if kind == "quarter":
         matrix = np.roll(matrix, rng.randrange(3), axis=1)
     elif kind in ("free", "stretched"):
-        angles = [rng.uniform(-180.0, 180.0) for _ in range(3)]
-        matrix = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+        matrix = free_turn(rng)
     if kind == "stretched":
         matrix = np.diag([rng.uniform(0.5, 2.0) for _ in range(3)]) @ matrix
     if rng.random() < 0.5:
@@ -241,6 +245,18 @@ def volume(scene: Sequence[Box]) -> float:
     planes, solid = cells_left(scene)
     x, y, z = (np.diff(p) * UNIT for p in planes)
     return float((x[:, None, None] * y[:, None] * z)[solid].sum())
+
+
+def euler(solid: np.ndarray) -> int:
+    """Euler characteristic of solid cells with faces, edges and corners: half of the surface's."""
+    padded = np.pad(solid, 1)
+    total = 0
+    for across in np.ndindex(2, 2, 2):  # axes along which a face, edge or corner is shared
+        found = np.zeros_like(padded)
+        for shift in np.ndindex(*(1 + a for a in across)):
+            found |= np.roll(padded, shift, axis=(0, 1, 2))
+        total += (-1) ** (3 - sum(across)) * int(found.sum())
+    return total
 
 
 def solid_size(planes: Sequence[np.ndarray], solid: np.ndarray, place: Placement) -> np.ndarray:
@@ -308,6 +324,7 @@ def answer(
         volume=volume(found) * place.scale * scale**3,
         size=solid_size(*cells_left(found), place) * scale,
         left=tuple((b.name, b.role) for b in order or found if b.role != "solid"),
+        euler=2 * euler(cells_left(found)[1]),
     )
 
 
@@ -620,8 +637,48 @@ def single_files() -> Iterator[Variant]:
     yield answer("a negative assembly", wide, package, HERE, order)
 
 
+def flush_files() -> Iterator[Variant]:
+    """Negative volumes that end flush, or side by side, but for the rounding of a turned file."""
+    rng = random.Random(20261127)
+    flush = {
+        "through": [Box("slot", "negative volume", (16, 8, 0), (24, 32, 20))],
+        "pocket": [Box("slot", "negative volume", (16, 8, 8), (24, 32, 20))],
+        "corner": [Box("slot", "negative volume", (0, 0, 8), (24, 32, 20))],
+        "across": [Box("slot", "negative volume", (16, -8, 8), (24, 48, 20))],
+        "beside": [
+            Box("slot", "negative volume", (16, 8, 0), (24, 32, 20)),
+            Box("slot", "negative volume", (24, 8, 0), (48, 24, 20)),
+        ],
+        "twice": [Box("slot", "negative volume", (16, 8, 0), (24, 32, 20))] * 2,
+    }
+    for digits in (7, 9):
+        for name, cutters in flush.items():
+            found, package, places = [block(), *cutters], Package(), []
+            turned = [Placement(free_turn(rng), np.full(3, 5.0)) for _ in found]
+            for number, (body, inner) in enumerate(zip(found, turned, strict=True), start=1):
+                stored = mesh(inner.undone(body.vertices), digits=digits)
+                package.resources.append(thing(number, stored))
+                places.append(inner.text)
+            numbers = range(1, len(found) + 1)
+            package.resources.append(thing(9, components(numbers, places)))
+            package.items = [item(9)]
+            package.metadata = bambu_config(
+                *(
+                    bambu_part(n, body.name, BAMBU_TYPES[body.role])
+                    for n, body in zip(numbers, found, strict=True)
+                )
+            )
+            yield answer(f"flush, {name}, {digits} digits", found, package, HERE)
+
+
+def free_turn(rng: random.Random) -> np.ndarray:
+    angles = [rng.uniform(-180.0, 180.0) for _ in range(3)]
+    return Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+
+
 def role_variants() -> list[Variant]:
-    """All files, about 110."""
+    """All files, about 130."""
     return [
-        *scenes(), *single_files(), *refused_by_prusa(), *refused_by_bambu(), *refused_otherwise(),
+        *scenes(), *flush_files(), *single_files(),
+        *refused_by_prusa(), *refused_by_bambu(), *refused_otherwise(),
     ]  # fmt: skip

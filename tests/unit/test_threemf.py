@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
 from gradedesign.part.box import box_surface
 from gradedesign.part.repair import build_surface
 from gradedesign.part.threemf import read_3mf
@@ -98,6 +98,49 @@ def test_supports_are_left_out_with_a_word(tmp_path):
     raw = read_3mf(written(tmp_path, text))
     assert len(raw.corners) == 12
     assert raw.warnings == ("part.3mf: bodies left out: 'object 3' (object of type support)",)
+
+
+#: A plate of 60 x 40 x 20 mm whose top is cut in two faces at x = 25 mm, the first two triangles.
+PLATE = SurfaceMesh(
+    vertices=[
+        (0, 0, 0), (60, 0, 0), (60, 40, 0), (0, 40, 0), (0, 0, 20), (25, 0, 20), (60, 0, 20),
+        (60, 40, 20), (25, 40, 20), (0, 40, 20),
+    ],
+    faces=[
+        (4, 5, 8), (4, 8, 9), (5, 6, 7), (5, 7, 8), (0, 2, 1), (0, 3, 2), (0, 1, 6), (0, 6, 5),
+        (0, 5, 4), (1, 2, 7), (1, 7, 6), (2, 3, 9), (2, 9, 8), (2, 8, 7), (3, 0, 4), (3, 4, 9),
+    ],
+)  # fmt: skip
+
+
+def test_colours_on_one_plane_survive_a_negative_volume(tmp_path):
+    colors = '<basematerials id="7"><base name="a" displaycolor="#FF0000"/>'
+    colors += '<base name="b" displaycolor="#00FF00"/></basematerials>'
+    green = 'pid="7" p1="1"'
+    plate = f'<object id="1" pid="7" pindex="0">{mesh(PLATE, green)}</object>'
+    cutter = box_surface((10.0, 10.0, 20.0))
+    moved = cutter.vertices + np.array([20.0, 10.0, 0.0])
+    cutter = SurfaceMesh(vertices=moved, faces=cutter.faces)
+    slot = f'<object id="2">{mesh(cutter)}</object>'
+    both = '<component objectid="1"/><component objectid="2"/>'
+    text = model(
+        f'{colors}{plate}{slot}<object id="3"><components>{both}</components></object>',
+        '<item objectid="3"/>',
+        attributes="",
+    )
+    path = written(tmp_path, text)
+    with zipfile.ZipFile(path, "a") as archive:
+        parts = '<part id="1" subtype="normal_part"/><part id="2" subtype="negative_part"/>'
+        config = f'<config><object id="3">{parts}</object></config>'
+        archive.writestr("Metadata/model_settings.config", config)
+    raw = read_3mf(path)
+    a, b, c = np.moveaxis(raw.corners, 1, 0)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    found = np.bincount(raw.faces.label, area)
+    assert dict(raw.faces.colors) == {0: "#00ff00", 1: "#ff0000"}
+    # 25 x 40 mm of green less 5 x 10; 8800 mm^2 in all less 1000 and 5 x 10 and, below, 10 x 10;
+    # four walls of 10 x 20.
+    np.testing.assert_allclose(found, [950.0, 8800.0 - 1000.0 - 50.0 - 100.0, 800.0], rtol=1e-6)
 
 
 ITSELF = '<object id="1"><components><component objectid="1"/></components></object>'

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,32 +59,46 @@ def difference(first: SurfaceMesh, second: SurfaceMesh, *, subject: str) -> Surf
     MeshError
         If the Boolean kernel refuses a surface, or nothing is left.
     """
-    rest, _ = subtracted(first, (second,), subject=subject)
-    if rest is None:
-        raise MeshError(f"{subject}: nothing of the first solid lies outside the second")
-    return rest
+    report_step("reading the surfaces", blocking=True)
+    solids = _manifold(first, subject), _manifold(second, subject)
+    report_step("difference", blocking=True)
+    words = f"{subject}: nothing of the first solid lies outside the second"
+    return _surface_of(solids[0] - solids[1], words)
 
 
-def subtracted(
-    first: SurfaceMesh, cutters: Sequence[SurfaceMesh], *, subject: str
-) -> tuple[SurfaceMesh | None, tuple[float, ...]]:
-    """Closed surface of the volume that the first encloses and none of the cutters does.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LabelledSurface:
+    """A closed surface and a number for each of its triangles.
+
+    Attributes
+    ----------
+    surface : SurfaceMesh
+    label : (m,) int array
+        -1 or more.
+    """
+
+    surface: SurfaceMesh
+    label: IntArray
+
+
+def labelled_difference(
+    first: LabelledSurface, second: LabelledSurface, *, subject: str
+) -> LabelledSurface | None:
+    """Closed surface of the volume that the first encloses and the second does not.
+
+    Triangles keep the numbers of those they are parts of, and lines between numbers stay.
 
     Parameters
     ----------
-    first : SurfaceMesh
+    first, second : LabelledSurface
         Closed, manifold, outward oriented.
-    cutters : sequence of SurfaceMesh
-        The same.
     subject : str
         Names the result in messages.
 
     Returns
     -------
-    rest : SurfaceMesh or None
+    LabelledSurface or None
         None where nothing is left.
-    taken : tuple of float, mm^3
-        Volume that each cutter takes of what those before it left.
 
     Raises
     ------
@@ -93,15 +106,14 @@ def subtracted(
         If the Boolean kernel refuses a surface.
     """
     report_step("reading the surfaces", blocking=True)
-    rest, taken = _manifold(first, subject), []
-    solids = [_manifold(cutter, subject) for cutter in cutters]
+    solids = [_manifold(each.surface, subject, label=each.label) for each in (first, second)]
     report_step("difference", blocking=True)
-    volume = rest.volume()
-    for solid in solids:
-        rest = rest - solid
-        taken.append(volume - rest.volume())
-        volume -= taken[-1]
-    return (None if rest.is_empty() else _surface_of(rest, subject)), tuple(taken)
+    mesh = (solids[0] - solids[1]).to_mesh64()
+    faces = np.asarray(mesh.tri_verts).astype(np.int64)
+    if len(faces) == 0:
+        return None
+    surface = SurfaceMesh(vertices=np.asarray(mesh.vert_properties)[:, :3], faces=faces)
+    return LabelledSurface(surface=surface, label=np.asarray(mesh.face_id).astype(np.int64) - 1)
 
 
 def _surface_of(solid: Any, if_empty: str) -> SurfaceMesh:
@@ -185,8 +197,13 @@ def cut_capped(
     return CutPiece(vertices=points, faces=triangles[~is_cap], source=source)
 
 
-def _manifold(surface: SurfaceMesh, subject: str, mark: int | None = None) -> Any:
-    """The kernel's solid; with a mark, a result names its triangles by mark and number."""
+def _manifold(
+    surface: SurfaceMesh, subject: str, mark: int | None = None, label: IntArray | None = None
+) -> Any:
+    """The kernel's solid; with a mark, a result names its triangles by mark and number.
+
+    With labels it names them by these, and keeps the edges between them.
+    """
     from manifold3d import Manifold, Mesh64
 
     count = len(surface.faces)
@@ -197,6 +214,8 @@ def _manifold(surface: SurfaceMesh, subject: str, mark: int | None = None) -> An
             "run_index": np.array([0, 3 * count], dtype=np.uint64),
             "face_id": np.arange(count, dtype=np.uint64),
         }
+    if label is not None:
+        labels = {"face_id": (label + 1).astype(np.uint64)}
     # The kernel takes only writeable arrays.
     solid = Manifold(
         Mesh64(

@@ -12,7 +12,7 @@ from gradedesign.errors import PartError
 from gradedesign.part._threemf_cuts import (
     Cutter,
     PlacedBody,
-    closed_surface,
+    closed_body,
     cut_together,
     meet,
     without_cutters,
@@ -119,8 +119,8 @@ class BodyReader:
         cutters = []
         for body in self._finished(new):
             source = f"{self.model.source}, the negative volume '{name}'"
-            surface, notes = closed_surface(body, self.scale, source)
-            cutters.append(Cutter(number=len(self.found) - 1, body=body, surface=surface))
+            closed, notes = closed_body(body, self.scale, source)
+            cutters.append(Cutter(number=len(self.found) - 1, body=body, closed=closed))
             self.notes += notes
         hit = [body for body in before if any(meet(body, cutter.body) for cutter in cutters)]
         apart = [body for body in before if not any(body is other for other in hit)]

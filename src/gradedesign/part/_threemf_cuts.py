@@ -9,10 +9,12 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import MeshError, PartError
-from gradedesign.mesh.boolean import subtracted
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.mesh.boolean import LabelledSurface, labelled_difference
+from gradedesign.mesh.common_planes import off_common_planes
+from gradedesign.mesh.surface_mesh import corner_points, enclosed_volume
+from gradedesign.part._weld import weld
 from gradedesign.part.file_faces import FileFaces, carried
-from gradedesign.part.repair import WELD_SHARE, build_surface, core_diagonal
+from gradedesign.part.repair import WELD_SHARE, build_surface
 
 #: A negative volume that takes less than this share of a solid only touches it: rounding of
 #: coordinates, far below what any file means.
@@ -50,12 +52,13 @@ class Cutter:
         Of the negative volume among the roles of the file.
     body : PlacedBody
         Itself cut already.
-    surface : SurfaceMesh, mm
+    closed : LabelledSurface, mm
+        Its surface with the numbers of its faces.
     """
 
     number: int
     body: PlacedBody
-    surface: SurfaceMesh
+    closed: LabelledSurface
 
 
 def cut_together(bodies: Sequence[PlacedBody], cutters: Sequence[Cutter]) -> PlacedBody:
@@ -72,6 +75,8 @@ def without_cutters(
     body: PlacedBody, scale: float, source: str
 ) -> tuple[PlacedBody | None, set[int], tuple[str, ...]]:
     """Take the negative volumes of a solid away from it.
+
+    Faces of both that lie on one plane within the tolerance of welding are flush there.
 
     Parameters
     ----------
@@ -95,34 +100,38 @@ def without_cutters(
     PartError
         If the solid is damaged, or touches itself so that it cannot be cut.
     """
-    surface, notes = closed_surface(
+    rest, notes = closed_body(
         body, scale, f"{source}, '{body.name}', from which negative volumes are taken"
     )
     subject = f"{source}: '{body.name}' and its negative volumes"
-    try:
-        rest, taken = subtracted(surface, [c.surface for c in body.cutters], subject=subject)
-    except MeshError as error:
-        raise PartError(f"{error}; cut them in CAD, and export the result") from error
-    least = _TOUCHING * enclosed_volume(surface)
-    numbers = [cutter.number for cutter in body.cutters]
-    cutting = {n for n, volume in zip(numbers, taken, strict=True) if volume > least}
-    if rest is None or not cutting:
-        return None if rest is None else replace(body, cutters=()), cutting, notes
-    bodies = (body, *(cutter.body for cutter in body.cutters))
-    corners = scale * np.concatenate([each.corners for each in bodies])
-    faces = carried(
-        FileFaces(label=np.concatenate([each.label for each in bodies])),
-        corners,
-        rest,
-        tolerance=10.0 * WELD_SHARE * core_diagonal(corners),
-    )
-    left = PlacedBody(name=body.name, corners=corner_points(rest) / scale, label=faces.label)
-    return left, cutting, notes
+    flush = WELD_SHARE * float(np.linalg.norm(np.ptp(rest.surface.vertices, axis=0)))
+    volume = enclosed_volume(rest.surface)
+    least, cutting = _TOUCHING * volume, set[int]()
+    for cutter in body.cutters:
+        moved = off_common_planes(cutter.closed.surface, rest.surface, distance=flush)
+        tool = replace(cutter.closed, surface=moved)
+        try:
+            left = labelled_difference(rest, tool, subject=subject)
+        except MeshError as error:
+            raise PartError(f"{error}; cut them in CAD, and export the result") from error
+        before, volume = volume, 0.0 if left is None else enclosed_volume(left.surface)
+        if before - volume > least:
+            cutting.add(cutter.number)
+        if left is None:
+            return None, cutting, notes
+        rest = left
+    if not cutting:
+        return replace(body, cutters=()), cutting, notes
+    # Edges of the cutter pass beside its corners at this distance where it was moved.
+    vertices, faces, _ = weld(corner_points(rest.surface), 2.0 * flush, source)
+    whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    corners = vertices[faces[whole]] / scale
+    return PlacedBody(name=body.name, corners=corners, label=rest.label[whole]), cutting, notes
 
 
-def closed_surface(
+def closed_body(
     body: PlacedBody, scale: float, source: str
-) -> tuple[SurfaceMesh, tuple[str, ...]]:
+) -> tuple[LabelledSurface, tuple[str, ...]]:
     """Closed surface of a body that cuts or is cut, mm, and remarks on its repair.
 
     Raises
@@ -130,13 +139,16 @@ def closed_surface(
     PartError
         If the body is damaged.
     """
+    corners = scale * body.corners
     try:
-        surface, report = build_surface(scale * body.corners, bodies="all", source=source)
+        surface, report = build_surface(corners, bodies="all", source=source)
     except PartError as error:
         raise PartError(
             f'{error} (negative volumes are taken away before repair = "auto" could mend it)'
         ) from error
-    return surface, report.warnings
+    tolerance = 10.0 * report.weld_tolerance
+    faces = carried(FileFaces(label=body.label), corners, surface, tolerance=tolerance)
+    return LabelledSurface(surface=surface, label=faces.label), report.warnings
 
 
 def meet(a: PlacedBody, b: PlacedBody) -> bool:
