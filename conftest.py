@@ -13,9 +13,6 @@ ROOT = Path(__file__).parent
 #: In the order of the alphabet both need the same kernels at the same time and compile them twice.
 FIRST = ("plugins", "tests/verification", "tests")
 
-# As the command does: several processes of several threads share the cores here.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-
 # The same examples in every run, so that a change is to blame for a failure. `make test-all`, or
 # HYPOTHESIS_PROFILE=explore, looks for new ones.
 hypothesis.settings.register_profile("repeatable", derandomize=True)

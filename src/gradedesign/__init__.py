@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from gradedesign.workspace.processor import settle_threads
+
 if TYPE_CHECKING:
     from gradedesign.case.limits_schema import (
         Allowed,
@@ -190,6 +192,8 @@ _HOMES = {
     "SolvedSolid StressSample SurfaceFields VolumeFields",
     "verify.printed_solid": "PrintedSolid",
 }
+# Before anything imports numba, which reads its settings once.
+settle_threads()
 _MODULES = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 

@@ -18,6 +18,7 @@ from gradedesign.part.box import box_surface
 from gradedesign.part.chords import chords
 from gradedesign.part.cylinders import cylinder_groups
 from gradedesign.part.part import read_part
+from gradedesign.part.place_words import number
 from gradedesign.part.regions import select_regions
 from gradedesign.part.stl import read_stl
 from gradedesign.part.thickness import local_thickness
@@ -130,3 +131,11 @@ def test_a_body_that_nothing_holds_is_refused_without_a_mesh(tmp_path):
     (tmp_path / "case.toml").write_text(held, encoding="utf-8")
     case = load_case(tmp_path)
     require_supported(case, read_part(case, {".stl": read_stl}))
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(0.00012347, "0.0001235"), (-1e-12, "0"), (12.3456, "12.35"), (10032.104, "10032.1")],
+)
+def test_coordinates_are_written_to_a_hundredth_of_a_millimetre(value, words):
+    assert number(value) == words

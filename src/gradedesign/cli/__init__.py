@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -29,9 +28,6 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         Those of the process by default.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    # Read when the first kernel runs. Threads that spin while they wait for each other take the
-    # processor from those they wait for as soon as anything else runs on the machine.
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     with interruptible() as interruption:
         try:
             # The commands take a second to import, in which a signal is to be heard already.

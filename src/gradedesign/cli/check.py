@@ -21,6 +21,7 @@ from gradedesign.cli.show_answer import answer_data, print_answer
 from gradedesign.cli.show_part import (
     extent,
     part_words,
+    point_words,
     print_file_faces,
     print_holes,
     print_regions,
@@ -165,7 +166,7 @@ def _print_loads(checked: CaseCheck) -> None:
     rows, size = [], extent(checked.resolved.part)
     for balance in checked.resolved.balances:
         acting = [(row.source, row.force, row.moment, row.gross, "") for row in balance.rows]
-        gross, about = sum(row.gross for row in balance.rows), triple(balance.about, size)
+        gross, about = sum(row.gross for row in balance.rows), point_words(balance.about, size)
         acting.append(("sum", balance.force, balance.moment, gross, about))
         rows += [
             (balance.load_case, source, triple(force, acts), triple(moment, acts * size), centre)

@@ -14,13 +14,7 @@ from gradedesign.output._opengl import probe_opengl
 from gradedesign.results.common import library_versions
 from gradedesign.workspace.cache import cache_folder
 from gradedesign.workspace.limits import available_memory_bytes
-
-
-def usable_cores() -> int:
-    """Processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+from gradedesign.workspace.processor import threading_layer, usable_cores
 
 
 def doctor(*, strict_plugins: bool, as_json: bool) -> None:
@@ -35,6 +29,8 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
         "solvers": [*registry.solvers],
         "eigen_solvers": [*registry.eigen_solvers],
         "cores": usable_cores(),
+        "threads": int(os.environ["NUMBA_NUM_THREADS"]),
+        "threading_layer": threading_layer(),
         "available_memory_GB": round(available_memory_bytes() / 1e9, 2),
         "opengl": probe_opengl(),
         "cache_folder": str(cache_folder()),
@@ -47,7 +43,10 @@ def doctor(*, strict_plugins: bool, as_json: bool) -> None:
     typer.echo(f"parts: {', '.join(data['reads'])}; formats: {', '.join(data['formats'])}")
     typer.echo(f"solvers: {', '.join(data['solvers'])}")
     typer.echo(f"eigenvalue solvers: {', '.join(data['eigen_solvers'])}")
-    typer.echo(f"{data['cores']} cores, {data['available_memory_GB']:g} GB of memory available")
+    typer.echo(
+        f"{data['cores']} cores, {data['threads']} threads by {data['threading_layer']}, "
+        f"{data['available_memory_GB']:g} GB of memory available"
+    )
     typer.echo(
         "pictures: " + ("OpenGL works" if data["opengl"] else "no OpenGL, plain pictures are made")
     )

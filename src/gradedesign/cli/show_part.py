@@ -12,6 +12,7 @@ from gradedesign.cli.check_data import file_faces
 from gradedesign.cli.show import print_table, print_text, without_noise
 from gradedesign.part.cylinders import CylinderGroup
 from gradedesign.part.part import Part
+from gradedesign.part.place_words import number
 from gradedesign.part.regions import Region
 
 #: Groups of cylinders that are printed; ``check --json`` has all.
@@ -44,7 +45,7 @@ def print_regions(part: Part, regions: Mapping[str, Region]) -> None:
         "Regions",
         ("region", "faces", "area mm^2", "centroid mm"),
         [
-            (name, str(len(r.faces)), f"{r.area:.4g}", triple(r.centroid, extent(part)))
+            (name, str(len(r.faces)), f"{r.area:.4g}", point_words(r.centroid, extent(part)))
             for name, r in sorted(regions.items())
         ],
     )
@@ -87,7 +88,7 @@ def print_file_faces(part: Part) -> None:
                 row["color"] or "",
                 f"{row['area_mm2']:.4g}",
                 _surface_words(row),
-                triple(np.array(row["centroid_mm"]), extent(part)),
+                point_words(np.array(row["centroid_mm"]), extent(part)),
             )
             for row in rows[:_MOST_FILE_FACES]
         ],
@@ -95,6 +96,11 @@ def print_file_faces(part: Part) -> None:
     more = len(rows) - _MOST_FILE_FACES
     if more > 0:
         print_text(f"  and {more} more; `gradedesign check --json` lists all")
+
+
+def point_words(point: FloatArray, size: float) -> str:
+    """Coordinates in mm, without rounding noise beside the size of the part."""
+    return f"({', '.join(number(v) for v in without_noise(point, size))})"
 
 
 def triple(vector: FloatArray, size: float = 0.0) -> str:
@@ -114,6 +120,6 @@ def _surface_words(row: dict[str, Any]) -> str:
 
 
 def _points(points: FloatArray, size: float) -> str:
-    text = " ".join(triple(point, size) for point in points[:_MOST_POINTS])
+    text = " ".join(point_words(point, size) for point in points[:_MOST_POINTS])
     more = len(points) - _MOST_POINTS
     return text if more <= 0 else f"{text} and {more} more"

@@ -13,7 +13,6 @@ from typing import TypeAlias
 
 import psutil
 
-from gradedesign.cli.doctor import usable_cores
 from gradedesign.cli.layout import say, wrapped
 from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
 from gradedesign.cli.plugins import registry_for
@@ -47,6 +46,7 @@ from gradedesign.sweep.table import (
     table_json,
 )
 from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.processor import usable_cores
 from gradedesign.workspace.progress import counted
 
 #: How a design's run ended: the message of its error or none, its exit code, and seconds.

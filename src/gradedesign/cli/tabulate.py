@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from gradedesign.cell.calibration import calibrate
-from gradedesign.cli.doctor import usable_cores
 from gradedesign.cli.layout import say
 from gradedesign.cli.on_dask import Cluster, has_dask, on_dask
 from gradedesign.cli.plugins import registry_for
@@ -22,6 +21,7 @@ from gradedesign.material.property_table import (
 )
 from gradedesign.plugin.registry import build_registry, lookup
 from gradedesign.workspace.atomic import write_text
+from gradedesign.workspace.processor import usable_cores
 from gradedesign.workspace.progress import counted
 
 #: Answer of a worker: a table's text, or the message and exit code of an error.

@@ -11,12 +11,12 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.part._clusters import Clusters, connected_sets, patch_of
-from gradedesign.part._face_fits import Cylinder, angular_span, fit_cylinder, off_cylinder
+from gradedesign.part._face_fits import Cylinder, Patch, angular_span, fit_cylinder, off_cylinder
 
 #: A face counts as a cylinder when its vertices fit within this share of the radius.
 FIT_SHARE = 0.01
 #: Growing is stricter: this share of the sagitta of its facets, so that a tangent plane stays out.
-_GROW_SAGITTA = 0.2
+GROW_SAGITTA = 0.2
 #: Strips whose turns share an axis this well may lie on one cylinder, cosine.
 _SAME_AXIS = np.cos(np.radians(2.0))
 #: Facets of a strip stand this square to the axis, sine.
@@ -58,10 +58,21 @@ def _classify(clusters: Clusters, members: list[int]) -> Piece:
     if len(members) == 1 and clusters.flat[members[0]]:
         return "plane", members, None
     if len(members) != 2:
-        cylinder = fit_cylinder(patch_of(clusters, members))
-        if cylinder is not None and cylinder.deviation < FIT_SHARE * cylinder.radius:
+        patch = patch_of(clusters, members)
+        cylinder = fit_cylinder(patch)
+        if cylinder is not None and cylinder.deviation < _whole_tolerance(patch, cylinder):
             return "cylinder", members, cylinder
     return "other", members, None
+
+
+def _whole_tolerance(patch: Patch, cylinder: Cylinder) -> float:
+    """Allowed distance of a vertex from a cylinder that a whole face is, mm.
+
+    Of a face that goes around little of its cylinder the rise tells more than the radius.
+    """
+    half = np.radians(0.5 * min(angular_span(patch.points, cylinder), 180.0))
+    rise = cylinder.radius * (1.0 - np.cos(half))
+    return float(min(FIT_SHARE * cylinder.radius, GROW_SAGITTA * rise))
 
 
 def _split_planes(clusters: Clusters, members: list[int]) -> list[Piece]:
@@ -183,7 +194,7 @@ def _belongs(clusters: Clusters, k: int, cylinder: Cylinder, width: float) -> bo
 def _tolerance(clusters: Clusters, cylinder: Cylinder, width: float) -> float:
     """Allowed distance of a vertex, mm, for strips of that width."""
     sagitta = width**2 / (8.0 * cylinder.radius)
-    return max(clusters.noise, min(_GROW_SAGITTA * sagitta, FIT_SHARE * cylinder.radius))
+    return max(clusters.noise, min(GROW_SAGITTA * sagitta, FIT_SHARE * cylinder.radius))
 
 
 def _width(clusters: Clusters, k: int, cylinder: Cylinder) -> float:

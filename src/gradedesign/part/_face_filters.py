@@ -10,6 +10,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.regions_schema import AXES, BoxSpec, CylinderSpec, PlaneSpec, RegionSpec
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
+from gradedesign.part.place_words import place
 from gradedesign.part.smooth_faces import SmoothFaces
 
 #: Distances below this share of the diagonal do not count for planes.
@@ -217,16 +218,6 @@ def _centred_in_box(part: FacedPart, spec: BoxSpec) -> Match:
 def _line_angle(a: FloatArray, b: FloatArray) -> float:
     """Degrees between two lines along unit vectors."""
     return float(np.degrees(np.arcsin(np.clip(np.linalg.norm(np.cross(a, b)), 0.0, 1.0))))
-
-
-def place(point: FloatArray) -> str:
-    """Write a point."""
-    return f"({number(point[0])}, {number(point[1])}, {number(point[2])}) mm"
-
-
-def number(value: float) -> str:
-    """Write a coordinate, without the rounding around zero."""
-    return f"{round(float(value), 9) + 0.0:.4g}"
 
 
 def direction(vector: tuple[float, float, float] | FloatArray) -> str:

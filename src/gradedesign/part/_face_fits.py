@@ -16,6 +16,12 @@ _RADIAL = np.cos(np.radians(16.0))
 _SPREAD = np.sin(np.radians(0.2))
 #: Facets whose normals spread less than this are flat, as far as a cylinder goes.
 _CURVED = np.sin(np.radians(3.0))
+#: Part of a wall's length that tells whether it is straight, and share of the variance of its
+#: corners' distances that a bent or tapered wall explains; chosen, on the bores of the tests.
+_INNER, _ORDER = 0.8, 0.6
+#: Corners that are this close to a circle, as a share of its radius, need no such test: half of the
+#: chord error of 50 facets.
+_ROUND = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -162,6 +168,29 @@ def cylinder_through(
         if not (np.isfinite(radius) and radius > 0.0):
             return None
     return axis * np.sign(axis[np.argmax(np.abs(axis))]), centre, radius
+
+
+def without_order(points: FloatArray, cylinder: Cylinder) -> bool:
+    """Whether corners ``(n, 3)`` lie off a cylinder without order.
+
+    On a piece of a cone, a sphere or a waist that was gathered within a tolerance the radius rises
+    or bends along the axis by as much as that. The ends do not count: a rim may be rounded.
+    """
+    offset = points - cylinder.point
+    along = offset @ cylinder.axis
+    inner = np.abs(along) <= 0.5 * _INNER * np.ptp(along)
+    across, up = _square_directions(cylinder.axis)
+    x, y, z = offset[inner] @ across, offset[inner] @ up, along[inner]
+    radius = np.hypot(x, y)
+    around = [np.ones_like(z), x / radius, y / radius]
+    modes = [z**power * mode for power in range(3) for mode in around]
+    basis = np.stack([mode / np.linalg.norm(mode) for mode in modes], axis=1)
+    off = radius - radius.mean()
+    if np.abs(off).max() <= _ROUND * cylinder.radius:
+        return True
+    left = off - basis @ np.linalg.lstsq(basis, off, rcond=1e-9)[0]
+    free = 1.0 - len(modes) / len(off)  # what modes leave of values without order
+    return bool(left @ left > (1.0 - _ORDER) * free * (off @ off))
 
 
 def angular_span(points: FloatArray, cylinder: Cylinder) -> float:

@@ -7,7 +7,8 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.errors import CaseError
-from gradedesign.part._face_filters import FacedPart, Match, direction, number, place
+from gradedesign.part._face_filters import FacedPart, Match, direction
+from gradedesign.part.place_words import number, place
 from gradedesign.part.smooth_faces import SmoothFace
 
 #: How many faces a message lists.

@@ -16,22 +16,42 @@ from scipy.sparse.csgraph import connected_components
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.mesh.surface_mesh import corner_points
 from gradedesign.part._clusters import Clusters
+from gradedesign.part._curved_faces import FIT_SHARE
 from gradedesign.part._edges import face_edges
-from gradedesign.part._face_fits import Cylinder, angular_span, cylinder_through
+from gradedesign.part._face_fits import (
+    Cylinder,
+    angular_span,
+    cylinder_through,
+    without_order,
+)
 
-#: Corners lie on a cylinder within this share of its radius, or within rounding.
+#: Corners lie on a cylinder within this share of its radius, within rounding, or within
+#: so many times their median distance from it, which of corners anywhere between chord and circle
+#: is a quarter of the chord error.
 _ON_WALL = 3e-4
+_SCATTER = 3.0
 #: A facet spans no more than this around the axis: holes of 12 facets are the coarsest.
 _WIDEST = np.radians(31.0)
 #: The sine by which a facet must face the axis or away from it: the flat end of a hole does not.
 _FACING = 0.02
 #: Facets around a seed that a first fit takes, and corners of them that must lie on it.
 _AROUND, _INLIERS = 60, 0.7
+#: Facets about a seed without a wall that are no seeds themselves: two rings. Of more, a seed
+#: beside the rim would use up the wall's own.
+_GIVEN_UP = 10
 #: A wall goes this far around its axis, degrees, with so many facets.
 _SPAN, _LEAST_FACETS = 45.0, 8
+#: A wall is fitted again until it stays, mostly three times; so often at most.
+_MOST_FITS = 12
+#: One whose corners lie off by the chord error of facets goes around half at least: less of a cone
+#: lies as close to a cylinder along its side.
+_LOOSE_SPAN = 170.0
 #: Part of its rim across which the surface may go on smoothly: more, and it is a band of a sphere
 #: or a torus.
 _OPEN_RIM = 0.3
+#: A wall of more rows of facets than this is a cylinder though its rim is rounded: on a sphere or a
+#: torus the corners of a second row lie off by four times the chord error of the first.
+_ROWS = 3.0
 #: A surface goes on smoothly along the axis where the neighbours tilt by these angles, sines.
 _TILTED = np.sin(np.radians([1.0, 35.0]))
 #: Neighbours across sharper edges than this are not looked at for a first fit, cosine.
@@ -93,8 +113,7 @@ def find_walls(clusters: Clusters, label: IntArray, kinds: list[str]) -> list[Wa
             continue
         near = _near(sheet, seed)
         wall = _wall(sheet, near)
-        free[near if wall is None else wall.facets] = False
-        free[seed] = False
+        free[near[:_GIVEN_UP] if wall is None else wall.facets] = False
         if wall is not None:
             walls.append(_with_slivers(sheet, wall, ~flat))
             free[walls[-1].facets] = False
@@ -121,24 +140,34 @@ def _sheet(clusters: Clusters) -> _Sheet:
 
 
 def _near(sheet: _Sheet, seed: int) -> IntArray:
-    """Facets around one, ring by ring."""
-    near, front = {seed}, [seed]
+    """Facets around one, ring by ring, itself first."""
+    near, front = [seed], [seed]
     while front and len(near) < _AROUND:
-        front = sorted({j for k in front for j in sheet.around[k].tolist()} - near)
-        near.update(front)
-    return np.array(sorted(near))
+        front = sorted({j for k in front for j in sheet.around[k].tolist()}.difference(near))
+        near += front
+    return np.array(near)
 
 
 def _wall(sheet: _Sheet, near: IntArray) -> Wall | None:
     """Wall that most facets around a seed belong to."""
-    facets, share = near, _INLIERS
-    for _ in range(3):
-        grown = _grown(sheet, facets, share)
+    grown = _grown(sheet, near, _INLIERS)
+    for _ in range(_MOST_FITS):
         if grown is None:
             return None
         facets, cylinder = grown
-        share = 0.95
-    if len(facets) < _LEAST_FACETS or _span(sheet, facets, cylinder) < _SPAN:
+        grown = _grown(sheet, facets, 0.95)
+        if grown is not None and len(grown[0]) == len(facets):
+            break
+    if grown is None:
+        return None
+    facets, cylinder = grown
+    clusters = sheet.clusters
+    loose = cylinder.deviation > max(clusters.noise, _ON_WALL * cylinder.radius)
+    span = _span(sheet, facets, cylinder)
+    if len(facets) < _LEAST_FACETS or span < (_LOOSE_SPAN if loose else _SPAN):
+        return None
+    corners = clusters.surface.vertices[np.unique(clusters.surface.faces[facets])]
+    if loose and not without_order(corners, cylinder):
         return None
     return None if _goes_on(sheet, facets, cylinder) else Wall(facets=facets, cylinder=cylinder)
 
@@ -153,8 +182,9 @@ def _grown(sheet: _Sheet, facets: IntArray, share: float) -> tuple[IntArray, Cyl
     if len(points) < 6 or cylinder is None:
         return None
     axis, centre, radius = cylinder
-    tolerance = max(clusters.noise, _ON_WALL * radius)
     own = np.abs(_radial(sheet.corners[facets], axis, centre)[1] - radius).max(axis=1)
+    off = np.abs(_radial(points, axis, centre)[1] - radius)
+    tolerance = _tolerance(sheet, facets, cylinder, off)
     if np.count_nonzero(own <= tolerance) < share * len(facets):
         return None
     on, sense = _on_wall(sheet, facets, axis, centre, radius, tolerance)
@@ -171,6 +201,24 @@ def _grown(sheet: _Sheet, facets: IntArray, share: float) -> tuple[IntArray, Cyl
         deviation=float(off.max()),
         concave=sense < 0.0,
     )
+
+
+def _tolerance(
+    sheet: _Sheet,
+    facets: IntArray,
+    cylinder: tuple[FloatArray, FloatArray, float],
+    off: FloatArray,
+) -> float:
+    """Distance from a cylinder, mm, within which a corner lies on it, from those of some corners.
+
+    Corners of a remeshed part lie on the facets that it had before, so within their chord error.
+    """
+    axis, centre, radius = cylinder
+    unit = _radial(sheet.corners[facets], axis, centre)[0] / radius
+    cosine = np.median((unit * np.roll(unit, 1, axis=1)).sum(axis=2).min(axis=1))
+    chord_error = radius * (1.0 - np.sqrt(0.5 * (1.0 + np.clip(cosine, 0.0, 1.0))))
+    scattered = max(_SCATTER * float(np.median(off)), chord_error)
+    return max(sheet.clusters.noise, _ON_WALL * radius, min(scattered, FIT_SHARE * radius))
 
 
 def _with_slivers(sheet: _Sheet, wall: Wall, allowed: BoolArray) -> Wall:
@@ -244,4 +292,9 @@ def _goes_on(sheet: _Sheet, facets: IntArray, cylinder: Cylinder) -> bool:
     beyond, lengths = beyond[~slivers], sheet.lengths[rim][~slivers]
     tilt = np.abs(sheet.clusters.facet_normals[beyond] @ cylinder.axis)
     smooth = (tilt > _TILTED[0]) & (tilt < _TILTED[1])
+    if smooth.any():
+        length = float(np.ptp(sheet.corners[facets].reshape(-1, 3) @ cylinder.axis))
+        row = float(np.median(np.ptp(sheet.corners[beyond[smooth]] @ cylinder.axis, axis=1)))
+        if length > _ROWS * row:
+            return False
     return bool(lengths[smooth].sum() > _OPEN_RIM * lengths.sum())
