@@ -248,9 +248,34 @@ def test_row_25_touching_boxes_are_two_bodies(shift):
         build_surface(np.concatenate([BOX, BOX + shift]))
 
 
-def test_boxes_glued_at_a_face_become_one():
-    _, report = check_solid(np.concatenate([BOX, BOX + np.array([10.0, 0.0, 0.0])]), 2000.0)
-    assert report.bodies == 1
+def test_boxes_glued_at_a_face_become_one_where_they_are_joined():
+    both = np.concatenate([BOX, BOX + np.array([10.0, 0.0, 0.0])])
+    with pytest.raises(PartError, match=r"2 solids touch along 100 mm\^2 around \(10, 5, 5\) mm"):
+        build_surface(both)
+    _, report = check_solid(both, 2000.0, bodies="join")
+    assert (report.bodies, report.bodies_joined, report.common_area) == (1, 2, pytest.approx(100))
+    assert "joined along 100 mm^2" in report.warnings[0]
+    _, report = check_solid(both, 2000.0, bodies="all")
+    assert (report.bodies, report.common_area) == (2, pytest.approx(100))
+
+
+def test_a_body_written_from_both_sides_is_one_body():
+    _, report = check_solid(np.concatenate([BALL, BALL[:, ::-1]]), BALL_VOLUME)
+    assert report.duplicates_removed == len(BALL)
+
+
+def test_facets_of_two_bodies_are_no_duplicates_beside_those_that_are():
+    """Of two bodies that touch, two facets elsewhere are written twice."""
+    both = np.concatenate([BOX, BOX + np.array([10.0, 0.0, 0.0]), BOX[:2]])
+    surface, report = build_surface(both, bodies="join")
+    assert enclosed_volume(surface) == pytest.approx(2000.0, rel=1e-9)
+    assert (report.duplicates_removed, report.bodies_joined) == (2, 2)
+
+
+def test_shells_that_cancel_each_other_are_refused():
+    other = BOX[:, [1, 0, 2]] * [-1.0, 1.0, 1.0] + np.array([10.0, 0.0, 0.0])
+    with pytest.raises(PartError, match="cancel each other"):
+        build_surface(np.concatenate([BOX, other[:, ::-1]]))
 
 
 @pytest.mark.parametrize("tilt", [False, True])

@@ -28,6 +28,8 @@ from gradedesign.errors import CaseError
 #: Ways of repair that need no plugin; the last one rebuilds the whole surface on a grid.
 REBUILD = "rebuild"
 OWN_REPAIRS = ("safe", "auto", REBUILD)
+#: Bodies of a file: one alone, those that touch united, or any number.
+BODIES = ("one", "join", "all")
 UNITS = ("mm", "cm", "m", "inch")
 #: Edges of a box shorter than this are no part, mm.
 _LEAST_EDGE = 1e-3
@@ -97,8 +99,9 @@ class ShapeSpec(Table):
     """How far a damaged surface may be repaired: ``safe``, ``auto``, ``rebuild`` or a plugin's."""
     repair_options: Annotated[dict[str, Any], _RepairOptions()] = Field(default_factory=dict)
     """Options of ``rebuild`` or the plugin's repairer by name; lengths with their unit."""
-    bodies: Annotated[str, Choice(("one", "all"))] = "one"
-    """Disjoint bodies that are accepted: ``one`` or ``all``."""
+    bodies: Annotated[str, Choice(BODIES)] = "one"
+    """Bodies that are accepted: ``one``, several that touch and are united (``join``), or any
+    (``all``)."""
     voxels: VoxelsSpec | None = None
     """Which voxels of a file are solid, and their size."""
 

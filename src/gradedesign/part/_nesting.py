@@ -12,8 +12,9 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.mesh.winding import winding_numbers
 
-#: Shared volume below this share of the smaller shell is touching, not overlapping.
-_TOUCHING = 1e-6
+#: Shared volume below this share of the smaller shell is touching, not overlapping; no more than
+#: the second is, however thin the shell (chosen, not measured).
+_TOUCHING, _MOST_TOUCHING = 1e-6, 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,7 +40,9 @@ def shell_volume(vertices: FloatArray, faces: IntArray) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
-def find_nesting(vertices: FloatArray, parts: Sequence[IntArray], volumes: FloatArray) -> Nesting:
+def find_nesting(
+    vertices: FloatArray, parts: Sequence[IntArray], volumes: FloatArray, margin: float
+) -> Nesting:
     """Compare every two shells whose boxes meet.
 
     Parameters
@@ -49,6 +52,8 @@ def find_nesting(vertices: FloatArray, parts: Sequence[IntArray], volumes: Float
         Facets of each closed shell.
     volumes : (s,) array, mm^3
         Signed.
+    margin : float, mm
+        Shells that reach less deep into each other only touch.
     """
     count = len(parts)
     inside = np.zeros((count, count), dtype=bool)
@@ -58,13 +63,30 @@ def find_nesting(vertices: FloatArray, parts: Sequence[IntArray], volumes: Float
     meets = np.all((lower[:, None] <= upper[None, :]) & (lower[None, :] <= upper[:, None]), axis=2)
     solids: dict[int, Any] = {}
     for i, j in np.argwhere(np.triu(meets, k=1)).tolist():
-        small, big = (i, j) if abs(volumes[i]) < abs(volumes[j]) else (j, i)
+        small, big = _by_size(volumes, i, j)
         share = _shared(vertices, parts, volumes, small, big, solids)
-        if share > 1.0 - _TOUCHING:
+        slight = _slight_share(vertices, parts[small], volumes[small], margin)
+        if share > 1.0 - slight:
             inside[small, big] = True
-        elif share > _TOUCHING:
+        elif share > slight:
             overlap[i, j] = overlap[j, i] = True
     return Nesting(inside=inside, overlap=overlap)
+
+
+def _slight_share(vertices: FloatArray, faces: IntArray, volume: float, margin: float) -> float:
+    """Share of a shell's volume that half its surface has within a margin."""
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    half = 0.25 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return min(max(_TOUCHING, half * margin / abs(volume)), _MOST_TOUCHING)
+
+
+def _by_size(volumes: FloatArray, i: int, j: int) -> tuple[int, int]:
+    """Two shells, the smaller first; of a void and the solid that fills it, the solid is."""
+    one, other = abs(volumes[i]), abs(volumes[j])
+    if abs(one - other) <= _TOUCHING * max(one, other) and volumes[i] * volumes[j] < 0.0:
+        outward = volumes.sum() > -_TOUCHING * max(one, other)
+        return (i, j) if (volumes[i] > 0.0) == outward else (j, i)
+    return (i, j) if one < other else (j, i)
 
 
 def _shared(
@@ -136,7 +158,7 @@ def unite(
     """
     import manifold3d
 
-    owner = {int(v): _innermost(nesting, int(v)) for v in np.flatnonzero(keep & (sign < 0))}
+    owner = {int(v): innermost(nesting, int(v)) for v in np.flatnonzero(keep & (sign < 0))}
     own = [v for v, solid in owner.items() if solid is not None]
     if nesting.overlap[own][:, keep & (sign > 0)].any():
         raise PartError(
@@ -163,7 +185,7 @@ def unite(
     return points, faces
 
 
-def _innermost(nesting: Nesting, shell: int) -> int | None:
+def innermost(nesting: Nesting, shell: int) -> int | None:
     """The smallest shell around a shell: the one that itself lies inside the most."""
     around = np.flatnonzero(nesting.inside[shell])
     if len(around) == 0:

@@ -150,7 +150,7 @@ def _united(
 
     place = _place(vertices, part, pairs)
     solid = manifold_of(vertices, part, 1.0) if _is_outward(volumes) else None
-    pieces = None if solid is None else _pieces(solid, margin)
+    pieces = None if solid is None else pieces_of(solid, margin)
     whole = manifold3d.Manifold.batch_boolean(pieces or [], manifold3d.OpType.Add)
     before, after = shell_volume(vertices, part), whole.volume()
     if not pieces or not np.isclose(after, before - volumes.excess, rtol=_AGREEMENT):
@@ -169,7 +169,7 @@ def _is_outward(volumes: WindingVolumes) -> bool:
     return volumes.reversed <= NEGLIGIBLE * volumes.solid
 
 
-def _pieces(solid: Any, margin: float) -> list[Any] | None:
+def pieces_of(solid: Any, margin: float) -> list[Any] | None:
     """Cut a solid until no piece overlaps itself; None if that does not end."""
     waiting: list[tuple[Any, int]] = [(solid, 0)]
     pieces: list[Any] = []

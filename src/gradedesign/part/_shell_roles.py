@@ -42,11 +42,21 @@ class ShellRoles:
     keep: BoolArray
 
 
-def shell_roles(nesting: Nesting, volumes: FloatArray, source: str) -> ShellRoles:
-    """Role of each shell, from the relative positions of the shells."""
-    cluster = _clusters(nesting)
-    fragment = _fragments(cluster, volumes)
-    sign, inverted = _outward_signs(nesting, cluster, volumes, source)
+def shell_roles(
+    nesting: Nesting, volumes: FloatArray, sign: IntArray, inverted: BoolArray, touching: BoolArray
+) -> ShellRoles:
+    """Role of each shell, from the relative positions of the shells.
+
+    Parameters
+    ----------
+    nesting : Nesting
+    volumes : (s,) array, mm^3
+    sign, inverted : (s,) arrays
+        As `outward_signs` returns them.
+    touching : (s, s) bool array
+        Which shells have faces in common.
+    """
+    fragment = _fragments(_clusters(nesting.inside | nesting.overlap | touching), volumes)
     outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
     cut = ~fragment & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
     bounding = ((outside > 0) != (outside + sign > 0)) | cut
@@ -60,10 +70,9 @@ def shell_roles(nesting: Nesting, volumes: FloatArray, source: str) -> ShellRole
     )
 
 
-def _clusters(nesting: Nesting) -> IntArray:
-    """Number the sets of shells that lie in or across each other, ``(s,)``."""
-    graph = coo_array(nesting.inside | nesting.overlap)
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+def _clusters(related: BoolArray) -> IntArray:
+    """Number the sets of shells that are related, ``(s,)``."""
+    return connected_components(coo_array(related), directed=False)[1].astype(np.int64)
 
 
 def _fragments(cluster: IntArray, volumes: FloatArray) -> BoolArray:
@@ -75,9 +84,7 @@ def _fragments(cluster: IntArray, volumes: FloatArray) -> BoolArray:
     return np.asarray(small[cluster])
 
 
-def _outward_signs(
-    nesting: Nesting, cluster: IntArray, volumes: FloatArray, source: str
-) -> tuple[IntArray, BoolArray]:
+def outward_signs(nesting: Nesting, volumes: FloatArray, source: str) -> tuple[IntArray, BoolArray]:
     """+1 for shells that add material, -1 for those that take it, and which had to be flipped.
 
     Everything that lies in or across an inverted largest shell is flipped with it: the file is
@@ -88,6 +95,7 @@ def _outward_signs(
     PartError
         If a shell crosses a larger one that runs the other way round and is the inverted one.
     """
+    cluster = _clusters(nesting.inside | nesting.overlap)
     order = np.lexsort((-volumes, -np.abs(volumes)))
     _, first = np.unique(cluster[order], return_index=True)
     largest = order[first][cluster]

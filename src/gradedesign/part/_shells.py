@@ -15,14 +15,14 @@ from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.part._edges import Edges, face_edges
-from gradedesign.part._nesting import Nesting, find_nesting, shell_volume, unite
+from gradedesign.part._edges import face_edges
+from gradedesign.part._folds import unfolded_shells
+from gradedesign.part._joined import Settled, settle_touches
+from gradedesign.part._nesting import Nesting, find_nesting, innermost, shell_volume, unite
 from gradedesign.part._orient import shell_labels, split_shells
 from gradedesign.part._self_crossing import require_simple, uncross_shells
-from gradedesign.part._shell_roles import ShellRoles, shell_roles
-
-#: Shells below this share of the largest volume enclose nothing that single precision can hold.
-FLAT_SHARE = 1e-12
+from gradedesign.part._shell_roles import ShellRoles, outward_signs, shell_roles
+from gradedesign.part._touching import Touches, find_touches, own_vertices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,12 +35,15 @@ class SolidShells:
     faces : (m, 3) int array
     counts : mapping of str to int
         Keys as in ``RepairReport``.
+    common_area : float, mm^2
+        Of the faces in which solids touch.
     warnings : tuple of str
     """
 
     vertices: FloatArray
     faces: IntArray
     counts: Mapping[str, int]
+    common_area: float
     warnings: tuple[str, ...]
 
 
@@ -54,7 +57,7 @@ def settle_shells(
     vertices : (n, 3) array, mm
     faces : (m, 3) int array
         Consistently oriented.
-    bodies : {"one", "all"}
+    bodies : {"one", "join", "all"}
     margin : float, mm
         Depth up to which facets only touch.
     source : str
@@ -65,101 +68,142 @@ def settle_shells(
         If the surface does not close, has no volume, overlaps itself in a way that cannot be
         settled, or falls into several bodies where one is asked.
     """
-    parts = split_shells(faces, _closed_shells(vertices, faces, source))
-    _require_volume(vertices, parts, source)
-    free = uncross_shells(vertices, parts, margin=margin, source=source)
-    vertices = free.vertices
-    parts, volumes, flat = _without_flat(vertices, free.parts, source)
-    nesting = find_nesting(vertices, parts, volumes)
-    roles = shell_roles(nesting, volumes, source)
-    sign, keep = roles.sign, roles.keep
-    warnings = [*free.notes, *flat, *_notes(volumes, roles, source)]
-    parts = [p[:, ::-1] if flip else p for p, flip in zip(parts, sign * volumes < 0, strict=True)]
-    crossing = keep & nesting.overlap[:, keep].any(axis=1)
-    shells = [parts[k] for k in np.flatnonzero(keep)]
-    if crossing.any():
-        vertices, shells, note = _united(vertices, parts, keep, sign, nesting, source)
-        warnings.append(note)
-    shell_volumes = np.array([shell_volume(vertices, part) for part in shells])
-    _require_bodies(vertices, shells, shell_volumes, bodies, source)
-    vertices, faces = _separate(vertices, shells)
-    if len(shells) > 1 or crossing.any():  # a single shell was measured when it was uncrossed
+    single = unfolded_shells(vertices, faces, margin=margin, source=source)
+    _require_volume(single.vertices, single.parts, source)
+    free = uncross_shells(single.vertices, single.parts, margin=margin, source=source)
+    shells, roles, notes = _bounding(free.vertices, list(free.parts), margin, source)
+    united = int(shells.crossing.sum()) + free.united
+    if shells.crossing.any():
+        shells, note = _united(shells, margin, source)
+        notes.append(note)
+    settled = settle_touches(
+        Settled(vertices=shells.vertices, parts=tuple(shells.parts)),
+        shells.owner,
+        shells.touches,
+        bodies=bodies,
+        margin=margin,
+        source=source,
+    )
+    vertices, parts = own_vertices(settled.vertices, settled.parts)
+    volumes = np.array([shell_volume(vertices, part) for part in parts])
+    _require_bodies(vertices, parts, volumes, bodies, settled.words, source)
+    faces = np.concatenate(parts)
+    if len(parts) > 1 or united:  # a single shell was measured when it was uncrossed
         require_simple(vertices, faces, source)
     counts = {
+        "facets_folded": single.removed,
         "shells_inverted": int(roles.inverted.sum()),
         "shells_ignored": int(roles.ignored.sum()),
-        "shells_united": int(crossing.sum()) + free.united,
+        "shells_united": united,
         "fragments_dropped": int(roles.fragment.sum()),
-        "bodies": int((shell_volumes > 0).sum()),
-        "voids": int((shell_volumes < 0).sum()),
+        "bodies_joined": settled.joined,
+        "bodies": int((volumes > 0).sum()),
+        "voids": int((volumes < 0).sum()),
     }
-    return SolidShells(vertices=vertices, faces=faces, counts=counts, warnings=tuple(warnings))
+    return SolidShells(
+        vertices=vertices,
+        faces=faces,
+        counts=counts,
+        common_area=settled.area,
+        warnings=(*single.notes, *free.notes, *notes, *settled.notes),
+    )
 
 
-def _united(
-    vertices: FloatArray,
-    parts: list[IntArray],
-    keep: BoolArray,
-    sign: IntArray,
-    nesting: Nesting,
-    source: str,
-) -> tuple[FloatArray, list[IntArray], str]:
-    """Unite overlapping shells: vertices, the shells of the union, and a remark with volumes."""
-    before = sum(shell_volume(vertices, parts[k]) for k in np.flatnonzero(keep))
-    vertices, faces = unite(vertices, parts, keep, sign, nesting, source)
-    shells = split_shells(faces, shell_labels(face_edges(faces), len(faces)))
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Shells:
+    """Shells that bound material, outward, voids reversed, without common vertices.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array, mm
+    parts : list of (k, 3) int array
+    nesting : Nesting
+    crossing : (s,) bool array
+        Which overlap others.
+    touches : Touches
+    """
+
+    vertices: FloatArray
+    parts: list[IntArray]
+    nesting: Nesting
+    crossing: BoolArray
+    touches: Touches
+
+    @property
+    def owner(self) -> IntArray:
+        """Solid that each shell bounds: itself, or for a void the solid around it, ``(s,)``."""
+        owner = np.arange(len(self.parts))
+        for k, part in enumerate(self.parts):
+            around = innermost(self.nesting, k) if shell_volume(self.vertices, part) < 0 else None
+            owner[k] = k if around is None else around
+        return owner
+
+
+def _bounding(
+    vertices: FloatArray, parts: list[IntArray], margin: float, source: str
+) -> tuple[_Shells, ShellRoles, list[str]]:
+    """Shells that bound material, the roles of all, and remarks."""
+    volumes = np.array([shell_volume(vertices, part) for part in parts])
+    nesting = find_nesting(vertices, parts, volumes, margin)
+    sign, inverted = outward_signs(nesting, volumes, source)
+    turned = [p[:, ::-1] if f else p for p, f in zip(parts, sign * volumes < 0, strict=True)]
+    vertices, parts = own_vertices(vertices, turned)
+    touches = find_touches(vertices, parts, margin)
+    roles = shell_roles(nesting, volumes, sign, inverted, touches.matrix(len(parts)))
+    keep = np.flatnonzero(roles.keep)
+    if len(keep) == 0:
+        raise PartError(
+            f"{source}: its {len(parts)} closed shells cancel each other, so that nothing is "
+            "solid; turn the normals of those that are solids outward"
+        )
+    among = np.ix_(keep, keep)
+    shells = _Shells(
+        vertices=vertices,
+        parts=[parts[k] for k in keep.tolist()],
+        nesting=Nesting(inside=nesting.inside[among], overlap=nesting.overlap[among]),
+        crossing=nesting.overlap[among].any(axis=1),
+        touches=touches.among(keep, len(parts)),
+    )
+    return shells, roles, _notes(volumes, roles, source)
+
+
+def _united(shells: _Shells, margin: float, source: str) -> tuple[_Shells, str]:
+    """Unite shells that overlap, and a remark with volumes; those that do not stay."""
+    vertices, parts, nesting = shells.vertices, shells.parts, shells.nesting
+    volumes = np.array([shell_volume(vertices, part) for part in parts])
+    related = nesting.overlap.copy()
+    related[np.arange(len(parts)), shells.owner] = True
+    cluster = connected_components(coo_array(related), directed=False)[1]
+    points, made = [], []
+    before = after = 0.0
+    count = 0
+    for number in range(int(cluster.max()) + 1):
+        own = cluster == number
+        if shells.crossing[own].any():
+            sign = np.where(volumes > 0, 1, -1)
+            new, faces = unite(vertices, parts, own, sign, nesting, source)
+            pieces = split_shells(faces, shell_labels(face_edges(faces), len(faces)))
+            before += float(volumes[own].sum())
+            after += sum(shell_volume(new, piece) for piece in pieces)
+        else:
+            new, pieces = own_vertices(vertices, [parts[k] for k in np.flatnonzero(own)])
+        points.append(new)
+        made += [piece + count for piece in pieces]
+        count += len(new)
     note = (
         f"{source}: overlapping shells were united; volume {before:.6g} mm^3 counted shell by "
-        f"shell, {sum(shell_volume(vertices, shell) for shell in shells):.6g} mm^3 united"
+        f"shell, {after:.6g} mm^3 united"
     )
-    return vertices, shells, note
-
-
-def _without_flat(
-    vertices: FloatArray, parts: Sequence[IntArray], source: str
-) -> tuple[list[IntArray], FloatArray, list[str]]:
-    """Drop closed shells that enclose nothing, such as pockets flattened by single precision."""
+    vertices, parts = own_vertices(np.concatenate(points), made)
     volumes = np.array([shell_volume(vertices, part) for part in parts])
-    solid = np.abs(volumes) > FLAT_SHARE * np.abs(volumes).max()
-    shells = [p for p, keep in zip(parts, solid, strict=True) if keep]
-    gone = len(parts) - len(shells)
-    notes = [f"{source}: {gone} closed shells without volume were dropped"] if gone else []
-    return shells, volumes[solid], notes
-
-
-def _closed_shells(vertices: FloatArray, faces: IntArray, source: str) -> IntArray:
-    """Label shells such that each closes by itself, ``(m,)``."""
-    edges = face_edges(faces)
-    label = shell_labels(edges, len(faces))
-    side, net = _net_directions(edges, label)
-    if net.any():  # sheets that close only together, at edges of more than two facets
-        touched = np.isin(edges.edge_of, edges.edge_of[side[net != 0]])
-        shell = np.tile(label, 3)[touched]
-        graph = coo_array(
-            (np.ones(len(shell)), (shell, int(label.max()) + 1 + edges.edge_of[touched])),
-            shape=(int(label.max()) + 1 + len(edges.count),) * 2,
-        )
-        merged = connected_components(graph, directed=False)[1][label]
-        label = np.unique(merged, return_inverse=True)[1].astype(np.int64)
-        side, net = _net_directions(edges, label)
-    if net.any():
-        wrong = edges.edge_of[side[net != 0]]
-        place = vertices[edges.ends[wrong]].mean(axis=1)
-        listed = "; ".join(f"({p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g}) mm" for p in place[:5])
-        raise PartError(
-            f"{source}: {len(np.unique(wrong))} non-manifold edges at which the facets do not "
-            f"close to a solid, at {listed}; separate or unite the touching bodies in CAD"
-        )
-    return label
-
-
-def _net_directions(edges: Edges, label: IntArray) -> tuple[IntArray, IntArray]:
-    """Net count of directions along each edge within each shell, with one side of each."""
-    key = np.tile(label, 3) * np.int64(len(edges.count)) + edges.edge_of
-    _, side, index = np.unique(key, return_index=True, return_inverse=True)
-    net = np.zeros(len(side), dtype=np.int64)
-    np.add.at(net, index, np.where(edges.forward, 1, -1))
-    return side, net
+    united = _Shells(
+        vertices=vertices,
+        parts=parts,
+        nesting=find_nesting(vertices, parts, volumes, margin),
+        crossing=np.zeros(len(parts), dtype=np.bool_),
+        touches=find_touches(vertices, parts, margin),
+    )
+    return united, note
 
 
 def _require_volume(vertices: FloatArray, parts: Sequence[IntArray], source: str) -> None:
@@ -198,7 +242,12 @@ def _notes(volumes: FloatArray, roles: ShellRoles, source: str) -> list[str]:
 
 
 def _require_bodies(
-    vertices: FloatArray, parts: list[IntArray], volumes: FloatArray, bodies: str, source: str
+    vertices: FloatArray,
+    parts: Sequence[IntArray],
+    volumes: FloatArray,
+    bodies: str,
+    touching: str,
+    source: str,
 ) -> None:
     """Refuse several solids unless they are wanted."""
     solids = np.flatnonzero(volumes > 0)
@@ -211,16 +260,6 @@ def _require_bodies(
     )
     raise PartError(
         f"{source}: the file holds {len(solids)} separate solids: {listed}; "
-        'unite them in CAD, or set bodies = "all" if they are meant to be loose'
+        + (f'{touching}: set bodies = "join" to unite them there, ' if touching else "")
+        + 'unite them in CAD, or set bodies = "all" if they are meant to be loose'
     )
-
-
-def _separate(vertices: FloatArray, parts: list[IntArray]) -> tuple[FloatArray, IntArray]:
-    """Give every shell its own vertices, so that shells that touch stay apart."""
-    points, facets, start = [], [], 0
-    for part in parts:
-        used, index = np.unique(part, return_inverse=True)
-        points.append(vertices[used])
-        facets.append(index.reshape(-1, 3) + start)
-        start += len(used)
-    return np.concatenate(points), np.concatenate(facets).astype(np.int64)

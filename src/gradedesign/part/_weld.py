@@ -1,4 +1,4 @@
-"""Welding of loose corners to shared vertices, without degenerate and duplicate facets."""
+"""Welding of loose corners to shared vertices, without degenerate facets."""
 
 from __future__ import annotations
 
@@ -182,40 +182,6 @@ def _longest_first(vertices: FloatArray, face: tuple[int, int, int]) -> tuple[in
     lengths = [np.linalg.norm(vertices[face[k]] - vertices[face[(k + 1) % 3]]) for k in range(3)]
     k = int(np.argmax(lengths))
     return face[k], face[(k + 1) % 3], face[(k + 2) % 3]
-
-
-def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
-    """Keep one facet of each set over the same three vertices.
-
-    Pairs that face opposite ways are two solids glued together when dropping both leaves a
-    closed surface; otherwise one of them is kept and its direction settled later.
-
-    Returns
-    -------
-    faces : (k, 3) int array
-    removed : int
-    """
-    ordered = np.sort(faces, axis=1)
-    _, first, index, counts = np.unique(
-        ordered, axis=0, return_index=True, return_inverse=True, return_counts=True
-    )
-    if len(first) == len(faces):
-        return faces, 0
-    single = faces[np.sort(first)]
-    sense = np.zeros(len(first), dtype=np.int64)
-    np.add.at(sense, index.ravel(), _sense(faces))
-    cancelled = (counts > 1) & (sense == 0)
-    if cancelled.any():
-        net = faces[np.sort(first[~cancelled])]
-        if len(net) and odd_edge_count(net) == 0 < odd_edge_count(single):
-            return net, len(faces) - len(net)
-    return single, len(faces) - len(single)
-
-
-def _sense(faces: IntArray) -> IntArray:
-    """+1 for facets that are an even permutation of their sorted corners, -1 for odd ones."""
-    a, b, c = faces.T
-    return np.where((a < b).astype(int) + (b < c) + (c < a) == 2, 1, -1)
 
 
 def compact(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:

@@ -9,8 +9,10 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.case.part_schema import BODIES
 from gradedesign.errors import CaseError, PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part._duplicates import drop_duplicates
 from gradedesign.part._edges import face_edges
 from gradedesign.part._holes import describe_rims, fill_rims, find_rims
 from gradedesign.part._orient import orient_consistently
@@ -20,7 +22,6 @@ from gradedesign.part._weld import (
     compact,
     core_points,
     drop_degenerate,
-    drop_duplicates,
     thickness,
     weld,
 )
@@ -63,8 +64,14 @@ class RepairReport:
         Disconnected components under 0.1 % of the volume of the largest, together under 1 % of the
         part's.
     holes_filled : int
+    facets_folded : int
+        Of one body, in pairs that faced each other.
     touching_edges : int
         Edges at which more than two facets meet.
+    bodies_joined : int
+        Solids with common faces that were united, and bodies that touched themselves.
+    common_area : float, mm^2
+        Of the faces in which solids of the file touch.
     bodies, voids : int
     repairer : mapping of str to int
         Changes that the repairer of a plugin counts.
@@ -78,6 +85,7 @@ class RepairReport:
     degenerate_removed: int = 0
     duplicates_removed: int = 0
     facets_split: int = 0
+    facets_folded: int = 0
     facets_flipped: int = 0
     shells_inverted: int = 0
     shells_ignored: int = 0
@@ -85,6 +93,8 @@ class RepairReport:
     fragments_dropped: int = 0
     holes_filled: int = 0
     touching_edges: int = 0
+    bodies_joined: int = 0
+    common_area: float = 0.0
     bodies: int = 1
     voids: int = 0
     repairer: Mapping[str, int] = field(default_factory=dict)
@@ -112,8 +122,8 @@ def build_surface(
     corners : (m, 3 corners, 3 coordinates) array, mm
     repair : {"safe", "auto"}
         ``auto`` also closes small holes.
-    bodies : {"one", "all"}
-        Whether several separate solids are accepted.
+    bodies : {"one", "join", "all"}
+        Whether several separate solids are accepted, or those that touch united.
     source : str
         Name for messages.
 
@@ -131,7 +141,7 @@ def build_surface(
         If an option is unknown.
     """
     _require_option("repair", repair, ("safe", "auto"))
-    _require_option("bodies", bodies, ("one", "all"))
+    _require_option("bodies", bodies, BODIES)
     if len(corners) == 0:
         raise PartError(f"{source}: no triangles; export the part again as a solid")
     require_finite(corners, source=source)
@@ -141,16 +151,18 @@ def build_surface(
     vertices, faces, counts = cleaned(corners, diagonal, source)
     vertices, faces, holes = _close_holes(vertices, faces, repair, diagonal, source, warnings)
     vertices, faces = compact(vertices, faces)
-    touching = int(np.count_nonzero(face_edges(faces).count > 2))
+    crowded = bool((face_edges(faces).count > 2).any())
     solid = settle_shells(
         vertices, faces, bodies=bodies, margin=WELD_SHARE * diagonal, source=source
     )
+    touching = _touching_edges(solid.vertices[solid.faces]) if crowded else 0
     counts |= {"holes_filled": holes, "touching_edges": touching, **solid.counts}
     report = RepairReport(
         facets_read=len(corners),
         facets_kept=len(solid.faces),
         weld_tolerance=WELD_SHARE * diagonal,
         repairer={},
+        common_area=solid.common_area,
         warnings=(*warnings, *_change_notes(counts, source), *solid.warnings),
         **counts,
     )
@@ -176,7 +188,7 @@ def cleaned(
     faces, degenerate = drop_degenerate(vertices, faces, diagonal)
     if len(faces) == 0:
         raise PartError(f"{source}: all {len(corners)} facets have zero area; nothing is enclosed")
-    faces, duplicates = drop_duplicates(faces)
+    faces, duplicates = drop_duplicates(vertices, faces)
     faces, split = join_seams(vertices, faces, WELD_SHARE * diagonal)
     faces, flipped = orient_consistently(vertices, faces, source)
     counts = {
@@ -245,6 +257,12 @@ def _close_holes(
     )
     warnings.append(f"{source}: {len(rims)} holes filled: {describe_rims(rims)}")
     return vertices, faces, len(rims)
+
+
+def _touching_edges(corners: FloatArray) -> int:
+    """Count the edges at which more than two facets ``(m, 3, 3)`` meet."""
+    faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    return int(np.count_nonzero(face_edges(faces).count > 2))
 
 
 def _change_notes(counts: Mapping[str, int], source: str) -> list[str]:

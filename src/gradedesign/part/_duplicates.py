@@ -1,0 +1,147 @@
+"""Facets over the same three vertices: those written twice, and those of two bodies that touch."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.mesh.winding import winding_numbers
+from gradedesign.part._edges import face_edges
+
+
+def drop_duplicates(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, int]:
+    """Keep one facet of those that a file holds twice, and both where two bodies touch.
+
+    Facets over the same three vertices belong to bodies that touch where every edge around them
+    has an even number of facets with all of them, and not with one of each. Where both close, all
+    face the same way, or no other solid is around them: then they are one surface, written twice.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array, mm
+    faces : (m, 3) int array
+
+    Returns
+    -------
+    faces : (k, 3) int array
+    removed : int
+    """
+    read = len(faces)
+    faces = faces[~_surplus(faces)]
+    _, first, index, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    if len(first) == len(faces):
+        return faces, read - len(faces)
+    index = index.ravel()
+    opposite = np.bincount(index, _sense(faces)) == 0
+    patch = _patches(faces[first], count > 1, opposite)
+    all_odd, single_odd = _odd_edges(faces[first], count, patch)
+    kept = np.where(opposite[_firsts(patch)], all_odd <= single_odd, all_odd < single_odd)
+    unclear = np.flatnonzero(opposite[_firsts(patch)] & (all_odd == 0) & (single_odd == 0))
+    for number in unclear.tolist():
+        own = patch == number
+        others = faces[~own[index]]
+        kept[number] = _inside(vertices, others, faces[first][own][0])
+    single = (patch >= 0) & ~np.append(kept, False)[patch]
+    gone = single[index]
+    gone[first[single]] = False
+    return faces[~gone], read - int(np.count_nonzero(~gone))
+
+
+def _surplus(faces: IntArray) -> BoolArray:
+    """Facets ``(m,)`` beyond those that have one turned the other way, where some have."""
+    index = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True)[1].ravel()
+    ahead = _sense(faces) > 0
+    pairs = np.minimum(np.bincount(index, ahead), np.bincount(index, ~ahead))[index]
+    rank = np.where(ahead, _rank(index, ahead), _rank(index, ~ahead))
+    return np.asarray((pairs > 0) & (rank >= pairs))
+
+
+def facing_pairs(faces: IntArray, shell: IntArray) -> BoolArray:
+    """Facets ``(m,)`` of a shell that another facet of it covers, turned the other way.
+
+    Both go without opening the shell: it is folded onto itself there.
+
+    Parameters
+    ----------
+    faces : (m, 3) int array
+    shell : (m,) int array
+        Of every facet.
+    """
+    key = np.column_stack([shell, np.sort(faces, axis=1)])
+    index = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    sense = _sense(faces)
+    ahead, back = np.bincount(index, sense > 0), np.bincount(index, sense < 0)
+    pairs = np.minimum(ahead, back)[index]
+    return np.asarray(np.where(sense > 0, _rank(index, sense > 0), _rank(index, sense < 0)) < pairs)
+
+
+def copy_numbers(faces: IntArray) -> tuple[IntArray, BoolArray]:
+    """How many facets before each have its corners and its sense, and which have any such twin."""
+    key = np.column_stack([np.sort(faces, axis=1), _sense(faces)])
+    index, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)[1:]
+    index = index.ravel()
+    return _rank(index, np.ones(len(faces), dtype=np.bool_)), np.asarray(count[index] > 1)
+
+
+def _rank(index: IntArray, among: BoolArray) -> IntArray:
+    """How many facets with the same index come before each, of those among which it counts."""
+    order = np.argsort(index, kind="stable")
+    before = np.cumsum(among[order]) - among[order]
+    start = np.concatenate([[True], np.diff(index[order]) != 0])
+    offset = np.maximum.accumulate(np.where(start, before, 0))
+    rank = np.zeros(len(index), dtype=np.int64)
+    rank[order] = before - offset
+    return rank
+
+
+def _sense(faces: IntArray) -> IntArray:
+    """+1 for facets that are an even permutation of their sorted corners, -1 for odd ones."""
+    a, b, c = faces.T
+    return np.where((a < b).astype(int) + (b < c) + (c < a) == 2, 1, -1)
+
+
+def _patches(sets: IntArray, doubled: BoolArray, opposite: BoolArray) -> IntArray:
+    """Number the doubled sets ``(s, 3)`` that meet at edges and are of one kind; -1 for others."""
+    edge_of = face_edges(sets).edge_of
+    number = np.tile(np.arange(len(sets)), 3)
+    side = doubled[number]
+    node = len(sets) + 2 * edge_of[side] + opposite[number[side]]
+    size = len(sets) + 2 * int(edge_of.max() + 1)
+    graph = coo_array((np.ones(len(node)), (number[side], node)), shape=(size, size))
+    group = connected_components(graph, directed=False)[1][: len(sets)]
+    patch = np.full(len(sets), -1, dtype=np.int64)
+    patch[doubled] = np.unique(group[doubled], return_inverse=True)[1]
+    return patch
+
+
+def _firsts(patch: IntArray) -> IntArray:
+    """The first set of every patch."""
+    numbers, first = np.unique(patch, return_index=True)
+    return first[numbers >= 0]
+
+
+def _odd_edges(sets: IntArray, count: IntArray, patch: IntArray) -> tuple[IntArray, IntArray]:
+    """Edges of every patch with an odd number of facets: with all its facets, and one of each."""
+    edges = face_edges(sets)
+    total = np.bincount(edges.edge_of, np.tile(count, 3)).astype(np.int64)
+    side = np.tile(patch, 3) >= 0
+    key = np.tile(patch, 3)[side] * np.int64(len(total)) + edges.edge_of[side]
+    found, index = np.unique(key, return_inverse=True)
+    surplus = np.bincount(index.ravel(), np.tile(count - 1, 3)[side]).astype(np.int64)
+    of_patch, edge = found // len(total), found % len(total)
+    patches = int(patch.max()) + 1
+    return (
+        np.bincount(of_patch, total[edge] % 2, patches).astype(np.int64),
+        np.bincount(of_patch, (total[edge] - surplus) % 2, patches).astype(np.int64),
+    )
+
+
+def _inside(vertices: FloatArray, others: IntArray, facet: IntArray) -> bool:
+    """Whether the middle of a facet lies within the solid of other facets."""
+    if len(others) == 0:
+        return False
+    return bool(abs(winding_numbers(vertices[others], vertices[facet].mean(axis=0)[None])[0]) > 0.5)
