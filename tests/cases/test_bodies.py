@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from body_variants import loose_core
+from damaged_shapes import binary, box
 from small_parts import SHORT_BAR
 
 from gradedesign.mesh.surface_mesh import SurfaceMesh
@@ -130,3 +132,49 @@ def test_a_body_without_a_support_is_refused_before_anything_is_sized(cli, folde
     assert ended.code == 2
     assert "body 2" in ended.err
     assert "without any support" in ended.err
+
+
+def test_a_loose_core_in_a_void_is_refused_before_anything_is_sized(cli, folder):
+    (folder / "two.stl").write_bytes(binary(np.concatenate(loose_core().shells)))
+    ended = cli("check", folder)
+    assert ended.code == 2
+    said = " ".join(ended.err.split())
+    assert "case.toml:" in said
+    # By its sizes: 10 x 8 x 6 mm.
+    assert "body 2, 480 mm^3 from (25, 16, 7) to (35, 24, 13) mm: without any support" in said
+
+
+#: The bar of the case in two halves, of which the second lies against the first.
+HALVES = np.concatenate([box((0, 0, 0), (8, 8, 8)), box((8, 0, 0), (16, 8, 8))])
+
+
+@pytest.mark.parametrize(
+    ("bodies", "code", "words"),
+    [
+        ("one", 3, "2 separate solids"),
+        ("all", 2, 'part.bodies: found "all", but solids of the part touch along 64 mm^2'),
+    ],
+)
+def test_halves_that_touch_are_refused_unless_they_are_joined(cli, folder, bodies, code, words):
+    (folder / "two.stl").write_bytes(binary(HALVES))
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    (folder / "case.toml").write_text(text.replace('"all"', f'"{bodies}"'), encoding="utf-8")
+    ended = cli("check", folder)
+    said = " ".join(ended.err.split())
+    assert ended.code == code
+    assert words in said
+    assert "case.toml:" in said
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_halves_that_are_joined_are_the_bar(cli, folder):
+    (folder / "two.stl").write_bytes(binary(HALVES))
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    (folder / "case.toml").write_text(text.replace('"all"', '"join"'), encoding="utf-8")
+    ended = cli("check", folder, "--json")
+    assert ended.code == 0, ended.err
+    part = json.loads(ended.out)["part"]
+    assert part["volume_mm3"] == pytest.approx(1024.0, rel=1e-9)
+    assert (part["bodies"], part["repairs"]) == (1, {"bodies_joined": 2})
+    assert part["common_area_mm2"] == pytest.approx(64.0, rel=1e-6)
+    assert "joined along 64 mm^2 of common faces" in ended.out

@@ -125,7 +125,8 @@ def test_a_body_that_nothing_holds_is_refused_without_a_mesh(tmp_path):
     )
     (tmp_path / "case.toml").write_text(BODIES, encoding="utf-8")
     case = load_case(tmp_path)
-    with pytest.raises(CaseError, match=r"load_case\[0\]\.fix.*of body 2: without any support"):
+    words = r"load_case\[0\]\.fix.*of body 2, 1000 mm\^3 from \(20, 0, 0\).*: without any support"
+    with pytest.raises(CaseError, match=words):
         require_supported(case, read_part(case, {".stl": read_stl}))
     held = BODIES.replace('{region = "root"}]', '{region = "root"}, {region = "other"}]')
     (tmp_path / "case.toml").write_text(held, encoding="utf-8")

@@ -62,7 +62,12 @@ class DraftCase:
 
 
 def draft_case(
-    path: Path, registry: Registry, *, units: str | None = None, auto: bool = False
+    path: Path,
+    registry: Registry,
+    *,
+    units: str | None = None,
+    auto: bool = False,
+    bodies: str = "one",
 ) -> DraftCase:
     """Read a part and find the faces on which it may be held and loaded.
 
@@ -75,6 +80,8 @@ def draft_case(
         One of `UNITS`, of its coordinates where the file carries none.
     auto : bool
         Whether damage is repaired that needs a choice, as ``[part] repair = "auto"`` does.
+    bodies : str
+        One of `BODIES`, as ``[part] bodies``.
 
     Raises
     ------
@@ -88,6 +95,8 @@ def draft_case(
     stated = {} if units is None else {"units": units}
     if auto:
         stated["repair"] = "auto"
+    if bodies != "one":
+        stated["bodies"] = bodies
     identity = _identity(path, stated)
     readers = part_readers(identity, registry)
     suffix = path.suffix.lower()

@@ -144,12 +144,15 @@ def new(
     repair: Annotated[
         str, typer.Option("--repair", help="safe, or auto where the file is damaged.")
     ] = "safe",
+    bodies: Annotated[
+        str, typer.Option("--bodies", help="one, join where solids touch, or all.")
+    ] = "one",
     strict_plugins: Strict = False,
 ) -> None:
     """Begin a case: its file, with the part's holes and flat ends as regions."""
     from gradedesign.cli.new import new as command
 
-    command(part, output, units=units, repair=repair, strict_plugins=strict_plugins)
+    command(part, output, units=units, repair=repair, bodies=bodies, strict_plugins=strict_plugins)
 
 
 @app.command()

@@ -96,6 +96,8 @@ def _part(checked: CaseCheck) -> dict[str, Any]:
         "volume_mm3": part.volume,
         "solid_mass_g": checked.resolved.material.density * part.volume * 1e6,
         "triangles": len(part.surface.faces),
+        "bodies": part.report.bodies,
+        "common_area_mm2": part.report.common_area,
         "repairs": part.report.changes,
         "file_bodies": file_body_data(part.file_bodies),
         "file_faces": file_faces(part),

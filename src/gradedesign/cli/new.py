@@ -6,7 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
-from gradedesign.case.part_schema import UNITS
+from gradedesign.case.part_schema import BODIES, UNITS
 from gradedesign.case.suggest import instead, shown
 from gradedesign.check.draft_case import DraftCase, draft_case, draft_text
 from gradedesign.cli.plugins import registry_for
@@ -35,6 +35,7 @@ def new(
     *,
     units: str | None,
     repair: str,
+    bodies: str,
     strict_plugins: bool,
 ) -> None:
     """Read a part, propose regions, and write a case file beside a copy of it."""
@@ -48,9 +49,11 @@ def new(
         raise CaseError(f"--units: found {shown(units)}; {instead(units, UNITS)}")
     if repair not in ("safe", "auto"):
         raise CaseError(f"--repair: found {shown(repair)}; {instead(repair, ('safe', 'auto'))}")
+    if bodies not in BODIES:
+        raise CaseError(f"--bodies: found {shown(bodies)}; {instead(bodies, BODIES)}")
     registry = registry_for(strict_plugins=strict_plugins)
     with ProgressLines("new", err=True):
-        draft = draft_case(file, registry, units=units, auto=repair == "auto")
+        draft = draft_case(file, registry, units=units, auto=repair == "auto", bodies=bodies)
         beside = _copied(file, folder)
         drawn = _draw(draft, folder / PICTURE, name)
         write_text(case_file, draft_text(draft, file.stem, beside.name))

@@ -6,21 +6,19 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
-from gradedesign.mesh.winding import winding_numbers
+from gradedesign.arrays import BoolArray, IntArray
 from gradedesign.part._edges import face_edges
 
 
-def drop_duplicates(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, int]:
+def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
     """Keep one facet of those that a file holds twice, and both where two bodies touch.
 
-    Facets over the same three vertices belong to bodies that touch where every edge around them
-    has an even number of facets with all of them, and not with one of each. Where both close, all
-    face the same way, or no other solid is around them: then they are one surface, written twice.
+    Facets over the same three vertices belong to two bodies where every edge around them has an
+    even number of facets with all of them: always if they face each other, and if they face the
+    same way unless one of each closes as well.
 
     Parameters
     ----------
-    vertices : (n, 3) array, mm
     faces : (m, 3) int array
 
     Returns
@@ -29,6 +27,8 @@ def drop_duplicates(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, in
     removed : int
     """
     read = len(faces)
+    if len(np.unique(np.sort(faces, axis=1), axis=0)) == read:
+        return faces, 0
     faces = faces[~_surplus(faces)]
     _, first, index, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
@@ -40,11 +40,6 @@ def drop_duplicates(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, in
     patch = _patches(faces[first], count > 1, opposite)
     all_odd, single_odd = _odd_edges(faces[first], count, patch)
     kept = np.where(opposite[_firsts(patch)], all_odd <= single_odd, all_odd < single_odd)
-    unclear = np.flatnonzero(opposite[_firsts(patch)] & (all_odd == 0) & (single_odd == 0))
-    for number in unclear.tolist():
-        own = patch == number
-        others = faces[~own[index]]
-        kept[number] = _inside(vertices, others, faces[first][own][0])
     single = (patch >= 0) & ~np.append(kept, False)[patch]
     gone = single[index]
     gone[first[single]] = False
@@ -138,10 +133,3 @@ def _odd_edges(sets: IntArray, count: IntArray, patch: IntArray) -> tuple[IntArr
         np.bincount(of_patch, total[edge] % 2, patches).astype(np.int64),
         np.bincount(of_patch, (total[edge] - surplus) % 2, patches).astype(np.int64),
     )
-
-
-def _inside(vertices: FloatArray, others: IntArray, facet: IntArray) -> bool:
-    """Whether the middle of a facet lies within the solid of other facets."""
-    if len(others) == 0:
-        return False
-    return bool(abs(winding_numbers(vertices[others], vertices[facet].mean(axis=0)[None])[0]) > 0.5)

@@ -20,8 +20,8 @@ from gradedesign.part._self_crossing import pieces_of
 from gradedesign.part._touching import Touches, find_touches
 
 #: Joined, faces in contact reach this many times as far into each other as they are apart, and
-#: this share of the diagonal beyond: far above the Boolean kernel's rounding of 1e-12 of it.
-_DEEPER, _DEPTH_SHARE = 3.0, 1e-8
+#: this share of the diagonal beyond: a hundred times the rounding of the Boolean kernel, 1e-12.
+_DEEPER, _DEPTH_SHARE = 3.0, 1e-10
 #: Set apart, faces are twice as far apart as they are off each other, and this share of the
 #: diagonal beyond: the nearest of two is told by 1e-13 of it, and the volume changes by 1e-9.
 _FARTHER, _GAP_SHARE = 2.0, 1e-10
@@ -85,12 +85,12 @@ def settle_touches(
     across = owner[touches.shells[0]] != owner[touches.shells[1]]
     area = float(touches.area[across].sum())
     words = _words(touches.chosen(across), owner)
-    diagonal = float(np.linalg.norm(np.ptp(shells.vertices, axis=0)))
     apart = touches.chosen(across if bodies == "all" else np.zeros_like(across))
     joining = touches.chosen(across | ~across if bodies == "join" else ~across)
-    deep = _DEEPER * float(joining.distance.max(initial=0.0)) + _DEPTH_SHARE * diagonal
+    moved, deep = overlapping(shells, joining)
+    diagonal = float(np.linalg.norm(np.ptp(shells.vertices, axis=0)))
     wide = _FARTHER * float(apart.distance.max(initial=0.0)) + _GAP_SHARE * diagonal
-    vertices = shells.vertices + _moves(shells, joining, deep) - _moves(shells, apart, wide)
+    vertices = moved.vertices - _moves(shells, apart, wide)
     moved = Settled(vertices=vertices, parts=shells.parts)
     made, joined, notes = _joined(moved, owner, joining, (margin, deep), source)
     if len(apart.area):
@@ -103,6 +103,14 @@ def settle_touches(
         words="" if bodies == "join" else words,
         notes=tuple(notes),
     )
+
+
+def overlapping(shells: Settled, touches: Touches) -> tuple[Settled, float]:
+    """Move facets in contact into each other, and how deep, mm."""
+    diagonal = float(np.linalg.norm(np.ptp(shells.vertices, axis=0)))
+    depth = _DEEPER * float(touches.distance.max(initial=0.0)) + _DEPTH_SHARE * diagonal
+    moved = shells.vertices + _moves(shells, touches, depth)
+    return Settled(vertices=moved, parts=shells.parts), depth
 
 
 def _words(touches: Touches, owner: IntArray) -> str:

@@ -162,7 +162,7 @@ def _around(angle: FloatArray, width: FloatArray, ends: IntArray, rank: IntArray
     turn = (int(np.argmax(gap)) + 1) % len(order)
     order, apart = np.roll(order, -turn), np.roll(apart, -turn)
     cluster = np.concatenate([[0], np.cumsum(apart[:-1])])
-    # The last that began is the first that ends: of coincident ones the first in rank, last.
+    # What began last ends first: of those that coincide, the last in rank begins last.
     inner = np.where(ends, -rank, rank)
     order = order[np.lexsort((inner[order], ~ends[order], cluster))]
     begun: list[int] = []

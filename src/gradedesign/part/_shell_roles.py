@@ -57,7 +57,7 @@ def shell_roles(
         Which shells have faces in common.
     """
     fragment = _fragments(_clusters(nesting.inside | nesting.overlap | touching), volumes)
-    outside = np.where(nesting.inside, sign[None, :], 0).sum(axis=1)
+    outside = _outside(nesting, sign)
     cut = ~fragment & (sign < 0) & (outside <= 0) & nesting.overlap[:, sign > 0].any(axis=1)
     bounding = ((outside > 0) != (outside + sign > 0)) | cut
     return ShellRoles(
@@ -68,6 +68,17 @@ def shell_roles(
         cut=cut,
         keep=bounding & ~fragment,
     )
+
+
+def _outside(nesting: Nesting, sign: IntArray) -> IntArray:
+    """Solids less voids around each shell; a reversed shell that lies in no solid takes none."""
+    outside = np.zeros(len(sign), dtype=np.int64)
+    takes = sign.copy()
+    for k in np.argsort(nesting.inside.sum(axis=1), kind="stable").tolist():
+        outside[k] = takes[nesting.inside[k]].sum()
+        if sign[k] < 0 and outside[k] <= 0:
+            takes[k] = 0
+    return outside
 
 
 def _clusters(related: BoolArray) -> IntArray:

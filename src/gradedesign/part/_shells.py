@@ -17,7 +17,7 @@ from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.part._edges import face_edges
 from gradedesign.part._folds import unfolded_shells
-from gradedesign.part._joined import Settled, settle_touches
+from gradedesign.part._joined import Settled, overlapping, settle_touches
 from gradedesign.part._nesting import Nesting, find_nesting, innermost, shell_volume, unite
 from gradedesign.part._orient import shell_labels, split_shells
 from gradedesign.part._self_crossing import require_simple, uncross_shells
@@ -174,6 +174,12 @@ def _united(shells: _Shells, margin: float, source: str) -> tuple[_Shells, str]:
     related = nesting.overlap.copy()
     related[np.arange(len(parts)), shells.owner] = True
     cluster = connected_components(coo_array(related), directed=False)[1]
+    # What is united anyway must leave no slit where its shells touch as well.
+    one, other = cluster[shells.touches.shells]
+    touches = shells.touches.chosen(
+        (one == other) & (shells.touches.shells[0] != shells.touches.shells[1])
+    )
+    vertices = overlapping(Settled(vertices=vertices, parts=tuple(parts)), touches)[0].vertices
     points, made = [], []
     before = after = 0.0
     count = 0
@@ -223,11 +229,13 @@ def _notes(volumes: FloatArray, roles: ShellRoles, source: str) -> list[str]:
     warnings = []
     if inverted.any():
         warnings.append(f"{source}: {inverted.sum()} of {len(volumes)} shells inside out, flipped")
-    if ignored.any():
-        warnings.append(
-            f"{source}: {ignored.sum()} shells inside the solid ignored "
-            f"({np.abs(volumes[ignored]).sum():.4g} mm^3); a void needs reversed normals"
-        )
+    for words, which in (
+        ("shells inside the solid ignored ({}); a void needs reversed normals", roles.sign > 0),
+        ("reversed shells that lie in no solid ignored ({})", roles.sign < 0),
+    ):
+        if (which & ignored).any():
+            volume = f"{np.abs(volumes[which & ignored]).sum():.4g} mm^3"
+            warnings.append(f"{source}: {(which & ignored).sum()} {words.format(volume)}")
     if cut.any():
         warnings.append(
             f"{source}: {cut.sum()} reversed shells that reach out of the solid were taken as "

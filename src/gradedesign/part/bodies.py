@@ -10,8 +10,11 @@ from gradedesign.arrays import IntArray
 from gradedesign.case.place_schema import BodySpec
 from gradedesign.case.schema import CaseIdentity
 from gradedesign.errors import CaseError
-from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.mesh.winding import winding_numbers
+
+#: Corners of a void by which the solid around it is found: one may lie on another's surface.
+_PLACES = 16
 
 
 def stated_bodies(case: CaseIdentity) -> dict[str, BodySpec]:
@@ -20,6 +23,34 @@ def stated_bodies(case: CaseIdentity) -> dict[str, BodySpec]:
     zones = getattr(case, "zone", ())
     places += [(f"zone[{k}].body", zone.body) for k, zone in enumerate(zones)]
     return {key: body for key, body in places if body is not None}
+
+
+def body_of_triangles(surface: SurfaceMesh) -> IntArray:
+    """Number of the body of every triangle ``(m,)``, counted from 0; voids go with the solid.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        Closed; its shells share no vertices.
+    """
+    ends = surface.faces[:, [0, 1, 1, 2]].reshape(-1, 2).T
+    graph = coo_array((np.ones(ends.shape[1]), tuple(ends)), shape=(len(surface.vertices),) * 2)
+    of_vertex = connected_components(graph, directed=False)[1]
+    label = of_vertex[surface.faces[:, 0]]
+    corners = corner_points(surface)
+    a, b, c = np.moveaxis(corners - surface.vertices.mean(axis=0), 1, 0)
+    volumes = np.bincount(label, np.einsum("ij,ij->i", a, np.cross(b, c)))
+    solids = np.flatnonzero(volumes > 0.0)
+    owner = np.arange(len(volumes))
+    if len(solids) == 1:
+        owner[:] = solids[0]
+    else:
+        for void in np.flatnonzero(volumes < 0.0):
+            places = corners[label == void][:_PLACES, 0]
+            share = [winding_numbers(corners[label == n], places).mean() for n in solids]
+            around = solids[np.array(share) > 0.5]
+            owner[void] = min(around, key=volumes.__getitem__) if len(around) else void
+    return np.unique(owner[label], return_inverse=True)[1].astype(np.int64)
 
 
 def bodies_with(surface: SurfaceMesh, triangles: IntArray) -> SurfaceMesh:
@@ -36,28 +67,11 @@ def bodies_with(surface: SurfaceMesh, triangles: IntArray) -> SurfaceMesh:
     CaseError
         If these are all bodies of the part.
     """
-    ends = surface.faces[:, [0, 1, 1, 2]].reshape(-1, 2).T
-    graph = coo_array((np.ones(ends.shape[1]), tuple(ends)), shape=(len(surface.vertices),) * 2)
-    count, of_vertex = connected_components(graph, directed=False)
-    label = of_vertex[surface.faces[:, 0]]
-    shells = [
-        SurfaceMesh(vertices=surface.vertices, faces=surface.faces[label == n])
-        for n in range(count)
-    ]
-    volumes = np.array([enclosed_volume(shell) for shell in shells])
-    owner = np.arange(count)
-    for void in np.flatnonzero(volumes < 0):
-        place = surface.vertices[shells[void].faces[0, :1]]
-        around = [
-            n
-            for n in np.flatnonzero(volumes > 0)
-            if winding_numbers(corner_points(shells[n]), place)[0] > 0.5
-        ]
-        owner[void] = min(around, key=volumes.__getitem__)
-    selected = np.isin(owner, owner[np.unique(label[triangles])])
+    body = body_of_triangles(surface)
+    selected = np.isin(body, body[triangles])
     if selected.all():
         raise CaseError(
-            f"its faces belong to all {int((volumes > 0).sum())} bodies of the part, which would "
+            f"its faces belong to all {int(body.max()) + 1} bodies of the part, which would "
             f"stay solid as a whole; expected a region on one of several bodies, or a file"
         )
-    return SurfaceMesh(vertices=surface.vertices, faces=surface.faces[selected[label]])
+    return SurfaceMesh(vertices=surface.vertices, faces=surface.faces[selected])

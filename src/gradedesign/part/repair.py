@@ -188,7 +188,7 @@ def cleaned(
     faces, degenerate = drop_degenerate(vertices, faces, diagonal)
     if len(faces) == 0:
         raise PartError(f"{source}: all {len(corners)} facets have zero area; nothing is enclosed")
-    faces, duplicates = drop_duplicates(vertices, faces)
+    faces, duplicates = drop_duplicates(faces)
     faces, split = join_seams(vertices, faces, WELD_SHARE * diagonal)
     faces, flipped = orient_consistently(vertices, faces, source)
     counts = {

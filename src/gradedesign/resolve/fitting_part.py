@@ -10,7 +10,7 @@ from gradedesign.part.part import Part, read_part
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.build_volume import require_fits
 from gradedesign.resolve.default_mesh_size import with_mesh_size
-from gradedesign.resolve.free_motions import require_supported
+from gradedesign.resolve.free_motions import require_apart, require_supported
 from gradedesign.resolve.part_readers import part_readers
 from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
@@ -39,6 +39,7 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_displacements_fit(case, part)
+    require_apart(case, part)
     require_supported(case, part)
     require_agreeing(case, part)
     require_possible(registry.limits, case, part.regions)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case, LoadCaseSpec
 from gradedesign.errors import CaseError
 from gradedesign.fe.rigid_modes import free_modes
-from gradedesign.mesh.surface_mesh import corner_points
+from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.part.bodies import body_of_triangles
 from gradedesign.part.part import Part
 
 
@@ -24,16 +23,13 @@ def require_supported(case: Case, part: Part) -> None:
     CaseError
         Naming file, line, load case and motions.
     """
-    bodies, body = _bodies(part)
-    if len(bodies) == 1:
-        body = np.full(len(body), bodies[0])
-    elif len(bodies) < body.max() + 1:
-        return  # which cavity belongs to which body, the mesh tells
+    body = body_of_triangles(part.surface)
+    count = int(body.max()) + 1
     for number, spec in enumerate(case.load_case):
-        for k in bodies:
+        for k in range(count):
             modes = _modes(spec, part, body == k)
             if modes:
-                which = "" if len(bodies) == 1 else f" of body {bodies.index(k) + 1}"
+                which = "" if count == 1 else f" of body {k + 1}, {_place(part, body == k)}"
                 raise CaseError(
                     f"{case.where(f'load_case[{number}].fix')}: load case '{spec.name}': the "
                     f"supports leave rigid motions free{which}: {'; '.join(modes)}. Fix more faces "
@@ -41,16 +37,29 @@ def require_supported(case: Case, part: Part) -> None:
                 )
 
 
-def _bodies(part: Part) -> tuple[list[int], IntArray]:
-    """Numbers of the solid bodies, and the shell of every triangle ``(m,)``; cavities move with."""
-    faces = part.surface.faces
-    n = len(part.surface.vertices)
-    pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    shell = connected_components(graph, directed=False)[1][faces[:, 0]].astype(np.int64)
-    a, b, c = np.moveaxis(corner_points(part.surface) - part.surface.vertices.mean(axis=0), 1, 0)
-    volume = np.bincount(shell, weights=np.einsum("ij,ij->i", a, np.cross(b, c)))
-    return [int(k) for k in np.flatnonzero(volume > 0)], shell
+def require_apart(case: Case, part: Part) -> None:
+    """Refuse bodies that touch and are not joined: no grid or mesh keeps them apart.
+
+    Raises
+    ------
+    CaseError
+        Naming file, line and the area of the faces in common.
+    """
+    area = part.report.common_area
+    if case.part.bodies == "all" and area > 0.0:
+        raise CaseError(
+            f'{case.where("part.bodies")}: found "all", but solids of the part touch along '
+            f"{area:.5g} mm^2 with nothing between, where every analysis would join them; "
+            'bodies = "join" says that they are one, or leave a gap of at least an element'
+        )
+
+
+def _place(part: Part, own: BoolArray) -> str:
+    """Volume and box of the body that has these triangles."""
+    surface = SurfaceMesh(vertices=part.surface.vertices, faces=part.surface.faces[own])
+    corners = corner_points(surface).reshape(-1, 3)
+    low, high = (", ".join(f"{x:.4g}" for x in p) for p in (corners.min(axis=0), corners.max(0)))
+    return f"{enclosed_volume(surface):.4g} mm^3 from ({low}) to ({high}) mm"
 
 
 def _modes(spec: LoadCaseSpec, part: Part, own: np.ndarray) -> tuple[str, ...]:
