@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray
+from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.mesh.winding import winding_numbers
 from gradedesign.part._duplicates import facing_pairs
 from gradedesign.part._manifold import manifold_shells
-from gradedesign.part._nesting import shell_volume
+from gradedesign.part._nesting import facet_areas, flat_shells
 from gradedesign.part._orient import split_shells
 
 #: Beside a fold, solid is looked for this many tolerances away from it, on both sides.
@@ -59,7 +59,7 @@ def unfolded_shells(
         If the surface does not close.
     """
     points, shells, label = manifold_shells(vertices, faces, tolerance=margin, source=source)
-    flat = _flat(points, split_shells(shells, label), margin)
+    flat = flat_shells(points, split_shells(shells, label), margin)
     sheet = flat[label]
     fold = facing_pairs(faces, label) & ~sheet
     if (sheet | fold).all():  # the caller names a surface that has no volume at all
@@ -87,21 +87,9 @@ def unfolded_shells(
     )
 
 
-def _flat(vertices: FloatArray, parts: list[IntArray], margin: float) -> BoolArray:
-    """Which shells hold no more than a layer thinner than the margin on half their surface."""
-    volumes = np.array([abs(shell_volume(vertices, part)) for part in parts])
-    areas = np.array([_areas(vertices[part]).sum() for part in parts])
-    return np.asarray(volumes <= 0.5 * margin * areas)
-
-
-def _areas(corners: FloatArray) -> FloatArray:
-    a, b, c = np.moveaxis(corners, 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-
-
 def _joined(solid: FloatArray, sheets: FloatArray, margin: float) -> str:
     """Words on the area of double sheets ``(k, 3, 3)`` on both sides of which there is solid."""
-    areas = _areas(sheets)
+    areas = facet_areas(sheets)
     largest = np.argsort(-areas, kind="stable")
     a, b, c = np.moveaxis(sheets, 1, 0)
     step = np.cross(b - a, c - a) / np.maximum(2.0 * areas, 1e-300)[:, None] * _BESIDE * margin

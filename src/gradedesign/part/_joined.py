@@ -14,7 +14,7 @@ from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import PartError
 from gradedesign.mesh.short_edges import used_only, without_short_edges
 from gradedesign.part._edges import face_edges
-from gradedesign.part._nesting import manifold_of, mesh_of, shell_volume
+from gradedesign.part._nesting import flat_shells, manifold_of, mesh_of, shell_volume
 from gradedesign.part._orient import shell_labels, split_shells
 from gradedesign.part._self_crossing import pieces_of
 from gradedesign.part._touching import Touches, find_touches
@@ -220,10 +220,21 @@ def _whole(
         for k in own.tolist()
         if owner[k] == k
     ]
-    points, faces = mesh_of(manifold3d.Manifold.batch_boolean(wholes, add))
-    surface = used_only(points, without_short_edges(points, faces, margin))
+    return united_shells(*mesh_of(manifold3d.Manifold.batch_boolean(wholes, add)), margin)
+
+
+def united_shells(
+    vertices: FloatArray, faces: IntArray, margin: float
+) -> tuple[FloatArray, list[IntArray]]:
+    """Shells of a union, without what it leaves where faces nearly met.
+
+    That are edges shorter than the margin, which join corners of both, and shells without volume.
+    """
+    surface = used_only(vertices, without_short_edges(vertices, faces, margin))
     label = shell_labels(face_edges(surface.faces), len(surface.faces))
-    return surface.vertices, split_shells(surface.faces, label)
+    parts = split_shells(surface.faces, label)
+    flat = flat_shells(surface.vertices, parts, margin)
+    return surface.vertices, [part for part, gone in zip(parts, flat, strict=True) if not gone]
 
 
 def _note(

@@ -40,6 +40,19 @@ def shell_volume(vertices: FloatArray, faces: IntArray) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
+def facet_areas(corners: FloatArray) -> FloatArray:
+    """Areas of triangles ``(m, 3, 3)``, mm^2."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+
+def flat_shells(vertices: FloatArray, parts: Sequence[IntArray], margin: float) -> BoolArray:
+    """Which shells hold no more than a layer thinner than the margin on half their surface."""
+    volumes = np.array([abs(shell_volume(vertices, part)) for part in parts])
+    areas = np.array([facet_areas(vertices[part]).sum() for part in parts])
+    return np.asarray(volumes <= 0.5 * margin * areas)
+
+
 def find_nesting(
     vertices: FloatArray, parts: Sequence[IntArray], volumes: FloatArray, margin: float
 ) -> Nesting:
@@ -75,8 +88,7 @@ def find_nesting(
 
 def _slight_share(vertices: FloatArray, faces: IntArray, volume: float, margin: float) -> float:
     """Share of a shell's volume that half its surface has within a margin."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    half = 0.25 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    half = 0.5 * float(facet_areas(vertices[faces]).sum())
     return min(max(_TOUCHING, half * margin / abs(volume)), _MOST_TOUCHING)
 
 

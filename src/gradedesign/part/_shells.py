@@ -15,11 +15,9 @@ from scipy.sparse.csgraph import connected_components
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.errors import PartError
-from gradedesign.part._edges import face_edges
 from gradedesign.part._folds import unfolded_shells
-from gradedesign.part._joined import Settled, overlapping, settle_touches
+from gradedesign.part._joined import Settled, overlapping, settle_touches, united_shells
 from gradedesign.part._nesting import Nesting, find_nesting, innermost, shell_volume, unite
-from gradedesign.part._orient import shell_labels, split_shells
 from gradedesign.part._self_crossing import require_simple, uncross_shells
 from gradedesign.part._shell_roles import ShellRoles, outward_signs, shell_roles
 from gradedesign.part._touching import Touches, find_touches, own_vertices
@@ -187,8 +185,7 @@ def _united(shells: _Shells, margin: float, source: str) -> tuple[_Shells, str]:
         own = cluster == number
         if shells.crossing[own].any():
             sign = np.where(volumes > 0, 1, -1)
-            new, faces = unite(vertices, parts, own, sign, nesting, source)
-            pieces = split_shells(faces, shell_labels(face_edges(faces), len(faces)))
+            new, pieces = united_shells(*unite(vertices, parts, own, sign, nesting, source), margin)
             before += float(volumes[own].sum())
             after += sum(shell_volume(new, piece) for piece in pieces)
         else:
