@@ -55,8 +55,10 @@ def find_contacts(vertices: FloatArray, faces: IntArray, reach: float) -> Contac
     normals = across / np.where(double > 0.0, double, 1.0)[:, None]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     tree = build_triangle_tree(corners)
-    given = (faces, corners, normals, 0.5 * double, longest)
-    given = (*given, tree.box, tree.right, tree.first, tree.count, tree.order, reach)
+    given = (
+        *(faces, corners, normals, 0.5 * double, longest),
+        *(tree.box, tree.right, tree.first, tree.count, tree.order, reach),
+    )
     start = np.full(len(faces), -1, dtype=np.int64)
     partners = np.zeros(len(faces), dtype=np.int64)
     second, values = np.zeros(0, dtype=np.int64), np.zeros((0, 5))

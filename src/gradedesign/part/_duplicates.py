@@ -85,7 +85,7 @@ def copy_numbers(faces: IntArray) -> tuple[IntArray, BoolArray]:
 def _rank(index: IntArray, among: BoolArray) -> IntArray:
     """How many facets with the same index come before each, of those among which it counts."""
     order = np.argsort(index, kind="stable")
-    before = np.cumsum(among[order]) - among[order]
+    before: IntArray = np.cumsum(among[order]) - among[order]
     start = np.concatenate([[True], np.diff(index[order]) != 0])
     offset = np.maximum.accumulate(np.where(start, before, 0))
     rank = np.zeros(len(index), dtype=np.int64)

@@ -159,7 +159,7 @@ def _bounding(
         vertices=vertices,
         parts=[parts[k] for k in keep.tolist()],
         nesting=Nesting(inside=nesting.inside[among], overlap=nesting.overlap[among]),
-        crossing=nesting.overlap[among].any(axis=1),
+        crossing=np.asarray(nesting.overlap[among].any(axis=1)),
         touches=touches.among(keep, len(parts)),
     )
     return shells, roles, _notes(volumes, roles, source)

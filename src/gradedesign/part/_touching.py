@@ -72,7 +72,7 @@ class Touches:
             distance=self.distance,
             middle=self.middle,
         )
-        return numbered.chosen((numbered.shells >= 0).all(axis=0))
+        return numbered.chosen(np.asarray((numbered.shells >= 0).all(axis=0)))
 
     @property
     def movers(self) -> tuple[IntArray, IntArray]:
