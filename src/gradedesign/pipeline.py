@@ -15,7 +15,7 @@ from pathlib import Path
 from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.limit import limits_stress
-from gradedesign.limits.verdict import Factors, all_hold
+from gradedesign.limits.verdict import Factors, any_broken
 from gradedesign.loop.accepted import Accepted, accept_design, export_surface, judge_stress
 from gradedesign.loop.analysed import Analysed, analyse_design
 from gradedesign.loop.announce import Announcer
@@ -123,8 +123,8 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
         setup = with_solid(setup, solutions)
         rows = setup.solid
     announce.limits("solid", rows)
-    announce.warnings(setup.solid_yields)
-    if not all_hold(rows):
+    announce.warnings((*setup.solid_yields, *unsure_words(rows)))
+    if any_broken(rows):
         result = infeasible_result(setup, registry, rows)
         return write_outputs(out, setup, result, announce, solid=solutions)
     if case.run.stop_after == "solid":

@@ -5,7 +5,9 @@ import pytest
 from meshes import face, mapped_mesh, solve_one, stress_at_vertex, uniform
 
 from gradedesign.fe.loads import traction_force
+from gradedesign.fe.recovered_stress import recovered_stress
 from gradedesign.fe.space import tet_space
+from gradedesign.fe.stress_percentile import stress_percentile
 from gradedesign.fe.supports import supports_on
 
 HALF_WIDTH, THICKNESS = 5.0, 0.2
@@ -72,3 +74,20 @@ def test_hole_in_a_plate():
     before = stress_at_vertex(space, material, u, (1.0, 0.0, 0.0))
     assert beside[0, 0] == pytest.approx(3.0, rel=0.01)
     assert before[1, 1] == pytest.approx(-1.0, rel=0.03)
+    # The percentile by volume of the exact field, on rays from the centre with points in
+    # geometric succession.
+    ends = np.linspace(0.0, 1.0, 801)
+    along, turn = 0.5 * (ends[1:] + ends[:-1])[:, None], 0.25 * np.pi * (ends[1:] + ends[:-1])
+    edge = HALF_WIDTH / np.maximum(np.cos(turn), np.sin(turn))
+    r = edge**along
+    xx, yy, xy = kirsch_stress(np.array([r * np.cos(turn), r * np.sin(turn)]))
+    zz = 0.3 * (xx + yy)
+    exact = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
+    order = np.argsort(exact, axis=None)
+    below = np.cumsum((r**2 * np.log(edge)).ravel()[order])
+    recovered = recovered_stress(space, material, u)
+    for percentile in (99.5, 90.0, 50.0):
+        expected = np.interp(percentile / 100 * below[-1], below, exact.ravel()[order])
+        found = stress_percentile(recovered, lambda p: p[0] > -1.0, percentile)
+        assert found.value == pytest.approx(expected, rel=0.003)
+        assert found.deviation < 0.02 * expected

@@ -5,7 +5,9 @@ import pytest
 from meshes import face, facets_where, quarter_ring, solve_one, stress_at_vertex, uniform
 
 from gradedesign.fe.loads import pressure_force
+from gradedesign.fe.recovered_stress import recovered_stress
 from gradedesign.fe.space import tet_space
+from gradedesign.fe.stress_percentile import stress_percentile
 from gradedesign.fe.supports import supports_on
 
 INNER, OUTER, LENGTH = 100.0, 200.0, 10.0
@@ -40,3 +42,13 @@ def test_thick_cylinder():
     assert growth == pytest.approx(np.full(hole.sum(), 5.72e-2), rel=0.005)
     stress = stress_at_vertex(space, material, u, (OUTER, 0.0, 0.0))
     assert stress[1, 1] == pytest.approx(40.0, rel=0.005)
+    # Von Mises stress falls outwards: a percentile by volume is its value on the cylinder within
+    # which the rest of the volume lies. Radial and hoop stress are 20 MPa (1 -+ b^2 / r^2).
+    recovered = recovered_stress(space, material, u)
+    for percentile in (99.5, 90.0, 50.0):
+        rest = 1.0 - percentile / 100.0
+        away = 20.0 / ((INNER / OUTER) ** 2 * (1.0 - rest) + rest)
+        exact = np.sqrt(3.0 * away**2 + (20.0 - 12.0) ** 2)
+        found = stress_percentile(recovered, lambda p: p[0] > -1.0, percentile)
+        assert found.value == pytest.approx(exact, rel=0.003)
+        assert found.deviation < 0.02 * exact

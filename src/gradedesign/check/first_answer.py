@@ -9,7 +9,7 @@ import numpy as np
 from gradedesign.errors import DensityError
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.row import LimitRow
-from gradedesign.limits.verdict import all_hold
+from gradedesign.limits.verdict import any_broken
 from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
 from gradedesign.material.constant_density import density_for_stiffness, density_for_strength
 from gradedesign.resolve.oriented import oriented
@@ -68,8 +68,8 @@ class FirstAnswer:
 
     @property
     def feasible(self) -> bool:
-        """Whether the fully solid part holds every limit; a run ends infeasible where not."""
-        return all_hold([answer.row for answer in self.constant])
+        """Whether the fully solid part may hold every limit; a run ends infeasible where not."""
+        return not any_broken([answer.row for answer in self.constant])
 
     @property
     def governing(self) -> ConstantDensity | None:
@@ -119,7 +119,7 @@ def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
 
 def _constant(setup: Setup, row: LimitRow) -> ConstantDensity:
     """The constant density of one limit."""
-    if not row.passed:
+    if row.broken:
         return ConstantDensity(row=row, density=None, mass_g=None, reason="broken when solid")
     if row.unfavourable == "low":
         reason = "no rule gives the density at which a least value holds; sizing finds it"

@@ -1,4 +1,4 @@
-"""Stress in elements, von Mises stress, averages at vertices and percentiles by volume."""
+"""Stress in elements, von Mises stress, averages at nodes and percentiles by volume."""
 
 from __future__ import annotations
 
@@ -93,30 +93,35 @@ def von_mises(stress: FloatArray) -> FloatArray:
 def nodal_average(
     space: TetSpace, values: FloatArray, weights: ArrayLike | None = None
 ) -> FloatArray:
-    """Weighted mean at each vertex of the values of the elements around it.
+    """Weighted mean at each node of the values of the elements around it.
 
     Parameters
     ----------
     space : TetSpace
-    values : (..., M, 4) array
-        At the vertices of every element, as from ``element_stress(..., at="vertices")``.
+    values : (..., M, 4) or (..., M, 10) array
+        At the vertices of every element, as from ``element_stress(..., at="vertices")``, or at all
+        nodes of quadratic ones.
     weights : (M,) array, optional
         Weight of every element; its volume if not given. An element of weight 0 does not count.
 
     Returns
     -------
     (..., n) array
-        One value per vertex of the mesh, NaN where no element with weight touches it.
+        One value per vertex of the mesh, or per node of the space; NaN where no element with
+        weight touches it.
     """
     share = signed_volumes(space.mesh) if weights is None else np.asarray(weights, np.float64)
-    tets, n = space.mesh.tets, space.mesh.points.shape[1]
-    if values.shape[-2:] != tets.shape[::-1] or share.shape != (tets.shape[1],):
+    each = values.shape[-1]
+    elements = space.mesh.tets if each == 4 else space.elements
+    n = space.mesh.points.shape[1] if each == 4 else space.node_count
+    if values.shape[-2:] != elements.shape[::-1] or share.shape != (elements.shape[1],):
         raise ValueError(
-            f"values {values.shape} and weights {share.shape} do not fit {tets.shape[1]} elements"
+            f"values {values.shape} and weights {share.shape} do not fit {elements.shape[1]} "
+            f"elements"
         )
-    index = tets.T.ravel()
-    total = np.bincount(index, weights=np.repeat(share, 4), minlength=n)
-    rows = values.reshape(-1, tets.shape[1], 4)
+    index = elements.T.ravel()
+    total = np.bincount(index, weights=np.repeat(share, each), minlength=n)
+    rows = values.reshape(-1, elements.shape[1], each)
     sums = [np.bincount(index, (row * share[:, None]).ravel(), minlength=n) for row in rows]
     averages = np.full((len(sums), n), np.nan)
     np.divide(sums, total, out=averages, where=total > 0.0)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray
+from gradedesign.limits.banded import Banded
 
 
 class PhaseStress(Protocol):
@@ -18,6 +19,14 @@ class PhaseStress(Protocol):
     @property
     def value(self) -> float:
         """Volume percentile of the von Mises stress outside the exclusion radius, MPa."""
+
+    @property
+    def maximum(self) -> float:
+        """Largest von Mises stress there, MPa."""
+
+    @property
+    def band(self) -> Banded | None:
+        """Band of `value`; None where one resolution alone does not tell."""
 
 
 class Analysis(Protocol):

@@ -46,10 +46,10 @@ class Banded:
         In the unit of the value.
     sizes_mm : tuple of float, mm
         Elements of the analyses behind it, coarse first.
-    order : {"assumed", "observed", "residual", "unknown"}
+    order : {"assumed", "observed", "residual", "recovered", "unknown"}
         Order with which the error falls: a range that was assumed, the one that three resolutions
-        show, or none, where the residual of the tractions gives the band, or where it is symmetric
-        about the value of the finest one.
+        show, or none, where the residual of the tractions gives the band, or the stress of the
+        elements beside a recovered one, or where it is symmetric about the value of the finest one.
     """
 
     value: float

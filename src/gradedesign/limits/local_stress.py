@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from gradedesign.arrays import BoolArray, FloatArray, locked
 from gradedesign.case.schema import Case
 from gradedesign.fe.stress import weighted_percentile
-from gradedesign.limits.analysis import Analysis, SubmodelStress
+from gradedesign.limits.analysis import Analysis, PhaseStress, SubmodelStress
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
@@ -91,20 +91,25 @@ class StressLimit(Limit):
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """The largest percentile of every phase, MPa."""
-        values: dict[str, tuple[float, str]] = {}
-        for load_case, measures in analysis.measures.items():
-            for measure in measures:
-                candidate = (measure.value, load_case)
-                values[measure.phase] = max(candidate, values.get(measure.phase, candidate))
+        found: dict[str, list[tuple[str, PhaseStress]]] = {}
+        for name, measures in analysis.measures.items():
+            for each in measures:
+                found.setdefault(each.phase, []).append((name, each))
+        governing = {
+            phase: max(entries, key=lambda entry: (_decisive(entry[1]), entry[0]))
+            for phase, entries in found.items()
+        }
         return tuple(
             replace(
-                self.row(value, judged_by, load_case=load_case),
+                self.row(measure.value, judged_by, load_case=load_case),
                 key=replace(self.key, region=phase),
                 name=f"stress in {phase}",
                 phase=phase,
                 judged=analysis.judged_share,
+                band=measure.band,
+                largest=measure.maximum,
             )
-            for phase, (value, load_case) in values.items()
+            for phase, (load_case, measure) in governing.items()
         )
 
     def row(
@@ -127,6 +132,11 @@ class StressLimit(Limit):
         ]
         low, high = max(end[0] for end in ends), max(end[1] for end in ends)
         return Banded(value=high, low=low, high=high)
+
+
+def _decisive(measure: PhaseStress) -> float:
+    """The unfavourable end of the band; the value where there is none."""
+    return measure.value if measure.band is None else measure.band.high
 
 
 def _volume_percentile(

@@ -48,6 +48,8 @@ class LimitRow:
     judged : float
         Share of the limit's body that is judged, by volume: 1 but for stress, which is not judged
         around supports that make it singular. Of the lattice, or of the solid part.
+    largest : float or None
+        Largest value of that analysis where the value is its percentile.
     """
 
     key: LimitKey
@@ -65,6 +67,7 @@ class LimitRow:
     phase: str = ""
     homogenised: bool = False
     judged: float = 1.0
+    largest: float | None = None
 
     @property
     def decisive(self) -> float:
@@ -76,11 +79,7 @@ class LimitRow:
     @property
     def utilisation(self) -> float:
         """Decisive value over limit, or limit over value where the low end is unfavourable."""
-        if self.limit == 0.0 and self.unfavourable == "high":
-            return 0.0 if self.decisive <= 0.0 else math.inf
-        if self.unfavourable == "low":
-            return self.limit / self.decisive if self.decisive > 0.0 else math.inf
-        return self.decisive / self.limit
+        return self._used(self.decisive)
 
     @property
     def passed(self) -> bool:
@@ -88,9 +87,29 @@ class LimitRow:
         return self.utilisation <= 1.0 and self.judged >= LEAST_JUDGED
 
     @property
+    def least_utilisation(self) -> float:
+        """That of the favourable end of the band; of the value where there is none."""
+        if self.band is None:
+            return self.utilisation
+        return self._used(self.band.low if self.unfavourable == "high" else self.band.high)
+
+    @property
+    def broken(self) -> bool:
+        """Whether the limit is broken even at the favourable end of the band."""
+        return self.least_utilisation > 1.0
+
+    @property
     def undecided(self) -> bool:
         """The limit lies in the band: one end holds and the other does not."""
         return self.band is not None and self.band.low <= self.limit <= self.band.high
+
+    def _used(self, value: float) -> float:
+        """Utilisation by a value."""
+        if self.limit == 0.0 and self.unfavourable == "high":
+            return 0.0 if value <= 0.0 else math.inf
+        if self.unfavourable == "low":
+            return self.limit / value if value > 0.0 else math.inf
+        return value / self.limit
 
     def banded(self, band: Banded) -> LimitRow:
         """The row with the value of a band."""
@@ -99,9 +118,10 @@ class LimitRow:
     def scaled(self, factor: Banded, judged_by: str) -> LimitRow:
         """The row times a factor that has a band of its own."""
         if self.band is None:
-            return replace(self, value=self.value * factor.value, judged_by=judged_by)
+            value = self.value * factor.value
+            return replace(self, value=value, judged_by=judged_by, largest=None)
         band = self.band.scaled(factor.low, factor.value, factor.high)
-        return replace(self, value=band.value, band=band, judged_by=judged_by)
+        return replace(self, value=band.value, band=band, judged_by=judged_by, largest=None)
 
 
 def row_from_json(data: Mapping[str, Any]) -> LimitRow:

@@ -120,6 +120,22 @@ def all_hold(rows: Sequence[LimitRow]) -> bool:
     return all(row.passed for row in rows)
 
 
+def any_broken(rows: Sequence[LimitRow]) -> bool:
+    """Some limit is broken even at the favourable end of its band."""
+    return any(row.broken for row in rows)
+
+
+def unsure_words(solid: Sequence[LimitRow]) -> tuple[str, ...]:
+    """Warnings of limits that the fully solid part neither holds nor breaks for sure."""
+    return tuple(
+        f"{row.name} ({row.load_case}): the band of {row.band.low:.4g} to {row.band.high:.4g} "
+        f"{row.unit} of the fully solid part holds the limit of {row.limit:.4g} {row.unit}, so "
+        f"that it is neither met nor broken for sure; a smaller part.mesh_size narrows the band"
+        for row in solid
+        if row.band is not None and row.undecided and not row.passed
+    )
+
+
 def worst_utilisation(rows: Sequence[LimitRow]) -> float:
     """Largest utilisation of any limit, at the unfavourable end of its band."""
     return max((row.utilisation for row in rows), default=0.0)
@@ -132,10 +148,11 @@ def is_tight(rows: Sequence[LimitRow], *, at_lower_bound: bool) -> bool:
 
 def why_infeasible(rows: Sequence[LimitRow]) -> str:
     """The limit that the fully solid part breaks most, and what would help."""
-    worst = max(rows, key=lambda row: row.utilisation)
+    worst = max(rows, key=lambda row: row.least_utilisation)
+    band = "" if worst.band is None else f" ({worst.band.low:.4g} to {worst.band.high:.4g})"
     return (
         f"the fully solid part already breaks a limit: {worst.name} ({worst.load_case}) is "
-        f"{worst.value:.4g} {worst.unit}, {worst.utilisation:.2f} times the allowed "
+        f"{worst.value:.4g}{band} {worst.unit}, {worst.least_utilisation:.2f} times the allowed "
         f"{worst.limit:.4g} {worst.unit}; a stiffer or stronger material, a thicker part, a "
         f"smaller load or a wider limit would help, a lattice cannot"
     )

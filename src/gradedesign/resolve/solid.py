@@ -13,13 +13,14 @@ from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import mechanical_force, region_nodes, region_shares, work_of
 from gradedesign.fe.solution import Solution
 from gradedesign.fe.stiffness import IsotropicStiffness
-from gradedesign.fe.stress import element_von_mises, weighted_percentile
+from gradedesign.fe.stress import von_mises
 from gradedesign.limits.limit import Limit, limits_stress
 from gradedesign.limits.verdict import limit_rows
-from gradedesign.mesh.tet_mesh import centroids, signed_volumes
+from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.resolve.problem import Problem
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid_part import dense_stiffness, solid_solutions
+from gradedesign.resolve.solid_stress import SolidStress, solid_field, solid_stress
 from gradedesign.verify.support_zones import undisturbed_at
 from gradedesign.verify.yielding import Yielding, yielding, yielding_words
 
@@ -32,14 +33,6 @@ def solve_solid(problem: Problem) -> tuple[Solution, ...]:
 def solid_stiffness(problem: Problem) -> IsotropicStiffness:
     """The base material in every tetrahedron."""
     return dense_stiffness(problem.space, problem.material)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SolidStress:
-    """Stress measure of the fully solid part, MPa."""
-
-    value: float
-    phase: str = "solid part"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,13 +83,15 @@ class SolidAnalysis:
 def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAnalysis:
     """Measures of the fully solid part."""
     measures: dict[str, tuple[SolidStress, ...]] = {}
-    stresses = solid_stresses(problem, solutions)
+    stresses: dict[str, FloatArray] = {}
+    judged = any(limit.needs_stress for limit in problem.limits)
+    for case, solution in zip(problem.loads, solutions, strict=True):
+        field = solid_field(problem, case, solution)
+        stresses[case.name] = von_mises(field.nodal)
+        stress = solid_stress(problem, field) if judged else None
+        if stress is not None:
+            measures[case.name] = (stress,)
     volumes = signed_volumes(problem.space.mesh)
-    if problem.evaluated.any() and any(limit.needs_stress for limit in problem.limits):
-        weights = np.repeat((volumes * problem.evaluated / 4.0)[:, None], 4, axis=1)
-        for name, stress in stresses.items():
-            value = weighted_percentile(stress, weights, problem.case.limits.percentile)
-            measures[name] = (SolidStress(value=value),)
     density = np.full(problem.space.element_count, problem.material.density)
     forces = [mechanical_force(problem.space, case, density) for case in problem.loads]
     return SolidAnalysis(
@@ -110,27 +105,25 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
     )
 
 
-def solid_stresses(problem: Problem, solutions: tuple[Solution, ...]) -> dict[str, FloatArray]:
-    """Von Mises stress at four points of every tetrahedron, by load case ``(M, 4)``, MPa."""
-    stiffness = solid_stiffness(problem)
-    return {
-        case.name: element_von_mises(
-            problem.space,
-            stiffness,
-            solution.displacement,
-            thermal_strain=problem.material.thermal_expansion * case.temperature_change,
-        )
-        for case, solution in zip(problem.loads, solutions, strict=True)
-    }
-
-
 def solid_yielding(
     problem: Problem, stresses: Mapping[str, FloatArray], volumes: FloatArray
 ) -> Yielding | None:
-    """Stress of the solid part above the yield strength that no support disturbs."""
-    centres = centroids(problem.space.mesh)
-    undisturbed = undisturbed_at(centres, problem.support_zones)
-    return yielding(centres, volumes, stresses, undisturbed, problem.material.yield_strength)
+    """Stress of the solid part above the yield strength that no support disturbs.
+
+    ``stresses`` ``(N,)`` MPa are von Mises stresses at the nodes, each of which stands for a tenth
+    of the ``volumes`` ``(M,)`` mm^3 of its elements.
+    """
+    space = problem.space
+    at_nodes = np.bincount(
+        space.elements.ravel(), weights=np.tile(volumes / 10.0, 10), minlength=space.node_count
+    )
+    return yielding(
+        space.nodes,
+        at_nodes,
+        {name: stress[:, None] for name, stress in stresses.items()},
+        undisturbed_at(space.nodes, problem.support_zones),
+        problem.material.yield_strength,
+    )
 
 
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:

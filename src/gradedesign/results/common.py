@@ -6,6 +6,7 @@ import platform
 from importlib import metadata
 from typing import Any
 
+from gradedesign.limits.verdict import unsure_words
 from gradedesign.part.file_body import file_body_data
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.problem import Problem, part_volume
@@ -39,7 +40,12 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
         "repairs": problem.part.report.changes,
         "file_bodies": file_body_data(problem.part.file_bodies),
         "yields": setup.solid_yields,
-        "warnings": (*setup.solid_yields, *setup.warnings, *registry.notes),
+        "warnings": (
+            *setup.solid_yields,
+            *unsure_words(setup.solid),
+            *setup.warnings,
+            *registry.notes,
+        ),
         "plugins": tuple(str(p) for p in registry.plugins),
         "versions": library_versions(),
         "case_hash": problem.case.case_hash,

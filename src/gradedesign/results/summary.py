@@ -40,7 +40,7 @@ UNRESOLVED = 0.10
 
 
 def infeasible_result(setup: Setup, registry: Registry, rows: tuple[LimitRow, ...]) -> RunResult:
-    """The fully solid part breaks a limit."""
+    """The fully solid part breaks a limit, even at the favourable end of its band."""
     return RunResult(
         status="infeasible",
         lightest=False,

@@ -9,6 +9,7 @@ import numpy as np
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.fe.stress import weighted_percentile
+from gradedesign.limits.banded import Banded
 from gradedesign.verify.neighbourhoods import neighbourhoods
 
 #: Phases of the printed solid, in the order of their numbers.
@@ -43,6 +44,11 @@ class StressMeasure:
     volume: float
     worst_cell: float
     worst_cell_centre: tuple[float, float, float]
+
+    @property
+    def band(self) -> Banded | None:
+        """None: it takes another resolution."""
+        return None
 
 
 def stress_measures(
