@@ -15,7 +15,7 @@ from pathlib import Path
 from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.limit import limits_stress
-from gradedesign.limits.verdict import Factors, any_broken
+from gradedesign.limits.verdict import Factors, any_broken, unsure_words
 from gradedesign.loop.accepted import Accepted, accept_design, export_surface, judge_stress
 from gradedesign.loop.analysed import Analysed, analyse_design
 from gradedesign.loop.announce import Announcer

@@ -108,7 +108,7 @@ def test_displacements_are_said_to_be_largest_nodal_values(report):
 
 
 def test_the_solid_part_stands_beside(report):
-    assert "displacement of tip magnitude pull 0.7123 mm 1.425 mm (2 x solid) 50.0%" in report
+    assert "displacement of tip magnitude pull 0.7123 mm – 1.425 mm (2 x solid) 50.0%" in report
 
 
 def test_windows_do_not_claim_the_whole_surface(report):
