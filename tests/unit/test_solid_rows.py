@@ -79,8 +79,12 @@ def test_the_favourable_end_breaks_the_part(tmp_path, limit, status, passed):
 
 
 def test_the_row_holds_band_largest_and_the_governing_case(tmp_path):
-    result = run(bar(tmp_path, 400.0, '"report"'), folder=tmp_path / "run")
+    said = []
+    case = bar(tmp_path, 400.0, '"report"')
+    result = run(case, folder=tmp_path / "run", on_event=said.append)
     (row,) = result.solid
+    (line,) = [e.message for e in said if e.stage == "solid" and "stress" in e.message]
+    assert line.endswith(f"largest {row.largest:.4g} MPa")
     assert row.load_case == "whole"
     assert row.largest == pytest.approx(180.0, rel=2e-3)
     assert row.band.low < row.value < row.band.high

@@ -100,10 +100,11 @@ class Announcer:
         for row in rows:
             stated = f" ({row.stated})" if row.stated else ""
             band = "" if row.band is None else f" ({row.band.low:.4g} to {row.band.high:.4g})"
+            largest = "" if row.largest is None else f", largest {row.largest:.4g} {row.unit}"
             self.say(
                 stage,
                 f"{row.name} ({row.load_case}): {row.value:.4g}{band} of {row.limit:.4g} {row.unit}"
-                f"{stated}, {row.utilisation:.1%}{'' if row.passed else '  BROKEN'}",
+                f"{stated}, {row.utilisation:.1%}{'' if row.passed else '  BROKEN'}{largest}",
                 utilisation=row.utilisation,
             )
 
