@@ -114,9 +114,9 @@ def solid_yielding(
     of the ``volumes`` ``(M,)`` mm^3 of its elements.
     """
     space = problem.space
-    at_nodes = np.bincount(
-        space.elements.ravel(), weights=np.tile(volumes / 10.0, 10), minlength=space.node_count
-    )
+    shares = np.tile(volumes / 10.0, 10)
+    at_nodes = np.zeros(space.node_count)
+    np.add.at(at_nodes, space.elements.ravel(), shares)
     return yielding(
         space.nodes,
         at_nodes,
