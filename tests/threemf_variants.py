@@ -504,6 +504,9 @@ def refused_by_prusa() -> Iterator[Variant]:
     package = Package(whole, [item(1)], {PRUSA: bomb})
     yield Variant("PrusaSlicer, entities", package.data(), words=(PRUSA, "document type"))
     package = Package(whole, [item(1)], {BAMBU: f"<config><!--{' ' * 2_000_000}--></config>"})
+    deep = f"<config>{'<a>' * 200}{'</a>' * 200}</config>"
+    yield Variant("PrusaSlicer, deep", Package(whole, [item(1)], {PRUSA: deep}).data(),
+                  words=(PRUSA, "nests elements more than 100 deep"))  # fmt: skip
     yield Variant("Bambu Studio, bomb", package.data(), words=(BAMBU, "unpacks to more than"))
 
 

@@ -141,13 +141,12 @@ class BodyReader:
                 f"{source}: components of object {number} are nested more than {_DEEPEST} deep, or "
                 "contain themselves; export the part as one object"
             )
+        self.notes += [
+            f"{source}: the slicer's metadata gives {label} no role; it is taken as solid"
+            for label in (self.roles.unstated(number) if used else ())
+        ]
         if not part.components:
             return self._mesh(number, part, place, name, used=used)
-        for missing in self.roles.unstated(number) if used else ():
-            self.notes.append(
-                f"{source}: the slicer's metadata gives object {missing}, a component of "
-                f"{part.marks.label}, no role; it is taken as solid"
-            )
         if used and part.kind != "model":
             self.notes.append(
                 f"{source}: {part.marks.label} has the type {part.kind}, which the 3MF core "

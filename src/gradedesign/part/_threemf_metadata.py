@@ -111,18 +111,21 @@ class SlicerMetadata:
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         """Take one element."""
+        within, key = self._path == ["config", "object"], attributes.get("key", "")
         self._path.append(name)
         if self._path == ["config", "object"]:
             self._object = self._attribute(attributes, "id", "an object")
             self.where[self._object] = self._entry
-        elif self._path[:2] != ["config", "object"]:
-            return
-        elif name == "volume" and len(self._path) == 3:
+        elif within and name == "volume":
             self._begin_volume(attributes)
-        elif name == "part" and len(self._path) == 3:
+        elif within and name == "part":
             self._begin_part(attributes)
-        elif name == "metadata":
-            self._state(attributes.get("key", ""), attributes.get("value", "").strip())
+        elif key == "volume_type" and self._body is None:
+            self._refuse_place(f"a {key}")
+        elif "firstid" in attributes or "subtype" in attributes:
+            self._refuse_place(f"a '{name[:40]}'")
+        elif name == "metadata" and self._path[:2] == ["config", "object"]:
+            self._state(key, attributes.get("value", "").strip())
 
     def end(self, name: str) -> None:
         """Close an element."""
@@ -180,6 +183,13 @@ class SlicerMetadata:
         if key not in attributes:
             self._refuse(f"{self._entry}: {label} lacks its {key}; save the file again")
         return attributes[key]
+
+    def _refuse_place(self, what: str) -> NoReturn:
+        where = "/".join(self._path[:-1])[-80:]
+        self._refuse(
+            f"{self._entry} has {what} in '{where}', whose role is unknown; expected volumes or "
+            "parts of objects: save the file again in the slicer, or export the part as STL"
+        )
 
     def _refuse(self, why: str) -> NoReturn:
         raise PartError(f"{self.source}: {why}")

@@ -18,6 +18,8 @@ MOST_BYTES, MOST_GROWTH, MOST_ENTRIES = 1 << 30, 100, 1000
 #: The growth of parts below this size is not checked, bytes.
 _SMALL = 1 << 20
 _CHUNK = 1 << 20
+#: Elements within each other: the formats nest a dozen, and each open one takes memory.
+_DEEPEST = 100
 _ROOT = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 _RELATION = "http://schemas.openxmlformats.org/package/2006/relationships}Relationship"
 
@@ -120,9 +122,25 @@ def _parse(
     parser = expat.ParserCreate(namespace_separator="}" if namespaces else None)
     parser.buffer_text = True
     parser.StartNamespaceDeclHandler = lambda prefix, uri: handler.prefix(prefix or "", uri or "")
-    parser.StartElementHandler = handler.start
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > _DEEPEST:
+            raise PartError(
+                f"{source}: {name} nests elements more than {_DEEPEST} deep; it is refused"
+            )
+        handler.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        handler.end(tag)
+
+    parser.StartElementHandler = start
     parser.CharacterDataHandler = handler.text
-    parser.EndElementHandler = handler.end
+    parser.EndElementHandler = end
     parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(source, name)
     size = 0
     try:

@@ -61,13 +61,16 @@ class ThreemfRoles:
         """Role of an object as a component of another."""
         return self._settled(parent, number, ())
 
-    def unstated(self, parent: str) -> list[str]:
-        """Components of an object to which metadata that knows others gives no role."""
-        stated = self._metadata.parts.get(parent)
-        if not stated:
+    def unstated(self, number: str) -> list[str]:
+        """Components or ranges without a role, of an object that metadata divides into several."""
+        part, parts = self._model.objects[number], self._metadata.parts.get(number, {})
+        inner = dict.fromkeys(inner for inner, _ in part.components) if parts else {}
+        bodies = {f"object {n}, a component of {part.marks.label}": parts.get(n) for n in inner}
+        if not part.components:
+            bodies = {body.label: body for body in self._metadata.volumes.get(number, ())}
+        if len(bodies) < 2:
             return []
-        inner = dict.fromkeys(number for number, _ in self._model.objects[parent].components)
-        return [number for number in inner if number not in stated]
+        return [label for label, body in bodies.items() if body is None or body.role is None]
 
     def volumes(self, number: str) -> Sequence[StatedBody]:
         """Ranges of the triangles of a mesh in their order; none where it is one body.
