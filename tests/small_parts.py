@@ -73,4 +73,10 @@ def box_part(x, y, z, mesh_size):
 def zone_of(distance, radius, disturbed=None):
     """Zone of a support of which a distance is known; what it disturbs is as wide by default."""
     disturbed = radius if disturbed is None else disturbed
-    return SupportZone(region="root", distance=distance, radius=radius, disturbed=disturbed)
+    return SupportZone(
+        region="root",
+        corners=np.zeros((0, 3, 3)),
+        distance=distance,
+        radius=radius,
+        disturbed=disturbed,
+    )

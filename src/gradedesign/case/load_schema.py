@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
+    Flag,
     JsonSchema,
     Name,
     Quantity,
@@ -25,6 +26,12 @@ Prescribed: TypeAlias = tuple[float | None, float | None, float | None]
 _EXAMPLE = '["0 mm", "free", "0.1 mm"]'
 
 
+def axis_prescription(letters: str) -> Prescribed:
+    """The prescription that holds some of x, y and z at zero."""
+    x, y, z = (0.0 if axis in letters else None for axis in "xyz")
+    return x, y, z
+
+
 class _Components(Reader):
     """``"xy"`` to the prescription that holds x and y at zero."""
 
@@ -38,8 +45,7 @@ class _Components(Reader):
             or len(set(value)) != len(value)
         ):
             raise Refused(f'found {shown(value)}; expected letters of xyz such as "xy"')
-        x, y, z = (0.0 if axis in value else None for axis in "xyz")
-        return x, y, z
+        return axis_prescription(value)
 
     def json_schema(self) -> JsonSchema:
         return {"type": "string", "pattern": "^[xyz]{1,3}$"}
@@ -71,7 +77,7 @@ class _Displacement(Reader):
 
 
 class FixSpec(Table):
-    """A support: all of x, y, z held, or some components, or prescribed displacements."""
+    """A support: all of x, y, z held, some components, prescribed displacements, or symmetry."""
 
     region: RegionName = Field(examples=["root"])
     """Name of the region that is held."""
@@ -81,10 +87,17 @@ class FixSpec(Table):
         default=None, alias="displacement"
     )
     """Displacement per component in mm, or free."""
+    symmetry: Annotated[bool, Flag()] = False
+    """The region is a plane on which the whole part is mirrored: held in its normal alone."""
 
     @property
     def displacement(self) -> Prescribed:
-        """Prescribed displacement along x, y, z in mm; None where the part is free to move."""
+        """Prescribed displacement along x, y, z in mm; None where the part is free to move.
+
+        Of a plane of symmetry none until its normal is known, see `resolve.symmetry`.
+        """
+        if self.symmetry and self.components is None:
+            return None, None, None
         return self.prescribed or self.components or (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
@@ -92,6 +105,12 @@ class FixSpec(Table):
         if self.components is not None and self.prescribed is not None:
             raise key_error(
                 "components", 'found beside displacement; expected one of them, with "free"'
+            )
+        if self.symmetry and (self.components is not None or self.prescribed is not None):
+            raise key_error(
+                "symmetry",
+                "found beside components or displacement; expected it alone: the plane's normal "
+                "follows from the part",
             )
         return self
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from gradedesign.resolve.exclusion import exclusion_words, judged_share
 from gradedesign.resolve.resolve_law import resolve_law
 from gradedesign.resolve.resolved_case import ResolvedCase, resolve_case, stated_zones
 from gradedesign.resolve.size_effects import periodic_warnings, why_periodic
+from gradedesign.resolve.symmetry import symmetry_data, symmetry_planes, symmetry_warnings
 
 #: Points at which the part's thickness is measured.
 _THICKNESS_PLACES = 1500
@@ -91,6 +94,8 @@ class CaseCheck:
     periodic : str
         Why size effects are left out; empty where the run computes those it finds.
     unjudged : Unjudged
+    symmetry : mapping
+        See `symmetry_data`.
     warnings : tuple of str
     """
 
@@ -100,6 +105,7 @@ class CaseCheck:
     run: PredictedRun
     periodic: str
     unjudged: Unjudged
+    symmetry: Mapping[str, Any]
     warnings: tuple[str, ...]
 
 
@@ -125,6 +131,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
             )[1]
     inside = inner_points(resolved.domain)
     thickness = part_thickness(resolved, inside)
+    planes = symmetry_planes(case, resolved.part)
     unjudged = Unjudged(
         around=exclusion_words(resolved.support_zones),
         part=1.0 - judged_share(resolved.support_zones, inside),
@@ -139,6 +146,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     remarks += [
         *periodic_warnings(case, resolved.part, resolved.layout, periodic),
         *_left_out(resolved, unjudged),
+        *symmetry_warnings(case, resolved.part, resolved.cell, resolved.layout),
         *budget_warnings(resolved, run),
     ]
     return CaseCheck(
@@ -148,6 +156,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         run=run,
         periodic=periodic,
         unjudged=unjudged,
+        symmetry=symmetry_data(planes, resolved.part.volume * resolved.material.density * 1e6),
         warnings=tuple(dict.fromkeys(remarks)),
     )
 

@@ -35,7 +35,7 @@ from gradedesign.part.file_body import file_body_words
 from gradedesign.plugin.read_case import load_case
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.own_cell import with_own_cell
-from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.results.marks import action_marks, loads_note, region_marks
 from gradedesign.size_effects.wall_cells import MOST_MINUTES
 from gradedesign.workspace.progress import report_step
 
@@ -124,10 +124,10 @@ def draw_loads(checked: CaseCheck, path: Path) -> tuple[str, ...]:
     return picture_loads(
         path,
         resolved.part.surface,
-        region_marks(resolved.case, resolved.part, resolved.domain),
+        region_marks(resolved.case, resolved.part, resolved.domain, resolved.support_zones),
         action_marks(resolved.case, resolved.part),
         title=f"Loading of {resolved.case.name}",
-        note=warming_note(resolved.case),
+        note=loads_note(resolved.case, resolved.support_zones, checked.unjudged.part),
     )
 
 
@@ -160,6 +160,13 @@ def _part_lines(checked: CaseCheck) -> Iterator[str]:
     yield f"{part_words(resolved.part)}, {mass:.4g} g if solid in {resolved.material.name}"
     yield from file_body_words(resolved.part.file_bodies)
     yield repair_words(resolved.part)
+    if checked.symmetry:
+        yield (
+            f"symmetry: mirrored on {', '.join(checked.symmetry['planes'])}: the whole part is "
+            f"{checked.symmetry['copies']} times this one, "
+            f"{checked.symmetry['solid_mass_g']:.4g} g if solid; loads and masses are those of the "
+            f"modelled one"
+        )
 
 
 def _print_loads(checked: CaseCheck) -> None:

@@ -50,6 +50,7 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
             {"name": name, "load_case": load_case, "allowed": allowed}
             for name, load_case, allowed in stated_limits(checked)
         ],
+        "symmetry": dict(checked.symmetry),
         "unjudged_stress": asdict(checked.unjudged),
         "free_rigid_motions": [],
         "cell": resolved.cell.name,

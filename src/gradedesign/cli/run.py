@@ -19,7 +19,7 @@ from gradedesign.cli.show import (
 from gradedesign.errors import UNMET
 from gradedesign.loop.stages import default_folder
 from gradedesign.output.result import RunResult, as_json
-from gradedesign.output.scope_words import scope_words
+from gradedesign.output.scope_words import scope_words, symmetry_words
 from gradedesign.pipeline import run as run_case
 from gradedesign.plugin.read_case import load_case
 from gradedesign.results.files import RESULT_NAME
@@ -99,6 +99,8 @@ def print_verdict(result: RunResult) -> None:
             f"({result.relative_density:.1%}){lattice}",
             hang=2,
         )
+    if result.symmetry:
+        print_text(symmetry_words(result), hang=2)
     if result.acceptance:
         print_text(scope_words(result.acceptance), hang=2)
     print_warnings(told for told in result.warnings if told not in result.yields)

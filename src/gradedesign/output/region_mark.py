@@ -9,12 +9,13 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 
-Role = Literal["support", "load", "passive", "region"]
+Role = Literal["support", "load", "passive", "region", "unjudged"]
 COLOURS: dict[Role, str] = {
     "support": "#1f5fbf",
     "load": "#e0906a",
     "passive": "#6b7a2e",
     "region": "#8a5a9e",
+    "unjudged": "#3f4a57",
 }
 #: What the legend calls a role.
 ROLES: dict[Role, str] = {
@@ -22,6 +23,7 @@ ROLES: dict[Role, str] = {
     "load": "loaded",
     "passive": "passive solid",
     "region": "regions",
+    "unjudged": "stress not judged",
 }
 
 
@@ -33,7 +35,7 @@ class RegionMark:
     ----------
     name : str
         The region's name in the case, and what else its label says.
-    role : {"support", "load", "passive", "region"}
+    role : {"support", "load", "passive", "region", "unjudged"}
     corners : (k, 3, 3) array, mm
         Its triangles.
     """

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from gradedesign.output.scope_words import scope_words
+from gradedesign.output.scope_words import scope_words, symmetry_words
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -105,6 +105,7 @@ def render_report(result: RunResult, pictures: Mapping[str, bytes], case_text: s
             for limit in iteration.measured
         ],
         scope_words=scope_words(result.acceptance),
+        symmetry_words=symmetry_words(result),
         stresses=stresses,
         judged_stresses=[
             (row, stresses[key])

@@ -145,6 +145,9 @@ class RunResult:
     file_bodies : tuple of mapping
         Name and role of each body of the part's file that is not in the part, and whether it was
         subtracted or left out.
+    symmetry : mapping
+        Planes on which the case mirrors its part, how often the whole part holds the modelled one
+        (``copies``), and its masses; empty without any. All other masses are the modelled part's.
     yields : tuple of str
         Warnings that the fully solid part, or the printed solid, yields away from supports.
     warnings : tuple of str
@@ -177,6 +180,7 @@ class RunResult:
     budget: Mapping[str, float] = field(default_factory=dict)
     repairs: Mapping[str, int] = field(default_factory=dict)
     file_bodies: tuple[Mapping[str, str], ...] = ()
+    symmetry: Mapping[str, Any] = field(default_factory=dict)
     yields: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
@@ -219,6 +223,8 @@ def as_json(result: RunResult) -> dict[str, Any]:
     """Plain data for result.json; every number keeps its unit in its name."""
     data = asdict(result)
     data["folder"] = str(result.folder)
+    if result.symmetry and result.mass_g is not None:
+        data["symmetry"] = {**result.symmetry, "mass_g": result.symmetry["copies"] * result.mass_g}
     for key, rows in (("limits", result.limits), ("solid", result.solid)):
         data[key] = [
             {

@@ -1,9 +1,12 @@
-"""Sentence on the share of a verdict that rests on the printed surface."""
+"""Sentences on the share of a verdict that rests on the printed surface, and of the whole part."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gradedesign.output.result import RunResult
 
 
 def scope_words(acceptance: Mapping[str, Any]) -> str:
@@ -29,4 +32,18 @@ def scope_words(acceptance: Mapping[str, Any]) -> str:
     return (
         f"{basis}; an independent mesher meshed it again in its {submodels} ({share}), whose "
         f"stress over that of the finite cells scales the stress in the lattice"
+    )
+
+
+def symmetry_words(result: RunResult) -> str:
+    """The whole part of a case with planes of symmetry, as plain text; empty without any."""
+    if not result.symmetry:
+        return ""
+    times = result.symmetry["copies"]
+    masses = f"{result.symmetry['solid_mass_g']:.4g} g if solid"
+    if result.mass_g is not None:
+        masses = f"{times * result.mass_g:.4g} g, {masses}"
+    return (
+        f"Mirrored on {', '.join(result.symmetry['planes'])}: the whole part is {times} times this "
+        f"one, {masses}; files, loads and other masses are those of the modelled one"
     )

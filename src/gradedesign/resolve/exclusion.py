@@ -86,6 +86,7 @@ def _zones(
         zones.append(
             SupportZone(
                 region=support.region,
+                corners=support.corners,
                 distance=distance,
                 radius=judged_from,
                 disturbed=min(disturbed, judged_from),

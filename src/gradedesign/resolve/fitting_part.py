@@ -16,13 +16,14 @@ from gradedesign.resolve.part_repairer import part_repairer
 from gradedesign.resolve.predicted_part_mesh import require_mesh_fits
 from gradedesign.resolve.print_checks import require_voxels_fit
 from gradedesign.resolve.support_conflicts import require_agreeing
+from gradedesign.resolve.symmetry import with_symmetry
 from gradedesign.workspace.progress import report_step
 
 
 def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
     """The part as read and repaired, if its mesh, cells, supports and limits are possible.
 
-    The case that comes with it states the mesh size.
+    The case that comes with it states the mesh size, and what planes of symmetry hold.
 
     Raises
     ------
@@ -35,7 +36,7 @@ def fitting_part(case: Case, registry: Registry) -> tuple[Case, Part]:
         part = read_part(case, part_readers(case, registry), mend)
     require_fits(case, part.surface)
     require_voxels_fit(case, part.surface)
-    case = with_mesh_size(case, part)
+    case = with_symmetry(with_mesh_size(case, part), part)
     require_mesh_fits(case, part)
     require_cells_fit(case, part)
     require_displacements_fit(case, part)

@@ -70,3 +70,9 @@ class Problem:
 def part_volume(problem: Problem) -> float:
     """Volume of the part's tetrahedra, mm^3."""
     return float(signed_volumes(problem.space.mesh).sum())
+
+
+def unjudged_share(problem: Problem) -> float:
+    """Share of the part's volume in the zones around supports."""
+    volumes = signed_volumes(problem.space.mesh)
+    return 1.0 - float(volumes @ problem.evaluated / volumes.sum())

@@ -33,6 +33,7 @@ from gradedesign.resolve.resolved_case import (
     resolve_case,
 )
 from gradedesign.resolve.stressed_skins import with_stressed_skins
+from gradedesign.resolve.symmetry import symmetry_warnings
 from gradedesign.resolve.zone_laws import ZoneLaws, zone_laws, zoning
 from gradedesign.resolve.zoning import zone_windows, zoned_laws
 from gradedesign.sizing.homogenised_model import HomogenisedModel, homogenised_model
@@ -117,6 +118,7 @@ def prepare(case: Case, registry: Registry, on_event: Listener = ignore) -> Setu
             *analysable.warnings,
             *(*resolved.warnings, *law_warnings, *narrowed, *zone_warnings, *limit_warnings),
             *layout_warnings(cells.layout, law.name),
+            *symmetry_warnings(case, resolved.part, resolved.cell, cells.layout),
         ),
     )
 

@@ -17,7 +17,7 @@ from gradedesign.fe.stress import von_mises
 from gradedesign.limits.limit import Limit, limits_stress
 from gradedesign.limits.verdict import limit_rows
 from gradedesign.mesh.tet_mesh import signed_volumes
-from gradedesign.resolve.problem import Problem
+from gradedesign.resolve.problem import Problem, unjudged_share
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid_part import dense_stiffness, solid_solutions
 from gradedesign.resolve.solid_stress import SolidStress, solid_field, solid_stress
@@ -100,7 +100,7 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
         shares={name: region_shares(problem.space, on) for name, on in problem.facets.items()},
         measures=measures,
         work=work_of(forces, solutions),
-        judged_share=float(volumes @ problem.evaluated / volumes.sum()),
+        judged_share=1.0 - unjudged_share(problem),
         yields=solid_yielding(problem, stresses, volumes),
     )
 

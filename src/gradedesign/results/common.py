@@ -13,6 +13,7 @@ from gradedesign.resolve.problem import Problem, part_volume
 from gradedesign.resolve.resolve_law import buckling_basis, stress_basis
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.size_effects import why_periodic
+from gradedesign.resolve.symmetry import symmetry_data, symmetry_planes
 from gradedesign.results.zones import zone_data
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 
@@ -39,6 +40,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
         "solid": setup.solid,
         "repairs": problem.part.report.changes,
         "file_bodies": file_body_data(problem.part.file_bodies),
+        "symmetry": symmetry_data(symmetry_planes(problem.case, problem.part), solid_mass(problem)),
         "yields": setup.solid_yields,
         "warnings": (
             *setup.solid_yields,

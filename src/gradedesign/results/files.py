@@ -37,11 +37,11 @@ from gradedesign.resolve.lattice_files import (
     write_printed,
 )
 from gradedesign.resolve.outer_triangles import keeps_outer
-from gradedesign.resolve.problem import Problem
+from gradedesign.resolve.problem import Problem, unjudged_share
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
-from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.results.marks import action_marks, loads_note, region_marks
 from gradedesign.results.series import write_series
 from gradedesign.results.shown import Shown
 from gradedesign.results.solid_vtu import write_solid_vtu
@@ -134,9 +134,9 @@ def _loads_picture(out: RunFolder, problem: Problem, files: dict[str, str]) -> t
     warnings = picture_loads(
         out.path_of("loads.png"),
         problem.part.surface,
-        region_marks(problem.case, problem.part, problem.domain),
+        region_marks(problem.case, problem.part, problem.domain, problem.support_zones),
         action_marks(problem.case, problem.part),
-        note=warming_note(problem.case),
+        note=loads_note(problem.case, problem.support_zones, unjudged_share(problem)),
     )
     _adopt_drawn(out, files, "loads")
     return warnings

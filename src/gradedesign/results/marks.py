@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gradedesign.arrays import FloatArray
@@ -15,17 +17,26 @@ from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points
 from gradedesign.output.action_mark import ActionMark, Kind
 from gradedesign.output.region_mark import RegionMark, Role
 from gradedesign.part.part import Part
+from gradedesign.resolve.exclusion import exclusion_words
+from gradedesign.verify.support_zones import SupportZone
 
 #: Steps along the longest edge of a volume as pictures draw it.
 _DRAWN = 48
+#: The same along a zone around a support, which is thin beside it.
+_ZONE_DRAWN = 96
+#: Steps through a zone around a support.
+_THIN = 4
 #: How far below the part's faces pictures show it, over the part's diagonal.
 _BELOW = 2e-3
 
 
-def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMark]:
+def region_marks(
+    case: Case, part: Part, domain: DesignDomain, zones: Sequence[SupportZone] = ()
+) -> list[RegionMark]:
     """Supports, loaded and passive regions; one that is several is drawn as the first of these.
 
-    Of volumes that stay solid what lies in the part is drawn.
+    Of volumes that stay solid, and of the zones around supports in which stress is not judged, what
+    lies in the part is drawn.
     """
     roles: dict[str, Role] = {
         fix.region: "support" for load_case in case.load_case for fix in load_case.fix
@@ -36,9 +47,12 @@ def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMar
     passive = {keep.region for keep in case.keep if keep.region is not None}
     for name in passive:
         roles.setdefault(name, "passive")
+    mirrored = {fix.region for spec in case.load_case for fix in spec.fix if fix.symmetry}
+    said = {name: f"{name}, passive solid" for name in passive if roles[name] != "passive"}
+    said |= {name: f"{name}, plane of symmetry" for name in mirrored}
     marks = [
         RegionMark(
-            name=f"{name}, passive solid" if name in passive and role != "passive" else name,
+            name=said.get(name, name),
             role=role,
             corners=part.regions[name].corners,
         )
@@ -53,7 +67,24 @@ def region_marks(case: Case, part: Part, domain: DesignDomain) -> list[RegionMar
         for number, (keep, region) in enumerate(zip(case.keep, domain.passive, strict=True))
         if keep.region is None
     ]
-    return marks + volumes
+    return marks + volumes + [mark for zone in zones for mark in _zone_marks(domain, zone, part)]
+
+
+def _zone_marks(domain: DesignDomain, zone: SupportZone, part: Part) -> list[RegionMark]:
+    """Surface of a zone in the part; none where it is too thin beside its support to be drawn."""
+    places = zone.corners.reshape(-1, 3)
+    lower, upper = places.min(axis=0) - zone.radius, places.max(axis=0) + zone.radius
+    step = max(zone.radius / _THIN, float((upper - lower).max()) / _ZONE_DRAWN)
+    if zone.radius < step:
+        return []
+    below = _BELOW * part.diagonal
+
+    def field(points: FloatArray) -> FloatArray:
+        return np.maximum(zone.distance(points) - zone.radius, domain.distance(points)) + below
+
+    drawn = extract_surface(field, lower, upper, step)
+    name = f"stress not judged, {zone.radius:.3g} mm"
+    return [RegionMark(name=name, role="unjudged", corners=corner_points(drawn))]
 
 
 def _solid_volume(
@@ -87,6 +118,16 @@ def warming_note(case: Case) -> str:
         if spec.temperature_change
     ]
     return f"change of temperature: {', '.join(warmed)}" if warmed else ""
+
+
+def loads_note(case: Case, zones: Sequence[SupportZone], share: float) -> str:
+    """Note below the picture: changes of temperature, and where stress is not judged.
+
+    ``share`` is that of the part's volume in the zones.
+    """
+    around = exclusion_words(zones)
+    unjudged = f"stress not judged within {around}, {share:.1%} of the part" if around else ""
+    return "; ".join(words for words in (warming_note(case), unjudged) if words)
 
 
 def _case_marks(spec: LoadCaseSpec, part: Part) -> list[ActionMark]:

@@ -18,8 +18,10 @@ class SupportZone:
     ----------
     region : str
         That is held.
+    corners : (k, 3 corners, 3 coordinates) array, mm
+        Triangles of its singular faces or lines.
     distance : callable
-        Distance to its singular faces or lines, points ``(3, ...)`` mm to ``(...)`` mm.
+        Distance to them, points ``(3, ...)`` mm to ``(...)`` mm.
     radius : float, mm
         Up to which stress is not judged.
     disturbed : float, mm
@@ -30,6 +32,7 @@ class SupportZone:
     """
 
     region: str
+    corners: FloatArray
     distance: Field
     radius: float
     disturbed: float
