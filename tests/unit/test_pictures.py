@@ -35,7 +35,9 @@ from gradedesign.output.pictures import (
 from gradedesign.output.scene import SIZE, Layer, Scene, frame_of, hatch, sharp_edges, thinned
 from gradedesign.part.box import box_surface
 from gradedesign.part.part import read_part
-from gradedesign.results.marks import action_marks, region_marks, warming_note
+from gradedesign.part.signed_distance import region_distance
+from gradedesign.results.marks import action_marks, loads_note, region_marks, warming_note
+from gradedesign.verify.support_zones import SupportZone
 
 CASES = Path(__file__).parents[2] / "cases"
 BALL = extract_surface(lambda p: np.sqrt((p**2).sum(axis=0)) - 1.0, [-2] * 3, [2] * 3, 0.1)
@@ -225,7 +227,21 @@ temperature_change = "20 K"
         ("more", "acceleration", "30 m/s^2"),
     ]
     assert warming_note(case) == "change of temperature: more +20 K"
-    marks = region_marks(case, part, design_domain(case, part))
+    zone = SupportZone(
+        region="root",
+        corners=part.regions["root"].corners,
+        distance=region_distance(part.regions["root"].corners),
+        radius=3.0,
+        disturbed=3.0,
+    )
+    assert loads_note(case, [zone], 0.125).endswith(
+        "more +20 K; stress not judged within 3 mm of root, 12.5% of the part"
+    )
+    *marks, drawn = region_marks(case, part, design_domain(case, part), [zone])
+    assert (drawn.name, drawn.role) == ("stress not judged, 3 mm", "unjudged")
+    # A slab of 3 of the 24 mm, drawn a little below the faces.
+    high = drawn.corners.reshape(-1, 3).max(axis=0)
+    np.testing.assert_allclose(high, [3.0, 12.0, 12.0], atol=0.15)
     assert [(m.name, m.role) for m in marks] == [
         ("root, passive solid", "support"),
         ("tip, passive solid", "load"),

@@ -185,7 +185,7 @@ def symmetry_data(planes: Sequence[SymmetryPlane], solid_mass_g: float) -> dict[
 
 
 def symmetry_warnings(case: Case, part: Part, cell: Cell, layout: CellLayout) -> tuple[str, ...]:
-    """What does not mirror on the planes of symmetry, and skins that close them.
+    """Warn of cells that do not mirror on planes of symmetry, and of skins that close them.
 
     Parameters
     ----------
