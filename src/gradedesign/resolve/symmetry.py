@@ -105,7 +105,9 @@ def _plane(part: Part, region: Region, key: str) -> SymmetryPlane:
     corners = region.corners.reshape(-1, 3)
     axis = int(np.argmin(np.ptp(corners, axis=0)))
     off = float(np.ptp(corners[:, axis]))
-    along = FixSpec(region=region.name, components="xyz"[axis])
+    along = FixSpec(region=region.name).model_copy(
+        update={"components": axis_prescription("xyz"[axis])}
+    )
     if off > FLAT * part.diagonal or not held_in_normal_alone(along, region).all():
         raise CaseError(
             f"{key}: region '{region.name}' is no plane across x, y or z: its corners lie up to "
