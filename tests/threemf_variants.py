@@ -605,6 +605,15 @@ def single_files() -> Iterator[Variant]:
     )
     package = Package([*things, thing(9, components([1, 2]))], [item(9)], {**parts, **flavours})
     yield answer("metadata of two slicers that agree", joined, package, HERE)
+    # Two solids that touch are cut together and stay two.
+    wide = Box("wide", "negative volume", (70, 10, -4), (90, 20, 40))
+    touching = [block(), block("end", x=80), wide]
+    package = Package([thing(1, mesh(*(b.vertices for b in touching)))], [item(1)], prusa_config(
+        *(prusa_volume(12 * k, 12 * k + 11, b.name, PRUSA_TYPES[b.role])
+          for k, b in enumerate(touching)),
+    ))  # fmt: skip
+    words = ("2 separate solids", "touch along")
+    yield Variant("two solids that touch, cut", package.data(), words=words)
     # A negative volume cuts in its own assembly, not in its neighbour.
     bar = Box("bar", "negative volume", (-8, 8, 4), (96, 32, 40))
     slot = Box("slot", "negative volume", (30, -8, 8), (50, 96, 40))

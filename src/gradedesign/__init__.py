@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from gradedesign.output.exporter import Exporter, PlannedPrint
     from gradedesign.output.printed_lattice import PrintedLattice
     from gradedesign.part.exact_surface import ExactSurface
+    from gradedesign.part.file_body import FileBody
     from gradedesign.part.file_faces import FileFaces
     from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
     from gradedesign.part.reader import PartReader
@@ -89,6 +90,7 @@ __all__ = [
     "ExplicitAnalysis",
     "Exporter",
     "ExtremeValue",
+    "FileBody",
     "FileFaces",
     "GradeDesignError",
     "HomogenisedState",
@@ -181,6 +183,7 @@ _HOMES = {
     "output.exporter": "Exporter PlannedPrint",
     "output.printed_lattice": "PrintedLattice",
     "part.exact_surface": "ExactSurface",
+    "part.file_body": "FileBody",
     "part.file_faces": "FileFaces",
     "part.raw_triangles": "RawTriangles raw_triangles",
     "part.reader": "PartReader",

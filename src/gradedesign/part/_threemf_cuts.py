@@ -148,7 +148,9 @@ def closed_body(
         ) from error
     tolerance = 10.0 * report.weld_tolerance
     faces = carried(FileFaces(label=body.label), corners, surface, tolerance=tolerance)
-    return LabelledSurface(surface=surface, label=faces.label), report.warnings
+    # Whether bodies that touch stay apart is judged, and said, for the whole part.
+    notes = (note for note in report.warnings if not note.endswith('(bodies = "all")'))
+    return LabelledSurface(surface=surface, label=faces.label), tuple(notes)
 
 
 def meet(a: PlacedBody, b: PlacedBody) -> bool:
