@@ -52,15 +52,15 @@ class StressPercentile:
 
 
 def stress_percentile(
-    stress: RecoveredStress, judged: Callable[[FloatArray], BoolArray], percentile: float
+    stress: RecoveredStress, shares: FloatArray, percentile: float
 ) -> StressPercentile | None:
     """Percentile by volume of the von Mises stress, taken as linear in the eighths of elements.
 
     Parameters
     ----------
     stress : RecoveredStress
-    judged : callable
-        Whether points ``(3, n)`` mm count, ``(n,)``.
+    shares : (8, M) array
+        Share of every eighth of an element that is judged, see `judged_shares`.
     percentile : float
         More than 0, at most 100.
 
@@ -70,12 +70,10 @@ def stress_percentile(
         None where nothing is judged.
     """
     space = stress.space
-    pieces = space.elements[EIGHTHS].transpose(1, 0, 2)
-    shares = judged_shares(space, pieces, judged)
     piece, element = np.nonzero(shares)
     if not element.size:
         return None
-    values = von_mises(stress.nodal)[pieces[:, piece, element]]
+    values = von_mises(stress.nodal)[space.elements[EIGHTHS[piece].T, element]]
     volumes = shares[piece, element] * signed_volumes(space.mesh)[element] / 8.0
     value = linear_percentile(values, volumes, percentile)
     reached = values.max(axis=0) >= value
@@ -88,13 +86,21 @@ def stress_percentile(
     )
 
 
-def judged_shares(
-    space: TetSpace, pieces: NDArray[np.int32], judged: Callable[[FloatArray], BoolArray]
-) -> FloatArray:
-    """Share of every eighth of the elements that is judged, ``(8, M)``, in eighths.
+def judged_shares(space: TetSpace, judged: Callable[[FloatArray], BoolArray]) -> FloatArray:
+    """Share of every eighth of the elements that is judged, by eight points where a border cuts it.
 
-    ``pieces`` ``(4, 8, M)`` are its nodes.
+    Parameters
+    ----------
+    space : TetSpace
+        Quadratic.
+    judged : callable
+        Whether points ``(3, ...)`` mm count, ``(...)``.
+
+    Returns
+    -------
+    (8, M) array
     """
+    pieces = space.elements[EIGHTHS].transpose(1, 0, 2)
     shares: FloatArray = judged(space.nodes)[pieces].mean(axis=0)
     piece, element = np.nonzero((shares > 0.0) & (shares < 1.0))
     if element.size:

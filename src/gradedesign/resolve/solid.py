@@ -20,7 +20,7 @@ from gradedesign.mesh.tet_mesh import signed_volumes
 from gradedesign.resolve.problem import Problem, unjudged_share
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.solid_part import dense_stiffness, solid_solutions
-from gradedesign.resolve.solid_stress import SolidStress, solid_field, solid_stress
+from gradedesign.resolve.solid_stress import SolidStress, solid_field, solid_shares, solid_stress
 from gradedesign.verify.support_zones import undisturbed_at
 from gradedesign.verify.yielding import Yielding, yielding, yielding_words
 
@@ -84,11 +84,13 @@ def solid_analysis(problem: Problem, solutions: tuple[Solution, ...]) -> SolidAn
     """Measures of the fully solid part."""
     measures: dict[str, tuple[SolidStress, ...]] = {}
     stresses: dict[str, FloatArray] = {}
-    judged = any(limit.needs_stress for limit in problem.limits)
+    judged = None
+    if any(limit.needs_stress for limit in problem.limits):
+        judged = solid_shares(problem)
     for case, solution in zip(problem.loads, solutions, strict=True):
         field = solid_field(problem, case, solution)
         stresses[case.name] = von_mises(field.nodal)
-        stress = solid_stress(problem, field) if judged else None
+        stress = None if judged is None else solid_stress(problem, field, judged)
         if stress is not None:
             measures[case.name] = (stress,)
     volumes = signed_volumes(problem.space.mesh)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gradedesign.arrays import BoolArray, FloatArray
+from gradedesign.arrays import FloatArray
 from gradedesign.fe.load_case import PartLoadCase
 from gradedesign.fe.recovered_stress import RecoveredStress, recovered_stress
 from gradedesign.fe.solution import Solution
-from gradedesign.fe.stress_percentile import StressPercentile, stress_percentile
+from gradedesign.fe.stress_percentile import StressPercentile, judged_shares, stress_percentile
 from gradedesign.limits.banded import Banded
 from gradedesign.resolve.problem import Problem, part_volume
 from gradedesign.resolve.solid_part import dense_stiffness
@@ -55,13 +55,16 @@ def solid_field(problem: Problem, load: PartLoadCase, solution: Solution) -> Rec
     )
 
 
-def solid_stress(problem: Problem, field: RecoveredStress) -> SolidStress | None:
+def solid_shares(problem: Problem) -> FloatArray:
+    """Share of every eighth of a tetrahedron whose stress is judged, ``(8, M)``."""
+    return judged_shares(problem.space, lambda points: evaluated_at(points, problem.support_zones))
+
+
+def solid_stress(
+    problem: Problem, field: RecoveredStress, shares: FloatArray
+) -> SolidStress | None:
     """Stress measure of the fully solid part in one load case; None where nothing is judged."""
-
-    def judged(points: FloatArray) -> BoolArray:
-        return evaluated_at(points, problem.support_zones)
-
-    found = stress_percentile(field, judged, problem.case.limits.percentile)
+    found = stress_percentile(field, shares, problem.case.limits.percentile)
     if found is None:
         return None
     missing = part_volume(problem) / problem.part.volume - 1.0
