@@ -19,6 +19,8 @@ from gradedesign.case.value_types import Triple
 
 _ANY = "*"
 _MOST_REGIONS = 300
+#: Thinnest wall, mm, of the coarsest printers, which lay beads of concrete or weld metal.
+MOST_LEAST_WALL = 50.0
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
     ("keep", _ANY, "body", "region"),
@@ -109,7 +111,13 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
             )
     size = file.lattice.cell_size
     least = None if file.print is None else file.print.min_wall
-    if least is not None and size < 2 * least:
+    if least is not None and least > MOST_LEAST_WALL:
+        yield Problem(
+            key=("print", "min_wall"),
+            message=f"found {least:g} mm; expected the thinnest wall that the printer makes, "
+            f"{MOST_LEAST_WALL:g} mm at most; is its unit right?",
+        )
+    elif least is not None and size < 2 * least:
         yield Problem(
             key=("lattice", "size"),
             message=f"found {size:g} mm, less than twice the min_wall of {least:g} mm; "

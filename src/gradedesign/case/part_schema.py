@@ -30,7 +30,7 @@ REBUILD = "rebuild"
 OWN_REPAIRS = ("safe", "auto", REBUILD)
 #: Bodies of a file: one alone, those that touch united, or any number.
 BODIES = ("one", "join", "all")
-UNITS = ("mm", "cm", "m", "inch")
+UNITS = ("mm", "cm", "m", "inch", "um", "micron")
 #: Edges of a box shorter than this are no part, mm.
 _LEAST_EDGE = 1e-3
 

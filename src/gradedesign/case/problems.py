@@ -147,6 +147,14 @@ def missing(key: Key, field: FieldInfo | None) -> Problem:
     return Problem(key=key, message=f"missing{add}")
 
 
+def is_key(layout: type[BaseModel], text: str) -> bool:
+    """Whether a text is the dotted path of a key that a file of a layout may have."""
+    first, *rest = (part.partition("[")[0] for part in text.split("."))
+    if first not in layout.model_fields:
+        return False
+    return not rest or rest[-1] in _fields(_table_at(layout, (first, *rest[:-1])))
+
+
 def _table_at(layout: type[BaseModel], key: Key) -> type[BaseModel] | None:
     """Find the model of the table at a key, or None."""
     annotation: Any = layout

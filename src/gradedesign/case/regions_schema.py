@@ -18,7 +18,7 @@ from gradedesign.case.suggest import instead, nearest, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
-    Direction,
+    Facing,
     Flag,
     JsonSchema,
     Number,
@@ -255,7 +255,7 @@ class RegionSpec(Table):
     """Faces that lie in this box with every corner; with ``clip`` what it cuts out of any face."""
     cylinder: CylinderSpec | None = None
     """Cylindrical faces."""
-    facing: Direction | None = None
+    facing: Facing | None = None
     """Faces whose mean outward normal points this way, within ``angle``."""
     angle: Annotated[float, Quantity("angle", above=0.0)] = 15.0
     """Degrees around ``facing``."""

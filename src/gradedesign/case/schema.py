@@ -119,9 +119,13 @@ class CaseIdentity(Table):
         Returns
         -------
         str
-            ``case.toml:12: region.tip``, or without the line when the key is not written.
+            ``case.toml:12: region.tip``, with the line of the nearest table around a key that is
+            not written; without one where none is.
         """
-        line = self.lines.get(key)
+        around = key
+        while around and around not in self.lines:
+            around = around[: max(around.rfind("."), around.rfind("["), 0)]
+        line = self.lines.get(around)
         place = self.path.name if line is None else f"{self.path.name}:{line}"
         return f"{place}: {key}"
 

@@ -64,6 +64,7 @@ def _dimension(
 _LENGTH = {
     "mm": 1.0,
     "um": 1e-3,
+    "micron": 1e-3,
     "cm": 10.0,
     "m": 1000.0,
     "inch": _INCH,

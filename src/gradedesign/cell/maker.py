@@ -65,10 +65,10 @@ def make_cell(
     Raises
     ------
     CaseError
-        For an option that the maker does not have or that is missing, or a file where it takes
-        none or another kind.
+        For an option that the maker does not have or that is missing, a file where it takes none
+        or another kind, and whatever the maker refuses.
     PluginError
-        If the maker refuses its options, or breaks.
+        If the maker breaks, or returns anything but the cell.
     """
     for key in options:
         if key not in maker.options:
@@ -92,10 +92,17 @@ def make_cell(
     arguments = dict(options) if file is None else {**options, "file": file}
     try:
         made = maker.make(name, **arguments)
+    except PluginError as error:
+        # The maker says what is wrong with what the case states.
+        raise CaseError(f"lattice.own_cell: {error}") from error
     except (GradeDesignError, KeyboardInterrupt, Interrupted, MemoryError):
         raise
+    except (TypeError, ValueError) as error:
+        raise CaseError(
+            f"lattice.own_cell: the maker '{maker.name}' cannot use its options: {error}"
+        ) from error
     except BaseException as error:
-        raise PluginError(f"the maker '{maker.name}' cannot use its options: {error}") from error
+        raise PluginError(f"the maker '{maker.name}' broke on its options: {error}") from error
     if not isinstance(made, CellFamily) or made.name != name:
         raise PluginError(
             f"the maker '{maker.name}' returned {type(made).__name__}, expected the cell family "

@@ -139,7 +139,7 @@ def new(
     ] = None,
     units: Annotated[
         str | None,
-        typer.Option("--units", help="mm, cm, m or inch, where the file carries no unit."),
+        typer.Option("--units", help="Unit of a file that carries none, such as mm or inch."),
     ] = None,
     repair: Annotated[
         str, typer.Option("--repair", help="safe, or auto where the file is damaged.")

@@ -14,7 +14,7 @@ from gradedesign.cell.map_report import map_report, require_unfolded
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.layout.graded_map import graded_map, require_one_thickness, wanted_size
 from gradedesign.layout.part_room import require_warps_reach
-from gradedesign.layout.placed_map import placed_map
+from gradedesign.layout.placed_map import map_key, placed_map
 from gradedesign.part.part import Part
 from gradedesign.resolve.oriented import (
     alignment,
@@ -74,7 +74,7 @@ def stated_map(
     else:
         require_warps_reach(case, points)
         cell_map = placed_map(case, part, distance)
-    key = "lattice.size" if case.lattice.graded_size else "lattice.cell_map"
+    key = "lattice.size" if case.lattice.graded_size else map_key(case)
     with locating(case, "lattice.orientation" if frames is not None else key):
         report = map_report(cell_map, points, wanted=wanted)
         require_unfolded(report)

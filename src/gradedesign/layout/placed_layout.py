@@ -7,7 +7,7 @@ from gradedesign.case.schema import Case
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.layout.cell_layout import CellLayout, cell_layout
 from gradedesign.layout.part_room import require_lattice_left, require_warps_reach
-from gradedesign.layout.placed_map import lattice_points, placed_map
+from gradedesign.layout.placed_map import lattice_points, map_key, placed_map
 from gradedesign.part.part import Part
 
 
@@ -24,5 +24,5 @@ def placed_layout(case: Case, part: Part, domain: DesignDomain) -> CellLayout:
     points = lattice_points(domain)
     require_lattice_left(case, points, domain)
     require_warps_reach(case, points)
-    with locating(case, "lattice.cell_map"):
+    with locating(case, map_key(case)):
         return cell_layout(cell_map, points, case.lattice.edges)

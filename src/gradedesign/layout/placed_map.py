@@ -23,6 +23,7 @@ from gradedesign.part.signed_distance import region_distance
 
 #: Points in the part's box at which a map is measured.
 REPORT_POINTS = 40_000
+_SIZE = "lattice.size"
 
 
 def placed_map(case: Case | GenerateCase, part: Part, distance: Field) -> CellMap:
@@ -40,8 +41,14 @@ def placed_map(case: Case | GenerateCase, part: Part, distance: Field) -> CellMa
     CaseError
         If the map is impossible.
     """
-    with locating(case, "lattice.cell_map"):
+    with locating(case, map_key(case)):
         return warped(case, _map_of_kind(case, part, distance))
+
+
+def map_key(case: Case | GenerateCase) -> str:
+    """The key of a case that makes its cells other than a straight grid of one size."""
+    stated = ("cell_map", "warp")
+    return next((f"lattice.{key}" for key in stated if f"lattice.{key}" in case.lines), _SIZE)
 
 
 def warped(case: Case | GenerateCase, cell_map: CellMap) -> CellMap:

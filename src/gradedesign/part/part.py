@@ -25,10 +25,11 @@ from gradedesign.part.exact_faces import exact_faces
 from gradedesign.part.file_body import FileBody
 from gradedesign.part.file_faces import FileFaces, carried
 from gradedesign.part.mended import Mend, mended
-from gradedesign.part.raw_triangles import RawTriangles, in_mm
+from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles, in_mm
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
 from gradedesign.part.smooth_faces import SmoothFaces, segment_faces
+from gradedesign.part.unit_question import unit_question, unit_that_fits
 
 log = logging.getLogger(__name__)
 
@@ -138,7 +139,13 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
 
     regions = {}
     if case.region:
-        regions = select_regions(surface, find_faces(), case.region, file_faces)
+        try:
+            regions = select_regions(surface, find_faces(), case.region, file_faces)
+        except CaseError as error:
+            other = "" if units is None else unit_that_fits(surface, case.region, file_faces, units)
+            if units is None or not other:
+                raise
+            raise CaseError(unit_question(surface, units, other, str(error))) from error
     bodies, notes = _bodies(case, surface, regions, readers)
     notes = [*region_notes(regions, case.region), *notes]
     part = Part(
@@ -219,7 +226,7 @@ def _read_file(
     unit = units or raw.unit
     if unit is None:
         raise CaseError(
-            f"{key}.units: missing; {path.name} carries no unit, state mm, cm, m or inch"
+            f"{key}.units: missing; {path.name} carries no unit, state one of {', '.join(UNIT_MM)}"
         )
     scaled = in_mm(raw, unit, path.name)
     if raw.unit not in (None, unit):

@@ -14,7 +14,7 @@ from gradedesign.part.file_body import FileBody
 from gradedesign.part.file_faces import FileFaces, require_labels
 
 #: Length of one file unit, mm.
-UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "um": 1e-3, "micron": 1e-3}
 
 #: No printable part reaches this far from the origin, mm.
 LARGEST_COORDINATE = 1e7
@@ -106,7 +106,7 @@ def in_mm(raw: RawTriangles, unit: str, source: str) -> RawTriangles:
     raw : RawTriangles
         Its own unit is not looked at.
     unit : str
-        ``mm``, ``cm``, ``m`` or ``inch``.
+        A key of `UNIT_MM`.
     source : str
         Name of the file, for messages.
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.cell_surface import CellSurface, cell_surface
@@ -138,7 +138,7 @@ def analysable_bounds(
         fitting = least_fitting(look, wanted)
         if fitting is None:
             layer = min(domain.layers, default=np.inf)
-            refusal = _refusal(case, walls, seen.spacings, seen.bytes, layer, analysis)
+            refusal = _refusal(case, walls, seen, layer, analysis, max(part.box))
         else:
             least, per_wall, seen = fitting
     warnings = _raised(case, (low, rho[least]), walls[least], needed) if least else ()
@@ -218,12 +218,13 @@ def _walls(cell: Cell, rho: FloatArray, least_size: float) -> FloatArray:
 def _refusal(
     case: Case,
     walls: FloatArray,
-    spacings: FloatArray,
-    need: IntArray,
+    seen: Needs,
     layers: float,
     analysis: ExplicitAnalysis,
+    longest: float,
 ) -> str:
     """Sentence on the grid that does not fit the memory, and on a remedy."""
+    spacings, need = seen.spacings, seen.bytes
     best = int(np.argmin(need))
     larger = (need[best] / case.run.memory) ** (1 / 3)
     governed = spacings[best] >= layers / analysis.elements_per_layer * (1 - 1e-9)
@@ -232,8 +233,10 @@ def _refusal(
         if governed
         else f"walls of {walls[best]:.3g} mm ask for a grid of {spacings[best]:.3g} mm"
     )
+    size, what = (layers, "these layers") if governed else (max(case.lattice.size), "the cells")
+    # Nothing grows beyond the part.
+    remedy = f", or make {what} {larger:.2f} times as large" if larger * size <= longest else ""
     return (
         f"the explicit analysis does not fit [run] memory {case.run.memory / 1e9:.3g} GB: {cause}, "
-        f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory, or make "
-        f"{'these layers' if governed else 'the cells'} {larger:.2f} times as large"
+        f"which takes {need[best] / 1e9:.3g} GB at least; allow more memory{remedy}"
     )

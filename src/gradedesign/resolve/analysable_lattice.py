@@ -67,5 +67,5 @@ def analysable_lattice(
     else:
         chosen = chosen_beside_gaps(candidates, resolved.part.surface)
     if chosen.refusal:
-        raise ResourceError(chosen.refusal)
+        raise ResourceError(f"{resolved.case.where('run.memory')}: {chosen.refusal}")
     return chosen

@@ -19,9 +19,10 @@ def with_own_cell(case: Case | GenerateCase, registry: Registry) -> Registry:
     Raises
     ------
     CaseError
-        For an unknown maker or option, a file of the wrong kind, or the name of an installed cell.
+        For an unknown maker or option, a file of the wrong kind, the name of an installed cell, or
+        options that the maker refuses.
     PluginError
-        If the maker refuses its options.
+        If the maker breaks.
     """
     own = case.lattice.own_cell
     if own is None:

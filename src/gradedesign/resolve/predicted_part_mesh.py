@@ -59,11 +59,16 @@ def require_mesh_fits(case: Case, part: Part) -> None:
         return
     fitting = max((limit - BASE_BYTES) / BYTES_PER_UNKNOWN[2], 1.0)
     size = case.part.element_size * (dofs / fitting) ** (1 / 3)
+    thickness = float(np.ptp(part.surface.vertices, axis=0).min())
+    remedy = f"take {_rounded_up(size)} mm or more, or raise memory"
+    if 2.0 * size > thickness:
+        # Elements as large as the part say nothing of it.
+        remedy = f"raise memory to {_rounded_up(need / 1e9)} GB or more"
     raise ResourceError(
         f"{case.where('part.mesh_size')}: found {case.part.element_size:g} mm, which cuts the "
         f"{part.volume:.4g} mm^3 of the part into at least {dofs:.2g} unknowns, about "
-        f"{need / 1e9:.2g} GB; expected at most the {limit / 1e9:.2g} GB of [run] memory: take "
-        f"{_rounded_up(size)} mm or more, or raise memory"
+        f"{need / 1e9:.2g} GB; expected at most the {limit / 1e9:.2g} GB of [run] memory: "
+        f"{remedy}"
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from gradedesign.case.locate import locating
 from gradedesign.case.material_checks import beyond_yield, beyond_yield_warning
 from gradedesign.case.material_schema import MaterialSpec
 from gradedesign.case.schema import Case
@@ -100,9 +99,11 @@ def density_bounds(
     silent = set() if "density" in case.lattice.model_fields_set else set(windows)
     spec = case.lattice
     if spec.wall is not None:
-        with locating(case, "lattice.wall"):
-            sizes = (spec.size[0], spec.size[-1])
+        sizes = (spec.size[0], spec.size[-1])
+        try:
             fitting = densities_for_sizes(cell, spec.wall, sizes)
+        except DensityError as error:
+            raise CaseError(f"{case.where('lattice.wall')}: {error}") from error
         windows[f"walls of {spec.wall:g} mm in cells of {spec.size_words}"] = fitting
     elif case.print is not None and case.print.min_wall is not None:
         if spec.graded_size:

@@ -108,7 +108,9 @@ def _spacing(
             f'spacing = "0.1 mm" in [part.voxels]'
         )
     if unit is None:
-        raise CaseError(f"part.units: missing; {source} carries no unit, state mm, cm, m or inch")
+        raise CaseError(
+            f"part.units: missing; {source} carries no unit, state one of {', '.join(UNIT_MM)}"
+        )
     x, y, z = (e * UNIT_MM[unit] for e in volume.spacing)
     return (x, y, z), unit, []
 

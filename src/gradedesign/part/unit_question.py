@@ -1,0 +1,73 @@
+"""Whether a part whose regions are not found was read in the wrong unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from gradedesign.case.regions_schema import RegionSpec
+from gradedesign.errors import CaseError
+from gradedesign.mesh.surface_mesh import SurfaceMesh
+from gradedesign.part.exact_faces import exact_faces
+from gradedesign.part.file_faces import FileFaces
+from gradedesign.part.raw_triangles import UNIT_MM
+from gradedesign.part.regions import select_regions
+from gradedesign.part.smooth_faces import segment_faces
+
+
+def unit_that_fits(
+    surface: SurfaceMesh,
+    specs: Mapping[str, RegionSpec],
+    file_faces: FileFaces | None,
+    units: str,
+) -> str:
+    """The unit in which every region of a case is found on a part; empty where none is.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        As read in ``units``, on which a region is not found.
+    specs : mapping of str to RegionSpec
+    file_faces : FileFaces or None
+    units : str
+    """
+    for other, size in UNIT_MM.items():
+        ratio = size / UNIT_MM[units]
+        if ratio == 1.0:
+            continue
+        scaled = replace(surface, vertices=ratio * surface.vertices)
+        faces = None if file_faces is None else file_faces.scaled(ratio)
+        try:
+            if faces is not None and faces.surfaces:
+                found = exact_faces(scaled, faces)
+            else:
+                found = segment_faces(scaled)
+            select_regions(scaled, found, specs, faces)
+        except CaseError:
+            continue
+        return other
+    return ""
+
+
+def unit_question(surface: SurfaceMesh, units: str, other: str, cause: str) -> str:
+    """Ask whether a part is meant in another unit.
+
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        As read in ``units``.
+    units, other : str
+    cause : str
+        What is wrong in ``units``.
+    """
+
+    def size(unit: str) -> str:
+        edges = np.ptp(surface.vertices, axis=0) * UNIT_MM[unit] / UNIT_MM[units]
+        return " x ".join(f"{edge:.4g}" for edge in edges) + " mm"
+
+    return (
+        f'part.units: found "{units}", in which the part is {size(units)}; in "{other}" it is '
+        f'{size(other)} and every region is found: write units = "{other}"? In "{units}", {cause}'
+    )
