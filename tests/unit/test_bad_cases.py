@@ -85,7 +85,11 @@ WRONG = [
     ),
     ('"x = max"', '"w = max"', ["available: x, y, z"]),
     ('"x = max"', '"x = maxx"', ["or min or max"]),
-    ('plane = "x = max"', 'facing = "z"', ["available: +x, -x, +y, -y, +z, -z"]),
+    (
+        'plane = "x = max"',
+        'facing = "z"',
+        ['did you mean "+z" or "-z"?', "available: +x, -x, +y, -y, +z, -z"],
+    ),
     (
         'fix = [{region = "root"}]',
         'fix = [{region = "root", components = "xw"}]',
@@ -129,6 +133,7 @@ WRONG = [
     ('skin = {thickness = "1 mm"}', 'skin = {thickness = "0 mm"}', ["above 0"]),
     ('skin = {thickness = "1 mm"}', 'skin = {thicknes = "1 mm"}', ['did you mean "thickness"?']),
     ('min_wall = "0.8 mm"', 'min_wall = "0 mm"', ["above 0"]),
+    ('min_wall = "0.8 mm"', 'min_wall = "0.3 m"', ["print.min_wall: found 300 mm", "50 mm at"]),
     ('mesh_size = "4 mm"', 'mesh_size = "40 mm"', ["20 mm edge of the box"]),
     ('"60 mm", "20 mm"', '"60 mm", "-20 mm"', ["entry 2", "more than 0 mm"]),
     ('stress = "50 MPa"', 'stress = "50 MPa"\npercentile = 50', []),
@@ -240,6 +245,13 @@ def test_limits_of_other_quantities_are_no_repetition(tmp_path):
     )
     case = load_case(write(tmp_path, swapped('[{region = "tip", magnitude = "2 mm"}]', both)))
     assert len(case.limits.displacement) == 3
+
+
+@pytest.mark.parametrize(("written", "read"), [("z", "+z"), ("-y", "-y"), ("x", "+x")])
+def test_an_axis_alone_is_the_positive_direction(tmp_path, written, read):
+    stated = f'min_wall = "0.8 mm"\nbuild_direction = "{written}"'
+    case = load_case(write(tmp_path, swapped('min_wall = "0.8 mm"', stated)))
+    assert case.print.build_direction == read
 
 
 PLANNED = [

@@ -183,7 +183,7 @@ def test_every_form_of_support_and_load(load):
     # fix stands on row 22, its second entry on 23; load on 24, its second entry on 25
     assert case.where("load_case[0].fix[1]") == "case.toml:23: load_case[0].fix[1]"
     assert case.where("load_case[0].load[1].moment").startswith("case.toml:25:")
-    assert case.where("run.nothing") == "case.toml: run.nothing"
+    assert case.where("run.nothing") == "case.toml:46: run.nothing"
 
 
 REGIONS = """

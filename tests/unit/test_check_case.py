@@ -105,6 +105,11 @@ REFUSED = {
         (('mesh_size = "6 mm"', 'mesh_size = "0.02 mm"'),),
         ResourceError, ["case.toml:5: part.mesh_size", "found 0.02 mm", "unknowns", "or more"],
     ),
+    # Elements as large as the part would still not fit: a mesh size is no remedy.
+    "memory of a small part": (
+        (("[limits]", '[run]\nmemory = "0.1 GB"\n[limits]'),),
+        ResourceError, ["case.toml:5: part.mesh_size", "[run] memory: raise memory to 0.2"],
+    ),
     "cell longer than the part": (
         (('size = "6 mm"\nd', 'size = "1 m"\nd'),),
         CaseError, ["lattice.size", "1000 mm", "24 x 12 x 12 mm", "24 mm at most"],

@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from gradedesign.case.direction import Direction
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
-    Direction,
     Number,
     Point,
     Quantity,

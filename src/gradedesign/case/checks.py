@@ -16,11 +16,10 @@ from gradedesign.case.schema import CaseFile
 from gradedesign.case.suggest import shown
 from gradedesign.case.toml_lines import Key
 from gradedesign.case.value_types import Triple
+from gradedesign.case.wall_checks import wall_problems
 
 _ANY = "*"
 _MOST_REGIONS = 300
-#: Thinnest wall, mm, of the coarsest printers, which lay beads of concrete or weld metal.
-MOST_LEAST_WALL = 50.0
 _USES_OF_REGIONS: tuple[Key, ...] = (
     ("keep", _ANY, "region"),
     ("keep", _ANY, "body", "region"),
@@ -109,27 +108,7 @@ def cross_problems(file: CaseFile) -> Iterator[Problem]:
                 key=("load_case", i, "temperature_change"),
                 message="needs the thermal expansion; add thermal_expansion to [material]",
             )
-    size = file.lattice.cell_size
-    least = None if file.print is None else file.print.min_wall
-    if least is not None and least > MOST_LEAST_WALL:
-        yield Problem(
-            key=("print", "min_wall"),
-            message=f"found {least:g} mm; expected the thinnest wall that the printer makes, "
-            f"{MOST_LEAST_WALL:g} mm at most; is its unit right?",
-        )
-    elif least is not None and size < 2 * least:
-        yield Problem(
-            key=("lattice", "size"),
-            message=f"found {size:g} mm, less than twice the min_wall of {least:g} mm; "
-            f"expected at least {2 * least:g} mm",
-        )
-    wall = file.lattice.wall
-    if least is not None and wall is not None and wall < least:
-        yield Problem(
-            key=("lattice", "wall"),
-            message=f"found {wall:g} mm, thinner than the min_wall of {least:g} mm; "
-            f"expected at least that",
-        )
+    yield from wall_problems(file.lattice, file.print)
     orientation = file.lattice.orientation
     names = tuple(case.name for case in file.load_case)
     if (

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from gradedesign.case.direction import Direction
 from gradedesign.case.part_schema import UNITS, part_file
 from gradedesign.case.regions_schema import BoxSpec
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
-    Direction,
     JsonSchema,
     Name,
     Point,

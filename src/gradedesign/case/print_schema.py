@@ -6,11 +6,11 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
+from gradedesign.case.direction import Direction
 from gradedesign.case.suggest import shown
 from gradedesign.case.table import Table
 from gradedesign.case.value_types import (
     Choice,
-    Direction,
     JsonSchema,
     Number,
     Quantity,

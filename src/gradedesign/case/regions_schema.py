@@ -13,12 +13,12 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, WithJsonSchema, model_validator
 
+from gradedesign.case.direction import Facing
 from gradedesign.case.quantity import parse_quantity
 from gradedesign.case.suggest import instead, nearest, shown
 from gradedesign.case.table import Table, key_error
 from gradedesign.case.value_types import (
     Choice,
-    Facing,
     Flag,
     JsonSchema,
     Number,

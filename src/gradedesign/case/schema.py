@@ -108,6 +108,9 @@ class CaseIdentity(Table):
     lines: dict[str, int] = Field(default_factory=dict, repr=False)
     """Line of every key of the file, by dotted path such as ``load_case[0].load[1].force``."""
 
+    aliases: dict[str, str] = Field(default_factory=dict, repr=False)
+    """Keys of the file that stand for others: a zone's for those of ``[lattice]``."""
+
     def where(self, key: str) -> str:
         """Name file and line of a dotted key, for messages.
 
@@ -122,6 +125,7 @@ class CaseIdentity(Table):
             ``case.toml:12: region.tip``, with the line of the nearest table around a key that is
             not written; without one where none is.
         """
+        key = self.aliases.get(key, key)
         around = key
         while around and around not in self.lines:
             around = around[: max(around.rfind("."), around.rfind("["), 0)]

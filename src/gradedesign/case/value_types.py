@@ -226,21 +226,6 @@ class Choice(Reader):
 
 
 @dataclass(frozen=True, slots=True)
-class Along(Choice):
-    """A direction along an axis; a letter alone means the positive one."""
-
-    words: tuple[str, ...] = ("+x", "-x", "+y", "-y", "+z", "-z")
-
-    def read(self, value: object) -> str:
-        """``"z"`` to ``"+z"``; the others as spelled."""
-        return f"+{value}" if value in ("x", "y", "z") else Choice.read(self, value)
-
-    def json_schema(self) -> JsonSchema:
-        """An enumeration, the letters alone included."""
-        return {"enum": [*self.words, "x", "y", "z"]}
-
-
-@dataclass(frozen=True, slots=True)
 class Words(Reader):
     """One text or a list of texts, kept as a tuple."""
 
@@ -311,5 +296,3 @@ RegionNames: TypeAlias = Annotated[tuple[str, ...], Words("the name of a region"
 Size: TypeAlias = Annotated[float, Quantity("length", above=0.0)]
 Distance: TypeAlias = Annotated[float, Quantity("length", at_least=0.0)]
 Point: TypeAlias = Annotated[Triple, Vector("length")]
-Direction: TypeAlias = Annotated[str, Along()]
-Facing: TypeAlias = Annotated[str, Choice(("+x", "-x", "+y", "-y", "+z", "-z"))]

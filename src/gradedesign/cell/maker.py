@@ -97,7 +97,7 @@ def make_cell(
         raise CaseError(f"lattice.own_cell: {error}") from error
     except (GradeDesignError, KeyboardInterrupt, Interrupted, MemoryError):
         raise
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, ArithmeticError) as error:
         raise CaseError(
             f"lattice.own_cell: the maker '{maker.name}' cannot use its options: {error}"
         ) from error

@@ -29,7 +29,7 @@ from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles, in_mm
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
 from gradedesign.part.smooth_faces import SmoothFaces, segment_faces
-from gradedesign.part.unit_question import unit_question, unit_that_fits
+from gradedesign.part.unit_question import questioning_unit
 
 log = logging.getLogger(__name__)
 
@@ -139,13 +139,8 @@ def read_part(case: CaseIdentity, readers: Mapping[str, Reader], mend: Mend | No
 
     regions = {}
     if case.region:
-        try:
+        with questioning_unit(surface, case.region, file_faces, units):
             regions = select_regions(surface, find_faces(), case.region, file_faces)
-        except CaseError as error:
-            other = "" if units is None else unit_that_fits(surface, case.region, file_faces, units)
-            if units is None or not other:
-                raise
-            raise CaseError(unit_question(surface, units, other, str(error))) from error
     bodies, notes = _bodies(case, surface, regions, readers)
     notes = [*region_notes(regions, case.region), *notes]
     part = Part(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -51,23 +52,40 @@ def unit_that_fits(
     return ""
 
 
-def unit_question(surface: SurfaceMesh, units: str, other: str, cause: str) -> str:
-    """Ask whether a part is meant in another unit.
+@contextmanager
+def questioning_unit(
+    surface: SurfaceMesh,
+    specs: Mapping[str, RegionSpec],
+    file_faces: FileFaces | None,
+    units: str | None,
+) -> Iterator[None]:
+    """Ask for the unit of a part first where its regions are found in another one only.
 
     Parameters
     ----------
     surface : SurfaceMesh
-        As read in ``units``.
-    units, other : str
-    cause : str
-        What is wrong in ``units``.
+    specs : mapping of str to RegionSpec
+    file_faces : FileFaces or None
+    units : str or None
+        None where the part was read from no file.
+
+    Raises
+    ------
+    CaseError
+        Of a region that is not found, after the question.
     """
-
-    def size(unit: str) -> str:
-        edges = np.ptp(surface.vertices, axis=0) * UNIT_MM[unit] / UNIT_MM[units]
-        return " x ".join(f"{edge:.4g}" for edge in edges) + " mm"
-
-    return (
-        f'part.units: found "{units}", in which the part is {size(units)}; in "{other}" it is '
-        f'{size(other)} and every region is found: write units = "{other}"? In "{units}", {cause}'
-    )
+    try:
+        yield
+    except CaseError as error:
+        other = "" if units is None else unit_that_fits(surface, specs, file_faces, units)
+        if units is None or not other:
+            raise
+        edges = np.ptp(surface.vertices, axis=0)
+        here, there = (
+            " x ".join(f"{edge:.4g}" for edge in edges * UNIT_MM[unit] / UNIT_MM[units])
+            for unit in (units, other)
+        )
+        raise CaseError(
+            f'part.units: found "{units}", in which the part is {here} mm; in "{other}" it is '
+            f'{there} mm and every region is found: write units = "{other}"? In "{units}", {error}'
+        ) from error

@@ -98,8 +98,8 @@ def zone_case(case: Case, number: int) -> Case:
         "law": zone.law or ("auto" if changed else lattice.law),
         "density": lattice.density if zone.density is None else zone.density,
     }
-    lines = {
-        f"lattice.{key}": case.lines[f"zone[{number}].{key}"]
+    written = {
+        f"lattice.{key}": f"zone[{number}].{key}"
         for key in stated
         if f"zone[{number}].{key}" in case.lines
     }
@@ -107,7 +107,7 @@ def zone_case(case: Case, number: int) -> Case:
         update={
             "lattice": lattice.model_copy(update=stated),
             "zone": (),
-            "lines": {**case.lines, **lines},
+            "aliases": written,
         }
     )
 
@@ -176,10 +176,12 @@ def _resolved_zone(
     case: Case, name: str, registry: Registry, least: float, poissons_ratio: float
 ) -> tuple[ResolvedZone, list[str]]:
     """Cell, planned law and densities of a zone's own case."""
-    family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
-    cell = calibrate(family, cell_parameters(case, family))
+    with locating(case, "lattice.cell"):
+        family: CellFamily = lookup(registry, "cell_families", case.lattice.cell)
+        cell = calibrate(family, cell_parameters(case, family))
     density_bounds(case, cell, None, least)
-    law = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
+    with locating(case, "lattice.law"):
+        law = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
     bounds, narrowed = density_bounds(case, cell, law, least)
     return ResolvedZone(name=name, case=case, cell=cell, law=law, bounds=bounds), narrowed
 
