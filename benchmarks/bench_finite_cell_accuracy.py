@@ -66,7 +66,7 @@ def compare(name, rho, cells):
     from test_finite_cells import tetrahedra_of
 
     from gradedesign.finite_cell import analyse
-    from gradedesign.limits.banded import banded
+    from gradedesign.limits.banded import Residual, banded
     from gradedesign.verify.finite_cells import ORDERS, elements_per_wall
 
     cell, solid, wall = block_of(name, rho, cells)
@@ -88,7 +88,11 @@ def compare(name, rho, cells):
     for case in coarse.work:
         known = banded([(h, work[case]) for h, work in found], (2.0, 2.0, 2.0))
         residuals = [residual_of(r, case) for r in (coarse, fine)]
-        band = banded([(r.spacing, r.work[case]) for r in (coarse, fine)], ORDERS, residuals)
+        band = banded(
+            [(r.spacing, r.work[case]) for r in (coarse, fine)],
+            ORDERS,
+            [Residual(rise=r) for r in residuals],
+        )
         inside = "in the band" if band.low <= known.value <= band.high else "OUTSIDE THE BAND"
         finest = found[-1][1][case] / known.value - 1
         if abs(finest) > CONVERGED:

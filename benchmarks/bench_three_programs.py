@@ -136,7 +136,7 @@ def compare(name, rho, cells):
 
 def report(program, rows, limits, began, residuals=None):
     """Print size, work, unknowns and volume of each resolution, and the limit with its band."""
-    from gradedesign.limits.banded import banded
+    from gradedesign.limits.banded import Residual, banded
     from gradedesign.verify.finite_cells import ORDERS
 
     for size, work, unknowns, volume in rows:
@@ -144,7 +144,11 @@ def report(program, rows, limits, began, residuals=None):
             f"  {program}: {work:.5g} on elements of {size:.3g}, {unknowns} unknowns, "
             f"volume {volume:.4f}"
         )
-    band = banded([(size, work) for size, work, *_ in rows], ORDERS, residuals)
+    band = banded(
+        [(size, work) for size, work, *_ in rows],
+        ORDERS,
+        residuals and [Residual(rise=r) for r in residuals],
+    )
     peer = limits.setdefault("peer", (program, band.value))
     print(
         f"  {program}: limit {band.value:.5g} ({band.value / peer[1] - 1.0:+.2%} of {peer[0]}), "

@@ -76,6 +76,10 @@ class Block:
         return {} if self.residual is None else {"pull": self.residual}
 
     @property
+    def goal_residuals(self):
+        return {}
+
+    @property
     def points(self):
         axis = np.arange(0.25, SIDE, 0.5)
         return np.stack(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1)

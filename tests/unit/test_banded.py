@@ -5,11 +5,16 @@ from dataclasses import asdict, replace
 import pytest
 
 from gradedesign.errors import CaseError
-from gradedesign.limits.banded import Banded, banded, observed_order
+from gradedesign.limits.banded import Banded, Residual, banded, observed_order
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow, row_from_json
 
 ORDERS = (0.75, 1.5, 3.0)
+
+
+def shares(*rises):
+    """Residuals that only rise, as those of the work of the loads."""
+    return [Residual(rise=rise) for rise in rises]
 
 
 def test_an_assumed_range_of_orders_gives_both_ends():
@@ -43,13 +48,13 @@ def test_three_resolutions_in_one_ratio_show_their_order():
 
 def test_residuals_of_tractions_give_the_band_where_values_fall():
     # A quarter and a fifth of residual: the finer value misses up to two fifths of that.
-    found = banded([(1.5, 1.05), (1.0, 1.0)], ORDERS, [0.25, 0.2])
+    found = banded([(1.5, 1.05), (1.0, 1.0)], ORDERS, shares(0.25, 0.2))
     assert found.order == "residual"
     assert (found.value, found.high) == pytest.approx((1.036, 1.08))
     # The coarse solid was too thin: 0.05 / (1.5^2 - 1).
     assert found.low == pytest.approx(1.0 - 0.05 / 1.25)
     # Of values below zero, the same mirrored.
-    below = banded([(1.5, -1.05), (1.0, -1.0)], ORDERS, [0.25, 0.2])
+    below = banded([(1.5, -1.05), (1.0, -1.0)], ORDERS, shares(0.25, 0.2))
     assert (below.low, below.value, below.high) == pytest.approx(
         (-found.high, -found.value, -found.low)
     )
@@ -58,19 +63,19 @@ def test_residuals_of_tractions_give_the_band_where_values_fall():
 def test_values_that_rise_tell_the_factor_of_their_residuals():
     # Both miss three tenths of their residual: 1 / (1 + 0.3 R).
     values = [(1.5, 1.0 / (1.0 + 0.3 * 0.4)), (1.0, 1.0 / (1.0 + 0.3 * 0.2))]
-    found = banded(values, ORDERS, [0.4, 0.2])
+    found = banded(values, ORDERS, shares(0.4, 0.2))
     assert found.high == pytest.approx(1.0)
     assert found.low == pytest.approx(values[1][1] * 0.995)
     assert found.low < found.value < found.high
     # Hardly a rise where much is missing: the most that was measured.
-    stuck = banded([(1.5, 0.999), (1.0, 1.0)], ORDERS, [0.41, 0.4])
+    stuck = banded([(1.5, 0.999), (1.0, 1.0)], ORDERS, shares(0.41, 0.4))
     assert stuck.high == pytest.approx(1.0 + 0.4 * 0.4)
     # An order that three show is believed, unless the residual says that far more is missing.
     three = [(h, 10.0 - h**2) for h in (2.25, 1.5, 1.0)]
-    assert banded(three, ORDERS, [0.3, 0.2, 0.1]).order == "observed"
-    assert banded(three, ORDERS, [9.0, 8.0, 7.0]).order == "residual"
+    assert banded(three, ORDERS, shares(0.3, 0.2, 0.1)).order == "observed"
+    assert banded(three, ORDERS, shares(9.0, 8.0, 7.0)).order == "residual"
     # Values that fall evenly do not say that nothing is missing.
-    falling = banded([(h, 10.0 + h**2) for h in (2.25, 1.5, 1.0)], ORDERS, [0.3, 0.2, 0.1])
+    falling = banded([(h, 10.0 + h**2) for h in (2.25, 1.5, 1.0)], ORDERS, shares(0.3, 0.2, 0.1))
     assert (falling.order, falling.high) == ("residual", pytest.approx(11.0 * 1.04))
 
 

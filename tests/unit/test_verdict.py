@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from gradedesign.errors import SolverError
-from gradedesign.limits.banded import Banded, banded
+from gradedesign.limits.banded import Banded, Residual, banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import (
@@ -79,7 +79,9 @@ def test_the_residual_of_the_tractions_lets_expect_the_unfavourable_end():
     # half of it over elements half as long.
     true = 0.9 * (1 + 0.18 * 0.4)
     finer = true / (1 + 0.18 * 0.2)
-    band = banded([(2.0, 0.9), (1.0, finer)], (1.0, 2.0, 3.0), [0.4, 0.2])
+    band = banded(
+        [(2.0, 0.9), (1.0, finer)], (1.0, 2.0, 3.0), [Residual(rise=0.4), Residual(rise=0.2)]
+    )
     assert 0.9 * factors[explicit[0].key] == pytest.approx(true)
     # The band reaches a little beyond it, by the residual that its finer elements leave.
     assert true < band.high < 1.02 * true

@@ -49,6 +49,7 @@ class Stand:
             mesh_size=spacing,
             tip=1.0 - self.slope * spacing**1.5,
             traction_residual={},
+            goal_residuals={},
         )
 
     def judge(self, allowed, ratio=1.5):

@@ -43,7 +43,7 @@ from gradedesign.finite_cell.surface import region_points
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.skin import Skin
-from gradedesign.limits.banded import banded
+from gradedesign.limits.banded import Residual, banded
 from gradedesign.material.material import Material
 from gradedesign.mesh.stuffing import stuff
 from gradedesign.mesh.tet_mesh import signed_volumes
@@ -443,7 +443,9 @@ def test_tractions_out_of_balance_tell_what_is_missing(per_cell):
     found = [analyse(solid, 1.0 / n) for n in per_cell]
     for k, name in enumerate(SC_WORK):
         values = [(r.spacing, r.work[name]) for r in found]
-        band = banded(values, ORDERS, [r.solutions[k].traction_residual for r in found])
+        band = banded(
+            values, ORDERS, [Residual(rise=r.solutions[k].traction_residual) for r in found]
+        )
         assert band.low <= SC_WORK[name] <= band.high
         assert band.value == pytest.approx(SC_WORK[name], rel=0.06)
         assert found[-1].work[name] < SC_WORK[name]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from gradedesign.cell.cell_surface import cell_surface
 from gradedesign.cell.wall_size import wall_mm
 from gradedesign.layout.passive import keep_words
+from gradedesign.limits.limit import stated_goals
 from gradedesign.loop.predicted_cost import CostPrediction, RunWork, predict_cost
 from gradedesign.loop.run_work import remeshed_tets
 from gradedesign.loop.solver_room import require_solver_takes
@@ -122,6 +123,7 @@ def predicted_run(resolved: ResolvedCase, inside: int) -> PredictedRun:
             latticed=resolved.part.volume * share,
             solid=resolved.part.volume * (1.0 - share),
             load_cases=len(case.load_case),
+            goals=stated_goals(resolved.limits),
         ),
         density,
         cell_surface(resolved.cell, density, resolved.layout.typical),

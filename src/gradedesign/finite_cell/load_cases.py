@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.fe.load_case import LoadCaseSpecification
 from gradedesign.finite_cell.elements import Elements
 from gradedesign.finite_cell.first_guess import first_guess, nearest_combination
+from gradedesign.finite_cell.goals import Dual, goal_force, with_residuals
 from gradedesign.finite_cell.hanging import gather_hanging
 from gradedesign.finite_cell.iterate import Iterate, conjugate_gradients
 from gradedesign.finite_cell.loads import case_force, thermal_force
@@ -24,7 +26,6 @@ from gradedesign.finite_cell.result import CaseSolution, FiniteCellResult
 from gradedesign.finite_cell.space import BrickSpace, unknown_count
 from gradedesign.finite_cell.supports import Held, held_by, support_key
 from gradedesign.finite_cell.surface import SurfacePoints
-from gradedesign.finite_cell.traction_residual import residual_places, traction_residual
 from gradedesign.workspace.progress import stepping
 
 log = logging.getLogger(__name__)
@@ -40,6 +41,8 @@ ENERGY = 3e-4
 RESIDUAL = 1e-6
 ACCEPTED = 1e-5
 MAX_ITERATIONS = 400
+#: Error of a dual in the energy norm at which its iteration stops: it weighs an error estimate.
+DUAL_ENERGY = 1e-2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,14 +83,12 @@ def solved_cases(
     material = problem.material
     lame = lame_constants(material.youngs_modulus, material.poissons_ratio)
     modulus = lame[0] + 2.0 * lame[1]
-    acting = {f.region for case in problem.cases for f in case.fix} | {
-        load.region for case in problem.cases for load in case.load
-    }
     groups: dict[object, list[int]] = {}
     for k, case in enumerate(problem.cases):
         groups.setdefault(support_key(case), []).append(k)
+    goals = problem.goals if space.hanging is None else {}
     solved: dict[int, CaseSolution] = {}
-    forced: list[int] = []
+    duals: dict[Hashable, Dual] = {}
     for members in groups.values():
         held = [
             held_by(elements, space, problem.cases[k], problem.regions, places, modulus)
@@ -104,17 +105,41 @@ def solved_cases(
         free: list[FloatArray] = []
         for k, own in zip(members, held, strict=True):
             solved[k] = _solved_case(problem, problem.cases[k], own, system, accuracy, start, free)
-            if own.value is None and own.spring_force is None and not solved[k].thermal_strain:
-                forced.append(k)
+            duals |= {
+                key: _dual(goal, solved[k], system, free)
+                for key, goal in goals.items()
+                if goal.load_case == solved[k].name
+            }
         # The largest arrays go before those of the error estimate come.
         del levels, system, stiffness, held, own, free
-    # Its size relative to the error was measured on elements of one size.
-    if forced and space.hanging is None:
-        balance = residual_places(elements, problem.field, [places[n].element for n in acting])
-        for k in forced:
-            missing = traction_residual(elements, space, solved[k].u, lame, balance)
-            solved[k] = replace(solved[k], traction_residual=missing)
-    return tuple(solved[k] for k in range(len(problem.cases)))
+    cases = tuple(solved[k] for k in range(len(problem.cases)))
+    # The size of a residual relative to the error was measured on elements of one size.
+    if space.hanging is not None:
+        return cases
+    return with_residuals(problem, elements, space, places, cases, duals)
+
+
+def _dual(
+    goal: DisplacementGoal, solution: CaseSolution, system: _System, free: list[FloatArray]
+) -> Dual:
+    """Solve for the dual of a goal; it joins what later solutions start from."""
+    elements, space = system.elements, system.space
+    right, drawn, traction = goal_force(
+        elements, space, system.places[goal.region], goal, solution.u
+    )
+    right *= system.keep
+    with stepping(f"error estimate of {goal.region} in {solution.name}"):
+        solved = conjugate_gradients(
+            system.stiffness, system.keep, right, system.precondition,
+            rtol=RESIDUAL, energy=DUAL_ENERGY, max_iterations=MAX_ITERATIONS,
+            start=nearest_combination(system.stiffness, system.keep, right, free),
+        )  # fmt: skip
+    free.append(solved.u)
+    log.info(
+        "dual of %s in '%s': %d iterations, error %.1e",
+        goal.region, solution.name, solved.iterations, solved.error,
+    )  # fmt: skip
+    return Dual(u=solved.u, drawn=drawn, traction=traction)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray, locked
 from gradedesign.errors import CaseError
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.fe.load_case import LoadCaseSpecification
 from gradedesign.finite_cell.grid import Plane
 from gradedesign.material.material import Material
@@ -37,6 +39,9 @@ class Problem:
     grading : callable, optional
         Points ``(3, m)`` to how much larger than the spacing elements may be there, ``(m,)``: 2
         where walls are twice as thick as the thinnest.
+    goals : mapping of any key to DisplacementGoal
+        Values whose own error is estimated, see `CaseSolution.goals`; each costs the solution of
+        its dual. Only on elements of one size.
     """
 
     field: Field
@@ -48,6 +53,7 @@ class Problem:
     planes: tuple[Plane, ...] = ()
     bodies: int = 1
     grading: Field | None = None
+    goals: Mapping[Hashable, DisplacementGoal] = dataclass_field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
@@ -65,6 +71,12 @@ def require_regions(problem: Problem) -> None:
                     f"load case '{case.name}' names region '{name}', but the regions are "
                     f"{', '.join(problem.regions)}"
                 )
+    for goal in problem.goals.values():
+        if goal.region not in problem.regions:
+            raise CaseError(
+                f"a value of region '{goal.region}' is asked for, but the regions are "
+                f"{', '.join(problem.regions)}"
+            )
 
 
 def region_planes(regions: Mapping[str, Region]) -> tuple[Plane, ...]:

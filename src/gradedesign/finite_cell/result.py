@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.stress import displacement_at as displacement_in
 from gradedesign.finite_cell.stress import solid_points
 from gradedesign.finite_cell.surface import SurfacePoints, element_table, locate
+from gradedesign.finite_cell.traction_residual import GoalResidual
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -37,6 +39,8 @@ class CaseSolution:
         What finer elements add to the work, but for a factor, see `traction_residual`. None where
         displacements are prescribed or the solid is heated: then the work says less of the error;
         and where elements have two sizes.
+    goals : mapping of any key to GoalResidual
+        The same of the goals of the problem in this load case, whatever acts in it.
     """
 
     name: str
@@ -47,6 +51,7 @@ class CaseSolution:
     residual: float
     thermal_strain: float
     traction_residual: float | None
+    goals: Mapping[Hashable, GoalResidual] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

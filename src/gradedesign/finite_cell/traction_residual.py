@@ -3,16 +3,23 @@
 Of a Galerkin solution the work of the loads is too small by the energy of its error. What makes
 that error are tractions on surfaces that carry none, and jumps of traction between elements: both
 vanish in the exact solution. Nothing else is looked at, so that the measure needs no second grid
-and does not mind how a grid happens to lie. Above 300 lines: surfaces, faces and the solid share
-how their points are chosen and weighted.
+and does not mind how a grid happens to lie.
+
+The displacement of a place errs by the energy between the error of the solution and that of its
+dual, which a unit force there causes (Becker and Rannacher 2001): what the tractions of both say
+together, place by place, stands for that as the square of one solution's does for the work. The
+whole part's work hides a plate that dents where it is thin; the dual is large just there. Above 300
+lines: surfaces, faces and the solid share how their points are chosen and weighted.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.finite_cell import _stress_kernels as kernels
@@ -20,6 +27,7 @@ from gradedesign.finite_cell.basis import gauss_places
 from gradedesign.finite_cell.elements import BLOCKS, Elements, solid_volume
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.stress import solid_points
+from gradedesign.finite_cell.surface import SurfacePoints
 from gradedesign.workspace.progress import report_step
 
 #: Most points of the surface, faces of an axis and points of the solid that are looked at: evenly
@@ -31,8 +39,17 @@ CUT = (1e-6, 1.0 - 1e-6)
 STEP = 1e-4
 #: Farthest that the surface lies from the centroid of a cut sub-cell, over the longest edge.
 NEAR = 0.5
+#: A place lies on a region if it is this near to one of so many nearest points of the region, and
+#: to the plane across the normal there, over the longest edge; the points of a face that a region
+#: covers are nearer. Normals agree to this at least.
+REACH, BESIDE, OFF, ALIKE = 0.75, 4, 0.1, 0.9
 #: Points along the edge of a face, and sub-cells of each.
 ALONG, OF_EACH = 2, BLOCKS // 2
+
+
+#: A region with the components of traction that it carries: all of a loaded one, those that a
+#: support holds.
+Carried: TypeAlias = tuple[SurfacePoints, tuple[bool, bool, bool]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,7 +78,7 @@ class ResidualPlaces:
     Attributes
     ----------
     free : _Places
-        On surfaces without load or support.
+        On the surface of the solid.
     sides : (_Places, _Places)
         On faces between elements, seen from either side.
     inner : _Places
@@ -73,7 +90,7 @@ class ResidualPlaces:
     inner: _Places
 
 
-def residual_places(elements: Elements, field: Field, held: Sequence[IntArray]) -> ResidualPlaces:
+def residual_places(elements: Elements, field: Field) -> ResidualPlaces:
     """Points at which the tractions of any solution on these elements are looked at.
 
     Parameters
@@ -81,15 +98,10 @@ def residual_places(elements: Elements, field: Field, held: Sequence[IntArray]) 
     elements : Elements
     field : callable
         That they were cut by.
-    held : sequence of int arrays
-        Elements of loaded and supported regions, whose surfaces are left out.
     """
     report_step("error estimate")
-    loaded = np.zeros(len(elements.position), dtype=bool)
-    for element in held:
-        loaded[element] = True
-    surface = _cut_surface(elements, field, loaded)
-    faces, sides = _faces(elements, loaded)
+    surface = _cut_surface(elements, field)
+    faces, sides = _faces(elements)
     at = solid_points(elements, MOST)
     inner = _Places(
         element=at.element,
@@ -100,12 +112,99 @@ def residual_places(elements: Elements, field: Field, held: Sequence[IntArray]) 
     return ResidualPlaces(free=_joined([surface, faces]), sides=sides, inner=inner)
 
 
+def free_components(
+    elements: Elements,
+    places: ResidualPlaces,
+    acting: Sequence[Carried],
+) -> BoolArray:
+    """Components of the traction that vanish at the places on the surface, ``(3, m)``.
+
+    Parameters
+    ----------
+    elements : Elements
+    places : ResidualPlaces
+    acting : sequence of Carried
+    """
+    free = np.ones(places.free.reference.shape, dtype=bool)
+    for region, carried in acting:
+        on = nearest_on(elements, places, region) >= 0
+        free[np.ix_(carried, on)] = False
+    return free
+
+
+def nearest_on(elements: Elements, places: ResidualPlaces, region: SurfacePoints) -> IntArray:
+    """Nearest point of a region to each place on the surface, ``(m,)``; -1 off the region."""
+    at, edge = places.free, float(elements.grid.edges.max())
+    points = elements.grid.lower[:, None] + elements.grid.edges[:, None] * (
+        elements.position[at.element].T + at.reference
+    )
+    count = min(BESIDE, region.area.size)
+    apart, index = KDTree(region.points.T).query(points.T, k=[*range(1, count + 1)])
+    nearest = np.full(points.shape[1], -1)
+    for distance, beside in zip(apart.T[::-1], index.T[::-1], strict=True):
+        normal = region.normal[:, beside]
+        off = np.abs(((points - region.points[:, beside]) * normal).sum(axis=0))
+        along = np.abs((at.normal * normal).sum(axis=0))
+        on = (distance < REACH * edge) & (off < OFF * edge) & (along > ALIKE)
+        nearest[on] = beside[on]
+    return nearest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Imbalance:
+    """Tractions of a solution that vanish in the exact one.
+
+    Attributes
+    ----------
+    free : (3, m) array, MPa
+        On surfaces without load or support.
+    jump : (3, k) array, MPa
+        Between elements.
+    """
+
+    free: FloatArray
+    jump: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalResidual:
+    """Ways in which finer elements change a value, but for a factor, see `goal_residual`.
+
+    Attributes
+    ----------
+    rise, fall : float
+        What they add to it and what they take off it, both positive, in its unit.
+    """
+
+    rise: float
+    fall: float
+
+
+def imbalance(
+    elements: Elements,
+    space: BrickSpace,
+    u: FloatArray,
+    lame: tuple[float, float],
+    places: ResidualPlaces,
+    *,
+    thermal_strain: float = 0.0,
+) -> Imbalance:
+    """Tractions of displacements ``u``, (N, 3), mm, that are not in balance."""
+
+    def traction(at: _Places) -> FloatArray:
+        return _traction(_raw_stress(elements, space, u, (*lame, thermal_strain), at), at)
+
+    here, there = places.sides
+    return Imbalance(free=traction(places.free), jump=traction(here) - traction(there))
+
+
 def traction_residual(
     elements: Elements,
     space: BrickSpace,
     u: FloatArray,
     lame: tuple[float, float],
     places: ResidualPlaces,
+    free: BoolArray,
 ) -> float:
     """Squared residual of the tractions over the energy of the solution, twice each.
 
@@ -121,36 +220,80 @@ def traction_residual(
     u : (N, 3) array, mm
     lame : (float, float), MPa
     places : ResidualPlaces
+    free : (3, m) bool array
+        See `free_components`.
 
     References
     ----------
     I. Babuška, W. C. Rheinboldt (1978), A-posteriori error estimates for the finite element
     method, Int. J. Numer. Methods Eng. 12, 1597-1615: the part of the residual on faces.
     """
-
-    def stress(at: _Places) -> FloatArray:
-        return _raw_stress(elements, space, u, (*lame, 0.0), at)
-
-    first, second = lame
-    nu = first / (2.0 * (first + second))
-    here, there = places.sides
-    lost = (
-        places.free.weight * (_traction(stress(places.free), places.free) ** 2).sum(axis=0)
-    ).sum()
-    jump = _traction(stress(here), here) - _traction(stress(there), here)
-    lost += (here.weight * (jump**2).sum(axis=0)).sum()
-    inner = stress(places.inner)
+    own = imbalance(elements, space, u, lame, places)
+    _, nu = _engineering(lame)
+    lost = float(_products(own, own, places, free).sum())
+    inner = _raw_stress(elements, space, u, (*lame, 0.0), places.inner)
     trace = inner[:3].sum(axis=0)
     square = (inner[:3] ** 2).sum(axis=0) + 2.0 * (inner[3:] ** 2).sum(axis=0)
-    energy = (places.inner.weight * ((1.0 + nu) * square - nu * trace**2)).sum()
-    return float(lost / energy) if energy > 0.0 else 0.0
+    energy = float((places.inner.weight * ((1.0 + nu) * square - nu * trace**2)).sum())
+    return lost / energy if energy > 0.0 else 0.0
 
 
-def _cut_surface(elements: Elements, field: Field, loaded: BoolArray) -> _Places:
-    """Points of the surface in cut sub-cells of elements that carry no region."""
+def goal_residual(
+    solution: Imbalance,
+    dual: Imbalance,
+    lame: tuple[float, float],
+    places: ResidualPlaces,
+    free: BoolArray,
+) -> GoalResidual:
+    """Residual of a value of the displacements, from a solution and the dual of the value.
+
+    The sum over faces and surfaces of ``h / 2 t . t' / E`` of the tractions of both, its positive
+    and its negative terms apart: errors that cancel in one grid need not in another. For the work
+    of the loads, whose dual is the solution itself, it is the work times `traction_residual`, and
+    the same constants apply: the energy between two errors is a quarter of that of their sum less a
+    quarter of that of their difference, and so are these products.
+
+    Parameters
+    ----------
+    solution, dual : Imbalance
+        The dual is what forces equal to the derivative of the value by the displacements cause.
+    lame : (float, float), MPa
+    places : ResidualPlaces
+    free : (3, m) bool array
+        Where neither of them carries a traction, see `free_components`.
+
+    References
+    ----------
+    R. Becker, R. Rannacher (2001), An optimal control approach to a posteriori error estimation in
+    finite element methods, Acta Numerica 10, 1-102.
+    S. Prudhomme, J. T. Oden (1999), On goal-oriented error estimation for elliptic problems,
+    Comput. Methods Appl. Mech. Eng. 176, 313-331: the parallelogram of both errors.
+    """
+    youngs_modulus, _ = _engineering(lame)
+    terms = _products(solution, dual, places, free) / youngs_modulus
+    return GoalResidual(rise=float(terms[terms > 0.0].sum()), fall=float(-terms[terms < 0.0].sum()))
+
+
+def _products(
+    one: Imbalance, other: Imbalance, places: ResidualPlaces, free: BoolArray
+) -> FloatArray:
+    """Weighted products of the tractions of two solutions at every place, N^2/mm."""
+    here, _ = places.sides
+    bare = places.free.weight * (one.free * other.free * free).sum(axis=0)
+    return np.concatenate([bare, here.weight * (one.jump * other.jump).sum(axis=0)])
+
+
+def _engineering(lame: tuple[float, float]) -> tuple[float, float]:
+    """Young's modulus, MPa, and Poisson's ratio."""
+    first, second = lame
+    nu = first / (2.0 * (first + second))
+    return 2.0 * second * (1.0 + nu), nu
+
+
+def _cut_surface(elements: Elements, field: Field) -> _Places:
+    """Points of the surface in cut sub-cells."""
     share = elements.share * BLOCKS**3
-    cut = (share > CUT[0]) & (share < CUT[1]) & ~loaded[elements.whole :, None]
-    own, sub = np.nonzero(cut)
+    own, sub = np.nonzero((share > CUT[0]) & (share < CUT[1]))
     some = _some(own.size)
     stands_for = own.size / max(some.size, 1)
     own, sub = own[some], sub[some]
@@ -180,8 +323,8 @@ def _cut_surface(elements: Elements, field: Field, loaded: BoolArray) -> _Places
     )
 
 
-def _faces(elements: Elements, loaded: BoolArray) -> tuple[_Places, tuple[_Places, _Places]]:
-    """Free faces on grid planes, and faces between elements from either side."""
+def _faces(elements: Elements) -> tuple[_Places, tuple[_Places, _Places]]:
+    """Bare faces on grid planes, and faces between elements from either side."""
     free: list[_Places] = []
     here: list[_Places] = []
     there: list[_Places] = []
@@ -198,7 +341,7 @@ def _faces(elements: Elements, loaded: BoolArray) -> tuple[_Places, tuple[_Place
             here.append(_on_face(elements, axis, 1, lower, both))
             there.append(_on_face(elements, axis, 0, upper, both))
         for side in range(2):
-            bare = (solid[side] > 1.0 - 1e-3) & (covered[side] < 1e-3) & ~loaded[:, None]
+            bare = (solid[side] > 1.0 - 1e-3) & (covered[side] < 1e-3)
             own = np.flatnonzero(bare.any(axis=1))
             some = own[_some(own.size)]
             stands_for = own.size / max(some.size, 1)

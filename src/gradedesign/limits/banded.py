@@ -37,6 +37,28 @@ SAFETY = 1.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Residual:
+    """What smaller elements change of a value, but for a factor, over the value.
+
+    See `finite_cell.traction_residual`: of the work of the loads, which only rises, and of one
+    place's displacement, in which errors of both signs meet.
+
+    Attributes
+    ----------
+    rise, fall : float
+        What they add to its size and what they take off it, both positive.
+    """
+
+    rise: float
+    fall: float = 0.0
+
+    @property
+    def net(self) -> float:
+        """What is expected to be missing, but for the factor."""
+        return self.rise - self.fall
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Banded:
     """A value and the band in which its limit for small elements is expected.
 
@@ -88,7 +110,7 @@ class Banded:
 def banded(
     values: Sequence[ValueAtSize],
     orders: Sequence[float] | None,
-    residuals: Sequence[float] | None = None,
+    residuals: Sequence[Residual] | None = None,
 ) -> Banded:
     """Value for small elements from those at two or three resolutions.
 
@@ -101,10 +123,9 @@ def banded(
         Orders with which the error may fall: the least and the most give the ends of the band, the
         middle one the value (Richardson). None where errors of opposite sign meet and none can be
         assumed.
-    residuals : sequence of float, optional
-        Of the tractions at every spacing, see `finite_cell.traction_residual`. They give the band
-        where three resolutions do not show an order: then neither a range of orders is needed, nor
-        values that rise.
+    residuals : sequence of Residual, optional
+        Of the tractions at every spacing. They give the band where three resolutions do not show an
+        order: then neither a range of orders is needed, nor values that rise.
 
     Returns
     -------
@@ -135,9 +156,12 @@ def banded(
     seen = observed_order(values)
     rest = 0.0 if seen is None else change / (ratio**seen - 1.0)
     if seen is not None and min(orders) <= seen <= max(orders):
-        # Refinement raises the magnitude on a fixed solid; where it falls, the solid has changed.
-        missing = math.copysign(1.0, value) * rest
-        if residuals is None or missing >= LEAST_REST * residuals[-1] * abs(value):
+        # What the residual does not expect to rise or fall has another cause: the solid changed.
+        missing, net = (
+            rest / value if value else 0.0,
+            0.0 if residuals is None else residuals[-1].net,
+        )
+        if residuals is None or missing * math.copysign(1.0, net) >= LEAST_REST * abs(net):
             ends = (value, value + SAFETY * rest)
             best, order = value + rest, "observed"
             return Banded(value=best, low=min(ends), high=max(ends), sizes_mm=sizes, order=order)
@@ -154,24 +178,25 @@ def banded(
     )
 
 
-def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[float, float]) -> Banded:
+def _from_residuals(values: Sequence[ValueAtSize], residuals: tuple[Residual, Residual]) -> Banded:
     """Band from the residual of the tractions and the change between the last two values.
 
-    Where the value rises while the residual falls well, the factor is fitted to both. Where the
-    value falls, the coarse solid was too thin, by an error that falls with order 2.
+    Where the value changes as the residual says, and that falls well, the factor is fitted to both.
+    Where the value falls, the coarse solid was too thin, by an error that falls with order 2.
     """
     (coarse, before), (fine, value) = values[-2], values[-1]
     usual, least, most = RESIDUAL_FACTORS
+    first, last = residuals
     size = abs(value)
     change = size - abs(before)
     factor = most
-    fallen = residuals[0] * abs(before) - residuals[1] * size
-    if change > 0.0 and fallen > 0.0 and residuals[1] <= TELLING * residuals[0]:
+    fallen = first.net * abs(before) - last.net * size
+    if change * fallen > 0.0 and abs(last.net) <= TELLING * abs(first.net):
         factor = min(max(change / fallen, least), most)
     lost = max(-change, 0.0) / ((coarse / fine) ** UNKNOWN_ORDER - 1.0)
-    low = size - max(lost, LEAST_FALL * size)
-    high = size * (1.0 + max(factor * residuals[1], LEAST_FALL))
-    best = size * (1.0 + usual * residuals[1])
+    low = size - max(lost, factor * last.fall * size, LEAST_FALL * size)
+    high = size * (1.0 + max(factor * last.rise, LEAST_FALL))
+    best = size * (1.0 + usual * last.net)
     ends = (math.copysign(low, value), math.copysign(high, value))
     return Banded(
         value=math.copysign(best, value),

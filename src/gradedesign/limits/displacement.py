@@ -8,6 +8,7 @@ all of them are held at once.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -19,6 +20,7 @@ from gradedesign.case.limits_schema import DisplacementLimit as DisplacementEntr
 from gradedesign.case.limits_schema import as_multiple, in_number, stated_words
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.limits.key import LimitKey
@@ -97,6 +99,22 @@ class DisplacementLimit(Limit):
             load_case=self.key.load_case,
             value=self.factor * value,
             by_displacement=self.factor * unit,
+        )
+
+    def goal(self) -> DisplacementGoal:
+        """The displacement of the place that moves most."""
+
+        def by_displacement(u: FloatArray, _area: FloatArray) -> FloatArray:
+            value, point = largest_displacement(u, np.arange(u.shape[1]), self.component)
+            slope = np.zeros_like(u)
+            if self.component is not None:
+                slope[self.component, point] = math.copysign(1.0, u[self.component, point])
+            elif value > 0.0:
+                slope[:, point] = u[:, point] / value
+            return slope
+
+        return DisplacementGoal(
+            region=self.key.region, load_case=self.key.load_case, by_displacement=by_displacement
         )
 
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:

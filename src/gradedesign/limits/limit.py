@@ -8,13 +8,14 @@ that every tetrahedron needs at its present macroscopic stress.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray
 from gradedesign.case.limits_schema import LimitEntry
 from gradedesign.case.schema import Case
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.fe.supports import Supports
 from gradedesign.limits.analysis import Analysis, SubmodelStress
 from gradedesign.limits.banded import Banded
@@ -110,6 +111,13 @@ class Limit(ABC):
         The row of the limit's own key updates the correction.
         """
         return ()
+
+    def goal(self) -> DisplacementGoal | None:
+        """The value as one of a region's displacement, whose own error acceptance estimates.
+
+        None: the value is no such one, or is taken over several load cases.
+        """
+        return None
 
     def submodel_factor(self, submodels: Sequence[SubmodelStress]) -> Banded | None:  # noqa: ARG002
         """Factor of submodels of the printed surface over their driving analysis, with its band.
@@ -216,6 +224,11 @@ class StatedLimit:
     allowed: str
     region: str = ""
     by_gradient: bool = False
+
+
+def stated_goals(limits: Iterable[StatedLimit]) -> int:
+    """Number of limits that have a `Limit.goal`, as far as the case tells."""
+    return sum(limit.by_gradient and bool(limit.region) for limit in limits)
 
 
 def no_refusal(case: Case, regions: Mapping[str, Region]) -> None:

@@ -30,6 +30,7 @@ from gradedesign.case.regions_schema import AxisIndex
 from gradedesign.case.schema import Case
 from gradedesign.case.value_types import RegionName
 from gradedesign.errors import CaseError
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.held_region import judged_cases, refuse_held_surfaces
 from gradedesign.limits.key import LimitKey
@@ -116,6 +117,17 @@ class MeanDisplacementLimit(Limit):
         )
         return (response,), memory
 
+    def goal(self) -> DisplacementGoal:
+        """The mean over the area."""
+
+        def by_displacement(u: FloatArray, area: FloatArray) -> FloatArray:
+            _, slope = value_and_slope(u, area / area.sum(), self.component)
+            return slope
+
+        return DisplacementGoal(
+            region=self.key.region, load_case=self.key.load_case, by_displacement=by_displacement
+        )
+
     def rows(self, analysis: Analysis, judged_by: str) -> tuple[LimitRow, ...]:
         """Mean over the area where the solid reaches the region, mm."""
         region, load_case = self.key.region, self.key.load_case
@@ -131,15 +143,35 @@ class MeanDisplacementLimit(Limit):
     def _value_and_slope(self, state: HomogenisedState) -> tuple[float, FloatArray]:
         """Value, mm, and its derivative by the displacements of the region's nodes, ``(3, k)``."""
         moved = state.displacement(self.key.load_case)[:, self.nodes]
-        slope = np.zeros_like(moved)
-        if self.component is None:
-            lengths = np.linalg.norm(moved, axis=0)
-            # A node at rest has no direction; zero is one of its slopes.
-            np.divide(moved * self.shares, lengths, out=slope, where=lengths > 0)
-            return float(lengths @ self.shares), slope
-        mean = float(moved[self.component] @ self.shares)
-        slope[self.component] = self.shares if mean >= 0 else -self.shares
-        return abs(mean), slope
+        return value_and_slope(moved, self.shares, self.component)
+
+
+def value_and_slope(
+    moved: FloatArray, shares: FloatArray, component: int | None
+) -> tuple[float, FloatArray]:
+    """Mean length, or absolute mean of a component, and its derivative by displacements.
+
+    Parameters
+    ----------
+    moved : (3, k) array, mm
+    shares : (k,) array
+        Share of the area that each place stands for.
+    component : int or None
+
+    Returns
+    -------
+    value : float, mm
+    slope : (3, k) array
+    """
+    slope = np.zeros_like(moved)
+    if component is None:
+        lengths = np.linalg.norm(moved, axis=0)
+        # A place at rest has no direction; zero is one of its slopes.
+        np.divide(moved * shares, lengths, out=slope, where=lengths > 0)
+        return float(lengths @ shares), slope
+    mean = float(moved[component] @ shares)
+    slope[component] = shares if mean >= 0 else -shares
+    return abs(mean), slope
 
 
 def _entries(case: Case) -> Sequence[MeanDisplacementEntry]:

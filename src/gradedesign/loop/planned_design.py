@@ -33,6 +33,7 @@ def planned_design(setup: Setup, rho: float | FloatArray) -> PlannedSolid:
         latticed=float(latticed.sum()),
         solid=float(model.volumes @ model.solid_fraction),
         load_cases=len(problem.case.load_case),
+        goals=sum(limit.goal() is not None for limit in problem.limits),
     )
     surfaces = CellSurface(np.zeros(weights.shape), np.zeros(weights.shape))
     for cell, here in _elements_by_cell(setup.cells, problem.space.mesh):

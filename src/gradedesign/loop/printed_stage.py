@@ -42,6 +42,9 @@ def printed_stage(
     division = analysed.result.solved.division
     planned = replace(planned_design(setup, rho), volume=analysed.result.volume)
     search = surface_search(surface)
+    goals = {
+        limit.key: goal for limit in setup.problem.limits if (goal := limit.goal()) is not None
+    }
 
     def need(spacing: float) -> tuple[bool, str]:
         size = finer_estimate(planned, spacing, division.unknowns)
@@ -53,7 +56,7 @@ def printed_stage(
 
     def analyse(spacing: float) -> ExplicitResult:
         field = field_within(search, BAND * spacing)
-        printed = replace(solid, field=field)
+        printed = replace(solid, field=field, goals=goals)
         return analyse_printed_solid(
             FINITE_CELLS,
             printed,

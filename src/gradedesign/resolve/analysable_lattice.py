@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gradedesign.errors import ResourceError
+from gradedesign.limits.limit import stated_goals
 from gradedesign.resolve.analysable import (
     Analysable,
     analysable_bounds,
@@ -44,6 +45,7 @@ def analysable_lattice(
         latticed=latticed,
         solid=solid,
         load_cases=len(resolved.case.load_case),
+        goals=stated_goals(resolved.limits),
     )
     candidates = [
         analysable_together(

@@ -31,6 +31,8 @@ class PlannedPart:
     skin : float, mm^2
         Projected area of the inner faces of its skin; 0 without one.
     load_cases : int
+    goals : int
+        Values of limits whose own error acceptance estimates.
     """
 
     box: tuple[float, float, float]
@@ -39,6 +41,7 @@ class PlannedPart:
     inclined: float
     skin: float
     load_cases: int
+    goals: int = 0
 
 
 def planned_part(
@@ -48,6 +51,7 @@ def planned_part(
     latticed: float,
     solid: float,
     load_cases: int,
+    goals: int,
 ) -> PlannedPart:
     """A part from its surface and the volumes of its lattice and of what stays solid, mm^3."""
     areas = np.abs(area_vectors(surface))
@@ -60,6 +64,7 @@ def planned_part(
         inclined=float(areas[inclined].sum()),
         skin=float(areas.sum()) if domain.skins else 0.0,
         load_cases=load_cases,
+        goals=goals,
     )
 
 
@@ -82,4 +87,5 @@ def planned_solid(part: PlannedPart, rho: float, lattice: CellSurface) -> Planne
         projections=float(part.latticed * lattice.projections + share * part.inclined + part.skin),
         curvature=float(part.latticed * lattice.curvature),
         load_cases=part.load_cases,
+        goals=part.goals,
     )

@@ -6,13 +6,14 @@ stress, and displacements by region and by point; how it divides the solid is it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
+from gradedesign.finite_cell.traction_residual import GoalResidual
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.verify.printed_solid import PrintedSolid
 
@@ -49,6 +50,8 @@ class PlannedSolid:
     curvature : float, mm
         Integral of mean curvature over its surface.
     load_cases : int
+    goals : int
+        Values of limits whose own error acceptance estimates, each by the solution of a dual.
     """
 
     box: tuple[float, float, float]
@@ -56,6 +59,7 @@ class PlannedSolid:
     projections: float
     curvature: float
     load_cases: int
+    goals: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,6 +202,13 @@ class SolvedSolid(Protocol):
         """Squared residual of the tractions over the energy, by load case.
 
         Empty where an analysis does not compute it; see `finite_cell.traction_residual`.
+        """
+
+    @property
+    def goal_residuals(self) -> Mapping[Hashable, GoalResidual]:
+        """Residuals of the goals of the printed solid, by their keys.
+
+        Empty where an analysis does not compute them; see `finite_cell.goal_residual`.
         """
 
     def von_mises(self, load_case: str) -> FloatArray:

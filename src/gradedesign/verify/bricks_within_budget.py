@@ -76,6 +76,7 @@ def design_problem(solid: PrintedSolid, spacing: float, *, graded: bool = False)
         planes=passive_planes(solid),
         bodies=domain.bodies,
         grading=solid.grading if graded else None,
+        goals=solid.goals,
     )
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
+from gradedesign.finite_cell.traction_residual import GoalResidual
 from gradedesign.lattice.domain import phase_at
 from gradedesign.verify.analysis import ExplicitAnalysis, Resolution, SolvedSolid
 from gradedesign.verify.exclusion import ExclusionZone, exclusion_zone
@@ -67,6 +68,11 @@ class ExplicitResult:
     def judged_share(self) -> float:
         """Share of the lattice's volume whose stress is judged."""
         return 1.0 - self.exclusion.share.get(PHASES[0], 0.0)
+
+    @property
+    def goal_residuals(self) -> Mapping[Hashable, GoalResidual]:
+        """Residuals of the goals of the printed solid, see `SolvedSolid.goal_residuals`."""
+        return self.solved.goal_residuals
 
     @property
     def mesh_size(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from gradedesign.finite_cell.stress import (
     von_mises,
 )
 from gradedesign.finite_cell.surface import element_table, locate, reference_of
+from gradedesign.finite_cell.traction_residual import GoalResidual
 from gradedesign.lattice.islands import remove_islands
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.mesh.closest import build_triangle_tree, closest_triangles
@@ -101,6 +102,11 @@ class FiniteCellFields:
             for s in self.result.solutions
             if s.traction_residual is not None
         }
+
+    @property
+    def goal_residuals(self) -> Mapping[Hashable, GoalResidual]:
+        """Residuals of the goals of the problem, by their keys."""
+        return {key: value for s in self.result.solutions for key, value in s.goals.items()}
 
     def von_mises(self, load_case: str) -> FloatArray:
         """Von Mises stress at the sample points, ``(n, 1)``, MPa."""

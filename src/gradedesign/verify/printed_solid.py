@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
 from gradedesign.arrays import Field
 from gradedesign.case.schema import Case
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.fe.linear_solver import LinearSolver
 from gradedesign.fe.multigrid_solver import MULTIGRID
 from gradedesign.lattice.lattice import LatticeDesign
@@ -42,6 +44,8 @@ class PrintedSolid:
     grading : callable, optional
         How much larger elements may be than at the thinnest wall: points ``(3, ...)`` mm to ratios
         ``(...)``. Finite cells take it.
+    goals : mapping of LimitKey to DisplacementGoal
+        Values of limits whose own error an analysis is to estimate. Finite cells do.
     """
 
     case: Case
@@ -55,3 +59,4 @@ class PrintedSolid:
     mesher: Mesher = PYTETWILD
     field: Field | None = None
     grading: Field | None = None
+    goals: Mapping[Hashable, DisplacementGoal] = dataclass_field(default_factory=dict)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from gradedesign.fe.solution import Solution
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import IsotropicStiffness
 from gradedesign.fe.stress import element_stress, element_von_mises, nodal_average
+from gradedesign.finite_cell.traction_residual import GoalResidual
 from gradedesign.material.material import Material
 from gradedesign.mesh.boundary_surface import boundary_surface
 from gradedesign.mesh.point_location import locate
@@ -73,6 +74,11 @@ class TetFields:
     @property
     def traction_residual(self) -> Mapping[str, float]:
         """Not known of tetrahedra."""
+        return {}
+
+    @property
+    def goal_residuals(self) -> Mapping[Hashable, GoalResidual]:
+        """Likewise."""
         return {}
 
     def von_mises(self, load_case: str) -> FloatArray:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from gradedesign.cell.cell import Cell
 from gradedesign.verify.analysis import AnalysisEstimate, ExplicitAnalysis, PlannedSolid
-from gradedesign.verify.finite_cells import FINITE_CELLS, bricks_per_grid_cell
+from gradedesign.verify.finite_cells import FINITE_CELLS, UNKNOWN_S, bricks_per_grid_cell
 
 #: One spacing over the next finer one.
 RATIO = 1.5
@@ -19,6 +19,10 @@ RESULT_BYTES = 140
 #: the next coarser one of the surface (245 a triangle; `ramirez-whole` has 6.3 M triangles to 8.7 M
 #: unknowns of both).
 SURFACE_BYTES = 180
+#: Time of a dual over that of the first load case, and bytes of its displacements for each unknown:
+#: a further load case takes 0.7, and a dual 13 iterations of its 19 (`load_cases.DUAL_ENERGY`;
+#: gyroid sheets of density 0.3 between plates, four spacings).
+DUAL, DUAL_BYTES = 0.5, 8
 
 
 def first_spacing(analysis: ExplicitAnalysis, spacing: float, cell: Cell, rho: float) -> float:
@@ -47,8 +51,19 @@ def whole_estimates(
 
     ``earlier_unknowns`` are the unknowns of the iteration's analysis, whose result stays.
     """
-    first = FINITE_CELLS.estimate(planned, spacing)
+    first = judging_estimate(planned, spacing)
     return first, finer_estimate(planned, spacing / RATIO, earlier_unknowns)
+
+
+def judging_estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
+    """Size of an analysis with the duals of its goals; ``spacing``, mm, is its own."""
+    size = FINITE_CELLS.estimate(planned, spacing)
+    duals = planned.goals * size.unknowns
+    return replace(
+        size,
+        memory_bytes=size.memory_bytes + DUAL_BYTES * duals,
+        solve_s=size.solve_s + DUAL * UNKNOWN_S * duals,
+    )
 
 
 def finer_estimate(
@@ -63,7 +78,7 @@ def finer_estimate(
     earlier_unknowns : int
         Unknowns of the iteration's analysis.
     """
-    size = FINITE_CELLS.estimate(planned, spacing)
+    size = judging_estimate(planned, spacing)
     coarser = FINITE_CELLS.estimate(planned, spacing * RATIO).unknowns
     stays = RESULT_BYTES * earlier_unknowns + SURFACE_BYTES * (earlier_unknowns + coarser)
     return replace(size, memory_bytes=size.memory_bytes + stays)
@@ -99,5 +114,5 @@ def judged_seconds(
     """
     first, finer = whole_estimates(planned, spacing, earlier_unknowns)
     if not within_budgets(finer, memory, time):
-        finer = FINITE_CELLS.estimate(planned, spacing * RATIO)
+        finer = judging_estimate(planned, spacing * RATIO)
     return seconds(first) + seconds(finer)

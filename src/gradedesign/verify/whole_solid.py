@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from gradedesign.errors import LatticeError, MeshError, ResourceError
-from gradedesign.limits.banded import LEAST_RATIO, Banded, banded
+from gradedesign.limits.banded import LEAST_RATIO, Banded, Residual, banded
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit
 from gradedesign.limits.row import LimitRow
@@ -117,8 +117,8 @@ def judge_whole(limits: Sequence[Limit], stage: WholeStage) -> WholeJudgement:
     )
 
 
-#: Spacing, rows, and residual of the tractions by load case.
-_Values: TypeAlias = tuple[float, dict[LimitKey, LimitRow], Mapping[str, float]]
+#: Spacing, rows, and the residuals of those whose value has one.
+_Values: TypeAlias = tuple[float, dict[LimitKey, LimitRow], Mapping[LimitKey, Residual]]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -166,7 +166,7 @@ class _Analyses:
             self.result, self.asked = result, spacing
         rows = limit_rows(self.limits, result, self.stage.judged_by)
         row_of = {row.key: row for row in rows}
-        self.values.append((size, row_of, result.traction_residual))
+        self.values.append((size, row_of, _residuals(rows, result)))
         self.values.sort(key=lambda entry: -entry[0])
         return True
 
@@ -186,7 +186,7 @@ class _Analyses:
         if len(analyses) < 2:
             return row
         values = [(size, rows[row.key].value) for size, rows, _ in analyses]
-        residuals = [lost[row.load_case] for *_, lost in analyses if row.load_case in lost]
+        residuals = [lost[row.key] for *_, lost in analyses if row.key in lost]
         return row.banded(
             banded(
                 values,
@@ -194,6 +194,19 @@ class _Analyses:
                 residuals if len(residuals) == len(values) else None,
             )
         )
+
+
+def _residuals(rows: Sequence[LimitRow], result: ExplicitResult) -> dict[LimitKey, Residual]:
+    """Residual of each row whose value converges: its own, or else that of the loads' work."""
+    found: dict[LimitKey, Residual] = {}
+    for row in rows:
+        own = result.goal_residuals.get(row.key)
+        if own is not None and row.value:
+            size = abs(row.value)
+            found[row.key] = Residual(rise=own.rise / size, fall=own.fall / size)
+        elif row.load_case in result.traction_residual:
+            found[row.key] = Residual(rise=result.traction_residual[row.load_case])
+    return found
 
 
 def _unclear(row: LimitRow) -> bool:
