@@ -16,6 +16,8 @@ ORDERS = (0.75, 1.5, 3.0)
 class Tip:
     """A limit on the displacement of a tip that an analysis gives as ``result.tip``."""
 
+    explicit = True
+
     def __init__(self, allowed):
         self.allowed = allowed
 

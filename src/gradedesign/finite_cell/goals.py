@@ -15,6 +15,7 @@ from gradedesign.finite_cell.hanging import gather_hanging
 from gradedesign.finite_cell.loads import scattered
 from gradedesign.finite_cell.operator import lame_constants
 from gradedesign.finite_cell.problem import Problem
+from gradedesign.finite_cell.residual_places import ResidualPlaces, residual_places
 from gradedesign.finite_cell.result import CaseSolution
 from gradedesign.finite_cell.space import BrickSpace
 from gradedesign.finite_cell.stress import displacement_at
@@ -22,12 +23,10 @@ from gradedesign.finite_cell.surface import SurfacePoints, chosen_points
 from gradedesign.finite_cell.traction_residual import (
     Carried,
     Imbalance,
-    ResidualPlaces,
     free_components,
     goal_residual,
     imbalance,
     nearest_on,
-    residual_places,
     traction_residual,
 )
 

@@ -38,7 +38,7 @@ SAFETY = 1.25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residual:
-    """What smaller elements change of a value, but for a factor, over the value.
+    """Change of a value by smaller elements, but for a factor, over the value.
 
     See `finite_cell.traction_residual`: of the work of the loads, which only rises, and of one
     place's displacement, in which errors of both signs meet.
@@ -54,7 +54,7 @@ class Residual:
 
     @property
     def net(self) -> float:
-        """What is expected to be missing, but for the factor."""
+        """Share that is expected to be missing, but for the factor."""
         return self.rise - self.fall
 
 

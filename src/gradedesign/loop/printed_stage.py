@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import replace
 
 from gradedesign.arrays import FloatArray
+from gradedesign.fe.displacement_goal import DisplacementGoal
 from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.planned_design import planned_design
 from gradedesign.mesh.printed_field import field_within, surface_search
@@ -42,7 +44,7 @@ def printed_stage(
     division = analysed.result.solved.division
     planned = replace(planned_design(setup, rho), volume=analysed.result.volume)
     search = surface_search(surface)
-    goals = {
+    goals: dict[Hashable, DisplacementGoal] = {
         limit.key: goal for limit in setup.problem.limits if (goal := limit.goal()) is not None
     }
 

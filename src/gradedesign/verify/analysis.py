@@ -2,6 +2,7 @@
 
 An analysis solves the printed solid at a resolution. What it returns holds sample points with
 stress, and displacements by region and by point; how it divides the solid is its own matter.
+Above 300 lines: the protocol with the records that it exchanges.
 """
 
 from __future__ import annotations
