@@ -6,6 +6,7 @@ import struct
 import numpy as np
 import pytest
 import trimesh
+from damaged_shapes import binary, box
 
 CASE = """\
 [case]
@@ -52,6 +53,18 @@ def test_a_soup_becomes_a_lattice(tmp_path, cli):
     # The inscribed ball itself encloses 4/3 pi 5^3 mm^3 less 0.2 %.
     assert volume == pytest.approx(4 / 3 * np.pi * 125, rel=0.01)
     assert any("mended by 'rebuild'" in w for w in result["warnings"])
+
+
+@pytest.mark.parametrize(("bodies", "code"), [("one", 3), ("all", 3), ("join", 0)])
+def test_a_grid_joins_solids_that_touch_only_where_the_case_says_so(tmp_path, cli, bodies, code):
+    halves = box((0, 0, 0), (5.1, 8, 8)), box((5.1, 0, 0), (10, 8, 8))
+    (tmp_path / "part.stl").write_bytes(binary(np.concatenate(halves)))
+    text = CASE.replace('repair = "', f'bodies = "{bodies}"\nrepair = "')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == code, ended.err
+    said = " ".join((ended.out + ended.err).split())
+    assert "makes 1 of 2 solids that touch along 64 mm^2" in said
 
 
 WRONG = [

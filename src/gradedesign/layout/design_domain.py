@@ -7,6 +7,7 @@ import numpy as np
 from gradedesign.arrays import Field, FloatArray
 from gradedesign.case.formula import Formula, evaluate_formula, parse_formula
 from gradedesign.case.generate_schema import GenerateCase
+from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.case.skin_schema import PLACE, SkinSpec
 from gradedesign.lattice.domain import DesignDomain
@@ -41,7 +42,8 @@ def design_domain(
         If these are too small for a grid of the part.
     """
     points = part.surface.vertices
-    distance = surface_distance(part.surface)
+    with locating(case, "part"):
+        distance = surface_distance(part.surface)
     domain = DesignDomain(
         distance=distance,
         lower=points.min(axis=0),

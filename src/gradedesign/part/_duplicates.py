@@ -26,24 +26,31 @@ def drop_duplicates(faces: IntArray) -> tuple[IntArray, int]:
     faces : (k, 3) int array
     removed : int
     """
-    read = len(faces)
-    if len(np.unique(np.sort(faces, axis=1), axis=0)) == read:
+    if len(np.unique(np.sort(faces, axis=1), axis=0)) == len(faces):
         return faces, 0
-    faces = faces[~_surplus(faces)]
+    kept = faces[~_surplus(faces)]
+    for facing in (False, True):  # what faces each other is looked at without plain copies
+        kept = kept[~_copies(kept, facing=facing)]
+    return kept, len(faces) - len(kept)
+
+
+def _copies(faces: IntArray, *, facing: bool) -> BoolArray:
+    """Facets ``(m,)`` to drop of those over the same vertices that face each other, or do not."""
     _, first, index, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
     )
-    if len(first) == len(faces):
-        return faces, read - len(faces)
     index = index.ravel()
-    opposite = np.bincount(index, _sense(faces)) == 0
-    patch = _patches(faces[first], count > 1, opposite)
+    patch = _patches(
+        faces[first], (count > 1) & ((np.bincount(index, _sense(faces)) == 0) == facing)
+    )
+    if not (patch >= 0).any():
+        return np.zeros(len(faces), dtype=np.bool_)
     all_odd, single_odd = _odd_edges(faces[first], count, patch)
-    kept = np.where(opposite[_firsts(patch)], all_odd <= single_odd, all_odd < single_odd)
-    single = (patch >= 0) & ~np.append(kept, False)[patch]
-    gone = single[index]
+    both = all_odd <= single_odd if facing else all_odd < single_odd
+    single = (patch >= 0) & ~np.append(both, False)[patch]
+    gone = np.asarray(single[index])
     gone[first[single]] = False
-    return faces[~gone], read - int(np.count_nonzero(~gone))
+    return gone
 
 
 def _surplus(faces: IntArray) -> BoolArray:
@@ -99,24 +106,18 @@ def _sense(faces: IntArray) -> IntArray:
     return np.where((a < b).astype(int) + (b < c) + (c < a) == 2, 1, -1)
 
 
-def _patches(sets: IntArray, doubled: BoolArray, opposite: BoolArray) -> IntArray:
-    """Number the doubled sets ``(s, 3)`` that meet at edges and are of one kind; -1 for others."""
+def _patches(sets: IntArray, doubled: BoolArray) -> IntArray:
+    """Number the doubled sets ``(s, 3)`` of facets that meet at edges; -1 for others."""
     edge_of = face_edges(sets).edge_of
     number = np.tile(np.arange(len(sets)), 3)
     side = doubled[number]
-    node = len(sets) + 2 * edge_of[side] + opposite[number[side]]
-    size = len(sets) + 2 * int(edge_of.max() + 1)
+    node = len(sets) + edge_of[side]
+    size = len(sets) + int(edge_of.max() + 1)
     graph = coo_array((np.ones(len(node)), (number[side], node)), shape=(size, size))
     group = connected_components(graph, directed=False)[1][: len(sets)]
     patch = np.full(len(sets), -1, dtype=np.int64)
     patch[doubled] = np.unique(group[doubled], return_inverse=True)[1]
     return patch
-
-
-def _firsts(patch: IntArray) -> IntArray:
-    """The first set of every patch."""
-    numbers, first = np.unique(patch, return_index=True)
-    return first[numbers >= 0]
 
 
 def _odd_edges(sets: IntArray, count: IntArray, patch: IntArray) -> tuple[IntArray, IntArray]:

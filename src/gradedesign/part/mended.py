@@ -16,7 +16,7 @@ from gradedesign.part._holes import Rim, describe_rims, doubt, find_rims
 from gradedesign.part._nesting import shell_volume
 from gradedesign.part._weld import compact
 from gradedesign.part.raw_triangles import require_finite
-from gradedesign.part.repair import cleaned, core_diagonal
+from gradedesign.part.repair import build_surface, cleaned, core_diagonal
 
 #: A repairer's answer to vertices and faces: arrays ``vertices`` and ``faces``, and its changes.
 Mend: TypeAlias = Callable[
@@ -107,6 +107,44 @@ def mended(corners: FloatArray, mend: Mend, *, name: str, source: str) -> Mended
         moved=moved,
         notes=tuple(notes),
     )
+
+
+def require_kept_bodies(
+    corners: FloatArray, left: int, *, bodies: str, name: str, source: str
+) -> tuple[str, ...]:
+    """Refuse an answer that makes fewer solids of a file's, unless they are to be joined.
+
+    Parameters
+    ----------
+    corners : (m, 3 corners, 3 coordinates) array, mm
+        Of the file.
+    left : int
+        Solids of the repairer's answer.
+    bodies : {"one", "join", "all"}
+    name, source : str
+        The repairer's and the file's, for messages.
+
+    Returns
+    -------
+    tuple of str
+        A remark where solids were joined.
+
+    Raises
+    ------
+    PartError
+        If solids were joined in silence.
+    """
+    try:
+        read = build_surface(corners, bodies="all", source=source)[1]
+    except PartError:  # what a repairer is there for: nobody knows the bodies of such a file
+        return ()
+    if read.bodies <= left:
+        return ()
+    touching = f" that touch along {read.common_area:.5g} mm^2" if read.common_area else ""
+    words = f"{source}: the repairer '{name}' makes {left} of {read.bodies} solids{touching}"
+    if bodies != "join":
+        raise PartError(f'{words}; bodies = "join" says that they are one')
+    return (f'{words} (bodies = "join")',)
 
 
 def _surface(points: NDArray[Any], facets: NDArray[Any], name: str) -> tuple[FloatArray, IntArray]:

@@ -24,7 +24,7 @@ from gradedesign.part.box import box_surface
 from gradedesign.part.exact_faces import exact_faces
 from gradedesign.part.file_body import FileBody
 from gradedesign.part.file_faces import FileFaces, carried
-from gradedesign.part.mended import Mend, mended
+from gradedesign.part.mended import Mend, mended, require_kept_bodies
 from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles, in_mm
 from gradedesign.part.regions import Region, select_regions
 from gradedesign.part.repair import RepairReport, build_surface
@@ -179,7 +179,10 @@ def _built(
     made = mended(raw.corners, mend, name=spec.repair, source=source)
     surface, report = build_surface(made.corners, bodies=spec.bodies, source=source)
     counts = {key: count + getattr(report, key) for key, count in made.counts.items()}
-    notes = (*made.notes, *report.warnings)
+    joined = require_kept_bodies(
+        raw.corners, report.bodies, bodies=spec.bodies, name=spec.repair, source=source
+    )
+    notes = (*made.notes, *joined, *report.warnings)
     report = replace(
         report, facets_read=len(raw.corners), repairer=made.changes, warnings=notes, **counts
     )
