@@ -9,7 +9,7 @@ import pytest
 from damaged_shapes import ANNULUS, CUBE, box, ring, swept
 
 from gradedesign.errors import PartError
-from gradedesign.mesh.surface_mesh import enclosed_volume, open_edge_count
+from gradedesign.mesh.surface_mesh import area_vectors, enclosed_volume, open_edge_count
 from gradedesign.part import _weld
 from gradedesign.part._self_crossing import require_simple
 from gradedesign.part._weld import core_points, weld
@@ -211,3 +211,26 @@ def test_what_is_left_counted_twice_is_refused():
     faces = np.arange(len(vertices)).reshape(-1, 3)
     with pytest.raises(PartError, match=r"overlap.*counted again"):
         require_simple(vertices, faces, "part")
+
+
+def test_a_wall_without_thickness_between_voids_is_no_contact():
+    """Facets lie on each other there, with void on both sides: nothing is joined."""
+    voids = box((2, 2, 2), (10, 18, 18), reverse=True), box((10, 5, 5), (18, 15, 15), reverse=True)
+    volume, report = answer(np.concatenate([CUBE, *voids]))
+    assert volume == pytest.approx(8000.0 - 8 * 16 * 16 - 8 * 10 * 10, rel=1e-12)
+    assert (report.changes, report.common_area, report.warnings) == ({}, 0.0, ())
+
+
+def test_bodies_that_touch_and_overlap_others_are_one():
+    """Two bars side by side, and a third through both: where they touch no slit is left."""
+    bars = [((0, 0, 0), (10, 40, 10)), ((10, 5, 2), (20, 35, 9)), ((5, 15, 1), (30, 25, 8))]
+    turn = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 3)))[0]
+    corners = np.concatenate([box(*bar) for bar in bars]) @ (turn * np.linalg.det(turn))
+    surface, report = build_surface(corners.astype(np.float32).astype(float))
+    cells = np.zeros((32, 42, 12), dtype=int)
+    for low, high in bars:
+        cells[tuple(slice(a + 1, b + 1) for a, b in zip(low, high, strict=True))] = 1
+    assert enclosed_volume(surface) == pytest.approx(cells.sum(), rel=1e-6)
+    area = np.linalg.norm(area_vectors(surface), axis=1).sum()
+    assert area == pytest.approx(sum(np.abs(np.diff(cells, axis=k)).sum() for k in range(3)))
+    assert (report.bodies, report.shells_united) == (1, 3)
