@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from gradedesign.case.load_schema import FixSpec, LoadCaseSpec, LoadSpec
+from gradedesign.case.load_schema import FixSpec, LoadCaseSpec
 from gradedesign.case.regions_schema import RegionSpec
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.box import box_surface
@@ -18,7 +18,16 @@ from gradedesign.part.regions import select_regions
 from gradedesign.part.smooth_faces import segment_faces
 
 #: Kinds of variants, in turn.
-KINDS = ("full", "normal", "tangent", "prescribed", "part of a face", "turned", "two planes")
+KINDS = (
+    "full",
+    "normal",
+    "tangent",
+    "prescribed",
+    "part of a face",
+    "turned",
+    "two planes",
+    "symmetry",
+)
 
 
 @dataclass(frozen=True)
@@ -71,6 +80,8 @@ def variant(kind, rng):
         if along:
             values[across[int(rng.integers(2))]] = "0 mm"
         fix, whole = {"displacement": values}, {"face"} if along else set()
+    elif kind == "symmetry":
+        fix = {"symmetry": True}
     elif kind == "part of a face":
         low, high = [-1.0] * 3, list(size + 1.0)
         first, second = (
@@ -106,7 +117,7 @@ def variant(kind, rng):
         load_case=LoadCaseSpec(
             name="case",
             fix=[FixSpec(region="face", **fix), *(FixSpec(region=r, **f) for r, f in more)],
-            load=[LoadSpec(region="face", force=["1 N", "0 N", "0 N"])],
+            temperature_change="10 K",
         ),
         whole=whole,
         border=border,

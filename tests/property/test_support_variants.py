@@ -1,16 +1,30 @@
 """Supports of every kind leave out the stress where they make it singular, and nowhere else."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support_variants import KINDS, support_variants
 
 from gradedesign.part.signed_distance import region_distance
 from gradedesign.part.singular_supports import singular_supports
+from gradedesign.resolve.symmetry import with_symmetry
 
 
 @pytest.mark.parametrize("made", support_variants(20 * len(KINDS), 2027), ids=lambda v: v.words[:9])
 def test_what_a_support_leaves_out_is_known_by_first_principles(made):
-    found = singular_supports([made.load_case], made.regions, made.surface)
+    case = SimpleNamespace(
+        load_case=(made.load_case,),
+        where=lambda key: key,
+        model_copy=lambda update: SimpleNamespace(**update),
+    )
+    diagonal = float(np.linalg.norm(np.ptp(made.surface.vertices, axis=0)))
+    part = SimpleNamespace(surface=made.surface, regions=made.regions, diagonal=diagonal)
+    load_cases = with_symmetry(case, part).load_case
+    found = singular_supports(load_cases, made.regions, made.surface)
+    for fix in load_cases[0].fix:
+        # Symmetry holds the normal of its plane and nothing else.
+        assert not fix.symmetry or [v is not None for v in fix.displacement].count(True) == 1
     assert {s.region for s in found if s.whole} == made.whole, made.words
     lines = {s.region: s for s in found if not s.whole}
     assert set(lines) == set(made.border), made.words

@@ -228,7 +228,8 @@ def _require_judged(
     CaseError
         If too little of the part or of its lattice is left to a limit of stress.
     """
-    share = min(float(v @ evaluated) / float(v.sum()) for v in (volumes, lattice_volumes))
+    bodies = [v for v in (volumes, lattice_volumes) if v.any()]
+    share = min(float(v @ evaluated) / float(v.sum()) for v in bodies)
     if share < LEAST_JUDGED:
         raise CaseError(
             f"{case.where('part.mesh_size')}: on tetrahedra of {case.part.element_size:.4g} mm "
