@@ -50,6 +50,7 @@ def test_a_row_that_judges_too_little_does_not_hold_and_says_why():
     assert all_hold([ROW, replace(ROW, judged=LEAST_JUDGED)])
     little = replace(ROW, judged=0.43)
     assert not all_hold([ROW, little])
+    assert (ROW.word, little.word, replace(ROW, value=60.0).word) == ("holds", "UNJUDGED", "BROKEN")
     words = why_not([ROW, little], Ended(by="iterations", words="iterations are used up"))
     assert "judged on 43% of its volume, less than the 50%" in words
     assert "iterations are used up" in words

@@ -55,7 +55,7 @@ def print_limits(rows: Sequence[LimitRow]) -> None:
                 "-" if row.band is None else f"{row.band.low:.4g} to {row.band.high:.4g}",
                 f"{row.limit:.4g} {row.unit}" + (f" ({row.stated})" if row.stated else ""),
                 f"{1 - row.utilisation:+.1%}",
-                "holds" if row.passed else "BROKEN",
+                row.word,
                 marks[row.judged_by],
             )
             for row in rows

@@ -99,6 +99,13 @@ class LimitRow:
         return self.least_utilisation > 1.0
 
     @property
+    def word(self) -> str:
+        """For tables: ``holds``, ``BROKEN``, or ``UNJUDGED`` where it judges too little."""
+        if self.judged < LEAST_JUDGED:
+            return "UNJUDGED"
+        return "holds" if self.passed else "BROKEN"
+
+    @property
     def undecided(self) -> bool:
         """The limit lies in the band: one end holds and the other does not."""
         return self.band is not None and self.band.low <= self.limit <= self.band.high

@@ -104,7 +104,7 @@ class Announcer:
             self.say(
                 stage,
                 f"{row.name} ({row.load_case}): {row.value:.4g}{band} of {row.limit:.4g} {row.unit}"
-                f"{stated}, {row.utilisation:.1%}{'' if row.passed else '  BROKEN'}{largest}",
+                f"{stated}, {row.utilisation:.1%}{'' if row.passed else f'  {row.word}'}{largest}",
                 utilisation=row.utilisation,
             )
 

@@ -214,7 +214,8 @@ def symmetry_warnings(case: Case, part: Part, cell: Cell, layout: CellLayout) ->
                 f"{cell.name} goes on beyond it {share:.0%} of places differ; what is judged is "
                 f"this body with its mirror image, whose cells meet there, and no other lattice"
             )
-        if any(not spec.faces or plane.region in spec.faces for spec in case.lattice.skin):
+        closed = [spec for spec in case.lattice.skin if not spec.net]
+        if any(not spec.faces or plane.region in spec.faces for spec in closed):
             told.append(
                 f"the skin closes the plane of symmetry {plane.words} too, a wall of twice its "
                 f"thickness inside the whole part; [lattice] skin with faces leaves it open"
