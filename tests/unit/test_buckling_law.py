@@ -112,7 +112,7 @@ def test_a_law_of_a_table_knows_its_buckling() -> None:
     assert law.buckling.window == (0.05, 0.2)
     without = tabulated_law(property_table())
     assert without.buckling is None
-    assert "buckling of the cells is not judged" in unknown_warning(without)
+    assert "judged in waves of many cells only" in unknown_warning(without)
 
 
 def shipped_tables():

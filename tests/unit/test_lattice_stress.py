@@ -26,7 +26,6 @@ from gradedesign.sizing.homogenised import lattice_mass
 from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.lattice_stiffness import lattice_stiffness
 from gradedesign.sizing.lattice_stress import (
-    LatticeStress,
     lattice_stress,
     least_density,
     local_stress_at,
@@ -222,7 +221,7 @@ def test_a_percentile_over_cells_mixes_the_stress_inside_them():
     assert measured(limit, model, rho, [even]) == pytest.approx(one, rel=1e-7)
     half = np.cumsum(model.volumes) <= 0.5 * model.volumes.sum() * (1 + 1e-12)
     assert model.volumes[half].sum() == pytest.approx(0.5 * model.volumes.sum())
-    uneven = [LatticeStress(demand=even.demand * np.where(half, 2.0, 1.0))]
+    uneven = [replace(even, demand=even.demand * np.where(half, 2.0, 1.0))]
     expected = one * ((1 + 2**power) / 2) ** (1 / power)
     assert measured(limit, model, rho, uneven) == pytest.approx(expected, rel=1e-7)
     # Another percentile than the surfaces' follows the same tail.

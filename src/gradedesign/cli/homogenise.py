@@ -29,6 +29,7 @@ from gradedesign.homogenise.bounds import check_bounds
 from gradedesign.homogenise.cell_properties import CellProperties, cell_properties
 from gradedesign.homogenise.conductivity import conductivity_bound, extrapolated_conductivity
 from gradedesign.homogenise.critical_stress import CriticalStress, critical_stress
+from gradedesign.material.long_waves import critical_long_waves
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.material.stiffness_constants import relative_errors
 from gradedesign.output.property_plots import (
@@ -116,7 +117,7 @@ def homogenise(
             critical = critical_stress(
                 chosen, density, poissons_ratio=poissons_ratio, solver=solver
             )
-            data["buckling"] = _buckling_data(critical)
+            data["buckling"] = _buckling_data(critical, properties)
         if output is not None:
             report_step("drawing")
             files = write_files(output, data, properties, laws, poissons_ratio)
@@ -294,11 +295,13 @@ def _conductivity_data(cell: Cell, properties: CellProperties) -> dict[str, Any]
     }
 
 
-def _buckling_data(critical: CriticalStress) -> dict[str, Any]:
+def _buckling_data(critical: CriticalStress, properties: CellProperties) -> dict[str, Any]:
     """Plain data of critical stresses, over the base material's Young's modulus.
 
     A sense that was not seen to buckle, whose size is only a lower limit, repeats after 0 cells.
+    Beside them those of waves of many cells, none where there is no such wave.
     """
+    long = critical_long_waves(properties.stiffness)
     return {
         "resolution": critical.resolution,
         "wall_voxels": digits(critical.wall_voxels, 3),
@@ -309,6 +312,7 @@ def _buckling_data(critical: CriticalStress) -> dict[str, Any]:
                 "negative": digits(float(critical.critical[k, 0]), 4),
                 "positive": digits(float(critical.critical[k, 1]), 4),
                 "cells": [int(n) for n in critical.cells[k]],
+                "long_waves": [digits(float(v), 4) if np.isfinite(v) else None for v in long[k]],
             }
             for k in range(6)
         ],

@@ -21,6 +21,7 @@ from gradedesign.material.power_fit import MOST_RESIDUAL, power_fits
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import AUTO_KINDS
 from gradedesign.plugin.registry import Registry, lookup
+from gradedesign.resolve.resolve_law import buckling_basis
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
 
 #: Quantities that power laws are fitted to, in words.
@@ -137,6 +138,8 @@ def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
     registry = registry_for(strict_plugins=strict_plugins)
     if name:
         data = [cell_data(registry, name, density_window)]
+        for law in data[0]["laws"]:
+            law["buckling"] = buckling_basis(registry.scaling_laws[law["name"]])
     else:
         data = [cell_data(registry, n, known_window) for n in registry.cell_families]
     if as_json:
@@ -220,6 +223,7 @@ def _print_family(family: Mapping[str, Any]) -> None:
                 f"  {_FITTED[quantity]} = {fit['c']:.3f} rho^{fit['n']:.3f} within "
                 f"{fit['residual']:.1%}, density {low:.3g} to {high:.3g}"
             )
+        typer.echo(f"  buckling: {law['buckling']}")
         typer.echo(f"  {law['source']}; {law['test']}")
 
 

@@ -177,6 +177,15 @@ def _print_buckling(buckling: Mapping[str, Any]) -> None:
             for row in buckling["critical"]
         ],
     )
+    print_table(
+        "The same in waves of many cells, from the stiffness; the lesser governs",
+        ("stress", "negative", "positive"),
+        [
+            (row["component"], *("none" if v is None else f"{100 * v:.4f}" for v in values))
+            for row in buckling["critical"]
+            for values in (row["long_waves"],)
+        ],
+    )
 
 
 def _mode_text(cells: int) -> str:

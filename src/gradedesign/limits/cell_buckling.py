@@ -20,6 +20,9 @@ from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.scaling_law import ScalingLaw
 
+#: What `LawField.buckling` tells apart.
+WAVES = ("waves of one or two cells", "waves of many cells")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BucklingLimit(Limit):
@@ -58,12 +61,14 @@ class BucklingLimit(Limit):
             ]
         )
         utilisations = np.where(state.lattice_volumes > 0, utilisations, 0.0)
-        case, element = np.unravel_index(int(np.argmax(utilisations)), utilisations.shape)
+        most = np.unravel_index(int(np.argmax(utilisations)), utilisations.shape)
+        case, waves, element = (int(k) for k in most)
         x, y, z = (float(c) for c in state.centroids[:, element])
         return Predicted(
-            value=float(utilisations[case, element]),
-            load_case=state.load_cases[int(case)],
+            value=float(utilisations[most]),
+            load_case=state.load_cases[case],
             place=(x, y, z),
+            governs=WAVES[waves],
         )
 
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
@@ -111,8 +116,6 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
     if required is None:
         return (), ()
     unknown = [law for law in placed.law.laws if law.buckling is None]
-    if unknown:
-        return (), tuple(unknown_warning(law) for law in unknown)
     limit = BucklingLimit(
         key=LimitKey(kind=KIND.name),
         name="buckling of cells",
@@ -120,15 +123,15 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
         law=placed.law,
         required=required,
     )
-    return (limit,), ()
+    return (limit,), tuple(unknown_warning(law) for law in unknown)
 
 
 def unknown_warning(law: ScalingLaw) -> str:
-    """Warning where the law does not know buckling."""
+    """Warning where the law knows no modes of one or two cells."""
     return (
-        f"buckling of the cells is not judged: law '{law.name}' has no critical stresses "
-        f"('gradedesign tabulate --buckling' computes them); [limits] buckling = \"off\" says "
-        f"that this is meant"
+        f"buckling of the cells is judged in {WAVES[1]} only: law '{law.name}' has no critical "
+        f"stresses of {WAVES[0]} ('gradedesign tabulate --buckling' computes them); [limits] "
+        f'buckling = "off" leaves it out'
     )
 
 
@@ -136,7 +139,7 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
     required = required_factor(case)
     if required is None:
         return ()
-    allowed = f"1/{required:g} of the critical stress, where the law knows it"
+    allowed = f"1/{required:g} of the critical stress"
     return (StatedLimit(name="buckling of cells", load_case="every", allowed=allowed),)
 
 

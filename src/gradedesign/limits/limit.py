@@ -168,6 +168,8 @@ def predicted_row(limit: Limit, predicted: Predicted) -> LimitRow:
     judged_by = "homogenised prediction"
     if predicted.place is not None:
         judged_by += f", most used at ({', '.join(f'{c:.1f}' for c in predicted.place)}) mm"
+    if predicted.governs:
+        judged_by += f"; {predicted.governs} govern"
     return limit.row(predicted.value, judged_by, load_case=predicted.load_case, homogenised=True)
 
 

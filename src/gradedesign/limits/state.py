@@ -63,7 +63,7 @@ class HomogenisedState(Protocol):
         """
 
     def buckling_profile(self, load_case: str) -> FloatArray:
-        """Utilisation of the resistance against buckling at the densities of the law, (b, M)."""
+        """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
 
     def nominal_density(self, effective: FloatArray) -> FloatArray:
         """Nominal density of cells that hold an effective density, ``(M,)``."""
@@ -81,11 +81,14 @@ class Predicted:
         That governs.
     place : (float, float, float) or None, mm
         Where the value is taken, if that is one place.
+    governs : str
+        What governs there, in words; empty: there is nothing to tell apart.
     """
 
     value: float
     load_case: str
     place: tuple[float, float, float] | None = None
+    governs: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

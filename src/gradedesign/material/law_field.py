@@ -15,6 +15,7 @@ import numpy as np
 
 from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
 from gradedesign.material.density_from_stress import density_from_stress
+from gradedesign.material.long_waves import density_for_long_waves, long_wave_use
 from gradedesign.material.scaling_law import ScalingLaw
 
 
@@ -61,11 +62,6 @@ class LawField:
         )
 
     @property
-    def knows_local_stress(self) -> bool:
-        """Whether any law knows the local stress under any macroscopic one."""
-        return any(law.local_stress is not None for law in self.laws)
-
-    @property
     def needs_von_mises(self) -> bool:
         """Whether a law predicts local stress from the macroscopic von Mises stress."""
         return any(law.local_stress is None for law in self.laws)
@@ -76,11 +72,6 @@ class LawField:
         return all(
             law.local_stress is not None and law.local_stress.has_distribution for law in self.laws
         )
-
-    @property
-    def knows_buckling(self) -> bool:
-        """Whether every law knows critical stresses."""
-        return all(law.buckling is not None for law in self.laws)
 
     @property
     def buckling_floor(self) -> FloatArray:
@@ -188,37 +179,44 @@ class LawField:
         return share
 
     def buckling_profile(self, relative: FloatArray) -> FloatArray:
-        """Buckling measures of stresses ``(6, M, q)`` over Young's modulus, ``(b, M)``."""
+        """Buckling measures of stresses ``(6, M, q)`` over Young's modulus, ``(b, M)``.
+
+        Uses in short waves at the densities of every law that knows them, means over the q points,
+        and in the last six rows the mean stress, which long waves feel. In proportion to stress.
+        """
         blocks = []
         for law, at, _ in self._parts():
             if law.buckling is not None:
                 block = law.buckling.profile(relative[:, at]).mean(axis=-1)
                 blocks.append(self._spread(block, at))
-        return np.concatenate(blocks)
+        return np.concatenate([*blocks, relative.mean(axis=-1)])
 
     def buckling(self, profile: FloatArray, rho: FloatArray) -> FloatArray:
-        """Utilisation of the resistance against buckling, ``(M,)``.
+        """Utilisation of the resistance against buckling in short and in long waves, ``(2, M)``.
 
-        Of a mix that of its worst cell over the factor on stiffness, which is an estimate: modes
-        of mixes were not searched.
+        The greater of both is that of the cells. Of a mix that of its worst cell over the factor on
+        stiffness, which is an estimate: modes of mixes were not searched.
         """
-        use = np.zeros(rho.size)
+        use = np.zeros((2, rho.size))
         for (law, at, _), rows in zip(self._parts(rho.size), self._buckling_rows(), strict=True):
             if law.buckling is not None:
-                use[at] = np.maximum(use[at], law.buckling.at(profile[rows, at], rho[at]))
+                use[0, at] = np.maximum(use[0, at], law.buckling.at(profile[rows, at], rho[at]))
+            use[1, at] = np.maximum(use[1, at], long_wave_use(law, profile[-6:, at], rho[at]))
         return use if self.stiffness_factor is None else np.asarray(use / self.stiffness_factor)
 
     def density_for_buckling(self, profile: FloatArray, permitted: float) -> FloatArray:
         """Least density at which the limit holds, ``(M,)``; the top of the window if at none."""
         least = np.zeros(profile.shape[1])
-        factor = self.stiffness_factor
+        if self.stiffness_factor is not None:
+            profile = profile / self.stiffness_factor
         for (law, at, _), rows in zip(
             self._parts(profile.shape[1]), self._buckling_rows(), strict=True
         ):
+            wanted = density_for_long_waves(law, profile[-6:, at], permitted)
             if law.buckling is not None:
-                block = profile[rows, at] if factor is None else profile[rows, at] / factor[at]
-                wanted = law.buckling.least_density(block, permitted, law.window)
-                least[at] = np.maximum(least[at], wanted)
+                short = law.buckling.least_density(profile[rows, at], permitted, law.window)
+                wanted = np.maximum(wanted, short)
+            least[at] = np.maximum(least[at], wanted)
         return least
 
     def _parts(self, count: int = 0) -> Iterator[tuple[ScalingLaw, slice | IntArray, FloatArray]]:
@@ -244,7 +242,7 @@ class LawField:
         return _blocks(counts)
 
     def _buckling_rows(self) -> list[slice]:
-        """Rows of every law in a profile of buckling."""
+        """Rows of every law in a profile of buckling, without the stress."""
         counts = [0 if w.buckling is None else w.buckling.table.density.size for w in self.laws]
         return _blocks(counts)
 

@@ -8,6 +8,7 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.homogenise.cached_table import computed_law
 from gradedesign.homogenise.cell_properties import CellProperties
+from gradedesign.material.long_waves import critical_long_waves
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import Registry
@@ -118,13 +119,20 @@ def stress_basis(law: ScalingLaw) -> str:
 
 def buckling_basis(law: ScalingLaw) -> str:
     """Basis of the prediction of cell buckling with a law, for the report."""
+    ends = [
+        critical_long_waves(law.stiffness(np.array([rho]))[:, :, 0])[0, 0] for rho in law.window
+    ]
+    long = (
+        f"waves of many cells, from the law's stiffness: compression along x {ends[0]:.3g} E at "
+        f"density {law.window[0]:g}, {ends[1]:.3g} E at {law.window[1]:g}"
+    )
     buckling = law.buckling
     if buckling is None:
-        return "unknown"
+        return f"{long}; no modes of one or two cells were computed"
     c, n, residual = buckling.power_fit(0, 0)
     return (
-        f"modes that repeat after one or two cells, densities {buckling.window[0]:g} to "
-        f"{buckling.window[1]:g}, {buckling.table.version}, {buckling.table.date}; compression "
-        f"along x {c:.3g} rho^{n:.3g} E within {residual:.0%}; extrapolation added up to "
-        f"{float(np.max(buckling.table.error)):.0%}"
+        f"the lesser of {long}; and of modes that repeat after one or two cells, densities "
+        f"{buckling.window[0]:g} to {buckling.window[1]:g}, {buckling.table.version}, "
+        f"{buckling.table.date}: compression along x {c:.3g} rho^{n:.3g} E within {residual:.0%}, "
+        f"extrapolation added up to {float(np.max(buckling.table.error)):.0%}"
     )

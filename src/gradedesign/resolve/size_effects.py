@@ -11,10 +11,12 @@ from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.errors import ResourceError
 from gradedesign.layout.cell_layout import CellLayout
+from gradedesign.limits.cell_buckling import KIND as BUCKLING
 from gradedesign.part.part import Part
 from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.zones import zone_case
+from gradedesign.size_effects.cut_cells import cut_share
 from gradedesign.size_effects.density_beside_passive import density_beside_passive
 from gradedesign.size_effects.wall_cells import (
     RESOLUTIONS,
@@ -56,7 +58,7 @@ def why_periodic(
     own = [zone_case(case, k).lattice for k in range(len(case.zone))]
     if any((o.cell, o.parameters) != (lattice.cell, lattice.parameters) for o in own):
         return "cells differ from zone to zone, and only walls of one cell are computed"
-    if lattice.cell_map is not None or lattice.warp or lattice.orientation or len(lattice.size) > 1:
+    if not _straight(case):
         return "only cubic cells of one size in a straight grid are computed"
     if heated:
         return f"thermal forces in walls of few cells are not computed (load case '{heated[0]}')"
@@ -71,6 +73,13 @@ def why_periodic(
     if across >= FEW_CELLS:
         return f"half of the lattice has {across:.2g} cells across or more"
     return ""
+
+
+def _straight(case: Case) -> bool:
+    """Whether the cells are cubic, of one size and in a straight grid."""
+    lattice = case.lattice
+    curved = lattice.cell_map is not None or lattice.warp or lattice.orientation
+    return not curved and len(lattice.size) == 1
 
 
 def median_thickness(case: Case, part: Part, layout: CellLayout) -> float:
@@ -102,6 +111,8 @@ def periodic_warnings(case: Case, part: Part, layout: CellLayout, reason: str) -
 
 def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
     """Setup with size effects in its model, and warnings where they are left out.
+
+    Cells that free faces cut buckle earlier, whether or not their walls are computed.
 
     Beside walls, cells are as full as passive regions leave them: a sleeve in the void of a cell
     leaves its struts whole, in less room.
@@ -143,6 +154,19 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
                     model = replace(model, effective=effective)
             except ResourceError as error:
                 warnings = (*warnings, str(error))
+    if _faces_cut_cells(setup):
+        share = cut_share(
+            cell_map, problem.part, domain, model.space.mesh, model.solid_fraction < 1
+        )
+        model = replace(model, cut_share=share)
     for warning in warnings:
         on_event(Event(stage="warning", message=warning))
     return replace(setup, model=model, warnings=(*setup.warnings, *warnings))
+
+
+def _faces_cut_cells(setup: Setup) -> bool:
+    """Whether buckling is judged and the cells that free faces cut are known."""
+    case = setup.problem.case
+    judged = any(limit.key.kind == BUCKLING.name for limit in setup.problem.limits)
+    # A skin ties the cells at the faces.
+    return judged and case.lattice.size_effects and not case.lattice.skin and _straight(case)

@@ -57,6 +57,9 @@ class HomogenisedModel:
         That of cells beside passive regions, by the nominal one; None: they are the same.
     walls : WallFactors or None
         How the stiffness varies over walls of few cells; None: not at all.
+    cut_share : (M,) array or None
+        Critical stress against buckling over that of the periodic lattice, for cells that free
+        faces cut; None: 1 everywhere.
     solid_moments : (10, M) array or None
         Where the solid lies: means of its indicator with pairs of barycentric coordinates, in the
         order of `gradedesign.fe.stiffness.PAIRS`. None: evenly in every tetrahedron.
@@ -76,6 +79,7 @@ class HomogenisedModel:
     reference_density: float = 1.0
     effective: EffectiveDensity | None = None
     walls: WallFactors | None = None
+    cut_share: FloatArray | None = None
     solid_moments: FloatArray | None = None
 
     def __post_init__(self) -> None:
@@ -84,6 +88,10 @@ class HomogenisedModel:
         object.__setattr__(
             self, "solid_fraction", locked(self.solid_fraction, (count,), name="solid_fraction")
         )
+        if self.cut_share is not None:
+            object.__setattr__(
+                self, "cut_share", locked(self.cut_share, (count,), name="cut_share")
+            )
         if self.solid_moments is not None:
             moments = locked(self.solid_moments, (len(PAIRS), count), name="solid_moments")
             object.__setattr__(self, "solid_moments", moments)

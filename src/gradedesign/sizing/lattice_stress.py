@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,12 +34,11 @@ class LatticeStress:
         local stress under any macroscopic one, its profile over the densities of the law; else one
         row, the macroscopic von Mises stress.
     buckling : (b, M) array
-        Utilisation of the resistance against buckling at the b densities of the law of buckling,
-        mean over the quadrature points; no rows without such a law.
+        Utilisation of the resistance against buckling, as `LawField.buckling_profile`.
     """
 
     demand: FloatArray
-    buckling: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    buckling: FloatArray
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "buckling", locked(self.buckling, (None, None), name="buckling"))
@@ -70,13 +69,12 @@ def lattice_stress(
     for case in model.cases:
         displacement = by_name[case.name].displacement
         strain = thermal * case.temperature_change
-        buckling = np.zeros((0, len(rho)))
-        turned = macro = None
-        if model.law.knows_local_stress or model.law.knows_buckling:
-            tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
-            turned = in_cell_axes(model, tensor[_VOIGT])
-        if turned is not None and model.law.knows_buckling:
-            buckling = model.law.buckling_profile(turned / model.material.youngs_modulus)
+        tensor = element_stress(model.space, stiffness, displacement, thermal_strain=strain)
+        turned = in_cell_axes(model, tensor[_VOIGT])
+        buckling = model.law.buckling_profile(turned / model.material.youngs_modulus)
+        if model.cut_share is not None:
+            buckling = buckling / model.cut_share
+        macro = None
         if model.law.needs_von_mises:
             macro = element_von_mises(model.space, stiffness, displacement, thermal_strain=strain)
         demand = model.law.stress_profile(turned, macro)

@@ -99,7 +99,7 @@ class SolvedState:
         return least_density(self.model, self.stress[load_case], permitted)
 
     def buckling_profile(self, load_case: str) -> FloatArray:
-        """Utilisation of the resistance against buckling at the densities of the law, (b, M)."""
+        """Use of the resistance against buckling, as `LawField.buckling_profile`, ``(b, M)``."""
         return self.stress[load_case].buckling
 
     def nominal_density(self, effective: FloatArray) -> FloatArray:
