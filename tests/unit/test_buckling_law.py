@@ -24,6 +24,7 @@ from gradedesign.limits.key import LimitKey
 from gradedesign.limits.local_stress import StressLimit
 from gradedesign.material.buckling_law import GROWTH_BEYOND, BucklingLaw
 from gradedesign.material.buckling_table import BucklingTable
+from gradedesign.material.law_field import LawField
 from gradedesign.material.material import Material
 from gradedesign.material.power_law import power_law
 from gradedesign.material.property_table import (
@@ -39,6 +40,7 @@ from gradedesign.plugin.registry import build_registry
 from gradedesign.sizing.filter import uniform_filter
 from gradedesign.sizing.homogenised_model import homogenised_model
 from gradedesign.sizing.size import SizingProblem, size
+from gradedesign.sizing.state import solved_state
 
 DENSITY = np.array([0.05, 0.1, 0.2])
 
@@ -227,6 +229,49 @@ def test_sizing_keeps_the_cells_from_buckling(traction, factor) -> None:
     if traction < 0 and factor == 1:
         without = size(replace(problem, limits=problem.limits[:1]), tolerance=2e-4)
         np.testing.assert_allclose(without.rho, strong, rtol=0.005)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.5])
+def test_long_waves_alone_bound_the_density_of_a_law_without_a_table(factor) -> None:
+    # nu 0: G = E* / 2 = 0.3 rho^1.4 E bears 1.1 times the compression (SWAY of 0.4).
+    law = power_law(
+        "test-law",
+        ("test",),
+        youngs=(0.6, 1.4),
+        strength=(0.4, 1.0),
+        window=(0.05, 0.9),
+        origin=LawOrigin(kind="fe", source="this test", test="none", poissons_ratio=0.0),
+    )
+    model = bar(-20.0, law)
+    count = model.space.element_count
+    limit = BucklingLimit(
+        key=LimitKey(kind="buckling"),
+        name="buckling of cells",
+        allowed=1.0,
+        law=model.law,
+        required=factor,
+    )
+    expected = (1.1 * factor * 20 / 1000 / 0.3) ** (1 / 1.4)
+    rho = np.full(count, 0.3)
+    state = solved_state(model, rho, (limit,))
+    predicted = limit.predict(state)
+    assert predicted.value == pytest.approx((expected / 0.3) ** 1.4, rel=2e-3)
+    assert predicted.governs == "waves of many cells"
+    np.testing.assert_allclose(limit.least_density(state), expected, rtol=2e-3)
+    # Cells that faces cut bear a share.
+    cut = replace(model, cut_share=np.full(count, 0.8))
+    assert limit.predict(solved_state(cut, rho, (limit,))).value == pytest.approx(
+        predicted.value / 0.8, rel=1e-6
+    )
+    half = 0.5 * np.ones((2, count))
+    mix = LawField(
+        laws=(law, law),
+        weights=half,
+        stiffness_factor=np.full(count, 0.5),
+        strength_factor=np.ones(count),
+    )
+    profile = state.buckling_profile("load")
+    np.testing.assert_allclose(mix.buckling(profile, rho), 2 * model.law.buckling(profile, rho))
 
 
 def test_a_factor_beside_off_is_refused() -> None:

@@ -148,7 +148,8 @@ def density_for_long_waves(law: ScalingLaw, stress: FloatArray, permitted: float
         a, b = np.where(below, a, x), np.where(below, x, b)
         close = np.abs(f) <= 0.5 * _RTOL
         found[left] = np.exp(np.where(close, x, b))
-        left, a, b, fa, fb = (v[~close] for v in (left, a, b, fa, fb))
+        left = left[~close]
+        a, b, fa, fb = (v[~close] for v in (a, b, fa, fb))
     return found
 
 

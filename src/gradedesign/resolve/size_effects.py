@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.errors import ResourceError
@@ -16,7 +17,7 @@ from gradedesign.part.part import Part
 from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.zones import zone_case
-from gradedesign.size_effects.cut_cells import cut_share
+from gradedesign.size_effects.cut_cells import cut_share, share_between_faces
 from gradedesign.size_effects.density_beside_passive import density_beside_passive
 from gradedesign.size_effects.wall_cells import (
     RESOLUTIONS,
@@ -155,18 +156,26 @@ def with_size_effects(setup: Setup, on_event: Listener = ignore) -> Setup:
             except ResourceError as error:
                 warnings = (*warnings, str(error))
     if _faces_cut_cells(setup):
-        share = cut_share(
-            cell_map, problem.part, domain, model.space.mesh, model.solid_fraction < 1
-        )
-        model = replace(model, cut_share=share)
+        model = replace(model, cut_share=_cut_share(setup))
     for warning in warnings:
         on_event(Event(stage="warning", message=warning))
     return replace(setup, model=model, warnings=(*setup.warnings, *warnings))
 
 
 def _faces_cut_cells(setup: Setup) -> bool:
-    """Whether buckling is judged and the cells that free faces cut are known."""
-    case = setup.problem.case
+    """Whether buckling is judged and faces of the part are free."""
+    lattice = setup.problem.case.lattice
     judged = any(limit.key.kind == BUCKLING.name for limit in setup.problem.limits)
     # A skin ties the cells at the faces.
-    return judged and case.lattice.size_effects and not case.lattice.skin and _straight(case)
+    return judged and lattice.size_effects and not lattice.skin
+
+
+def _cut_share(setup: Setup) -> FloatArray:
+    """Share of the critical stress that cut cells keep, ``(M,)``."""
+    problem, layout, model = setup.problem, setup.cells.layout, setup.model
+    lattice = model.solid_fraction < 1
+    if _straight(problem.case):
+        return cut_share(layout.cell_map, problem.part, problem.domain, model.space.mesh, lattice)
+    # Faces of walls are not found along curved or graded cells: all count as one wall.
+    across = median_thickness(problem.case, problem.part, layout) / max(problem.case.lattice.size)
+    return np.full(lattice.size, share_between_faces(np.asarray(across)))

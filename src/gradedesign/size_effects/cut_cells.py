@@ -39,4 +39,9 @@ def cut_share(
     """
     faces, has_wall = wall_faces(cell_map, part, domain, mesh, lattice)
     across = np.where(has_wall, faces[1] - faces[0], np.inf).min(axis=0)
+    return share_between_faces(across)
+
+
+def share_between_faces(across: FloatArray) -> FloatArray:
+    """Share that is left where so many cells lie between two free faces."""
     return np.asarray(1 / (1 + LOST / across))
