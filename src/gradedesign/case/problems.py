@@ -12,11 +12,13 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from gradedesign.case.suggest import instead, shown
+from gradedesign.case.suggest import instead, meant, shown
 from gradedesign.case.toml_lines import Key, line_of
 from gradedesign.errors import CaseError
 
 _MOST_LISTED = 40
+#: Tables in tables whose keys are looked for.
+_DEEPEST = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,11 +118,12 @@ def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
     if kind == "at_key":
         return Problem(key=(*key, context["key"]), message=str(context["message"]))
     if kind == "extra_forbidden":
+        choices = tuple(_fields(_table_at(layout, key[:-1])))
         return Problem(
             key=key,
-            message="unknown key",
+            message="unknown key" + elsewhere(layout, str(key[-1]), choices),
             word=str(key[-1]),
-            choices=tuple(_fields(_table_at(layout, key[:-1]))),
+            choices=choices,
             label="valid keys",
         )
     if kind == "missing":
@@ -132,6 +135,28 @@ def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
         expected = f"[[{key[-1]}]] or a list" if len(key) == 1 else "a list of tables in [ ]"
         return Problem(key=key, message=f"found {value}; expected {expected}")
     return Problem(key=key, message=f"found {value}; {error['msg']}")
+
+
+def elsewhere(layout: type[BaseModel], word: str, choices: tuple[str, ...]) -> str:
+    """Words on the tables that have a key, where none of the choices is meant; else empty."""
+    if meant(word, choices):
+        return ""
+    names = {word, word.removesuffix("s"), f"{word}s"}
+    homes = [(home, key) for home, key in _keys(layout, (), _DEEPEST) if key in names]
+    if not homes:
+        return ""
+    told = " and ".join(f"[{dotted(home)}] has {key}" for home, key in homes[:2])
+    return f", but {told}: write it there"
+
+
+def _keys(model: type[BaseModel], path: Key, depth: int) -> Iterator[tuple[Key, str]]:
+    """Tables below a model with their keys."""
+    for name, field in _fields(model).items():
+        for table in _models(field.annotation):
+            for key in _fields(table):
+                yield (*path, name), key
+            if depth > 1:
+                yield from _keys(table, (*path, name), depth - 1)
 
 
 def missing(key: Key, field: FieldInfo | None) -> Problem:

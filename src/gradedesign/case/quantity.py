@@ -13,6 +13,13 @@ from gradedesign.case.units import DIMENSIONS, Dimension
 from gradedesign.errors import CaseError
 
 _LONGEST = 80
+#: Signs and blanks that word processors put in place of those of the keyboard.
+_TYPED = str.maketrans(
+    {
+        **dict.fromkeys("\u2212\u2013\u2014\u2010\u2011", "-"),
+        **dict.fromkeys("\u00a0\u2009\u202f", " "),
+    }
+)
 _QUANTITY = re.compile(
     r"(?P<number>[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?)"
     # a unit starts with a letter; only a blank separates "1/K" from the number before it
@@ -72,6 +79,12 @@ def parse_quantity(text: object, dimension: str) -> float:
     # the length is checked first, so that no later step sees a long text
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if match is None:
+        typed = _as_typed(text) if len(text) <= _LONGEST else text
+        if typed != text and _QUANTITY.fullmatch(typed):
+            raise CaseError(
+                f"found {shown(text)}, whose sign, blank or comma is none of a number; write "
+                f'"{typed}"'
+            )
         raise CaseError(
             f"found {shown(text)}, which is not a number followed by a unit; "
             f"expected {wanted.phrase} such as {shown(wanted.example)}"
@@ -92,6 +105,12 @@ def parse_quantity(text: object, dimension: str) -> float:
             f'so small an angle, write it in radians: "{math.radians(number):.6g} rad"'
         )
     return value
+
+
+def _as_typed(text: str) -> str:
+    """A quantity with the minus, the blanks and the decimal point that a keyboard has."""
+    plain = text.translate(_TYPED).strip()
+    return re.sub(r"^([+-]?\d+),(\d+)(?=\D|$)", r"\1.\2", plain)
 
 
 def _meant_degrees(number: float) -> float:

@@ -29,6 +29,7 @@ from gradedesign.case.problems import (
     Problem,
     case_error,
     dotted,
+    elsewhere,
     missing,
     placed,
     problems_of,
@@ -37,6 +38,7 @@ from gradedesign.case.schema import Case, CaseFile
 from gradedesign.case.suggest import instead
 from gradedesign.case.table import Table
 from gradedesign.case.toml_lines import Key, key_lines
+from gradedesign.case.toml_mistakes import mistake
 from gradedesign.errors import CaseError
 
 log = logging.getLogger(__name__)
@@ -283,6 +285,8 @@ def _syntax_message(message: str, text: str, file: Path) -> str:
     shown_row = "".join(c if c.isprintable() else " " for c in rows[row - 1][start : start + 100])
     caret = " " * (column - 1 - start) + "^"
     reason = message[: match.start()]
+    if hint := mistake(reason, rows, row - 1):
+        reason = f"{reason}: {hint}"
     return f"{file}:{row}:{column}: not valid TOML: {reason}\n    {shown_row}\n    {caret}"
 
 
@@ -317,7 +321,7 @@ def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[
         if name not in section_names:
             yield Problem(
                 key=(name,),
-                message="unknown table",
+                message="unknown table" + elsewhere(layout, name, section_names),
                 word=name,
                 choices=section_names,
                 label="valid tables",

@@ -47,7 +47,9 @@ class _Name(Reader):
 
     def read(self, value: object) -> str:
         if not (isinstance(value, str) and _NAME.fullmatch(value)):
-            raise Refused(f'found {shown(value)}; expected a name such as "{self._example}"')
+            dashed = value.lower().replace("_", "-") if isinstance(value, str) else ""
+            near = f'did you mean "{dashed}"? ' if _NAME.fullmatch(dashed) else ""
+            raise Refused(f'found {shown(value)}; {near}expected a name such as "{self._example}"')
         return value
 
     def json_schema(self) -> JsonSchema:

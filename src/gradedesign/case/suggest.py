@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 
 _MOST_WORDS = 24
 _MOST_CHARACTERS = 60
+#: Words that a question offers, letters from which a beginning tells anything, and characters of a
+#: text that are compared.
+_MOST_MEANT, _LEAST_LETTERS, _READ = 4, 3, 400
 
 
 def shown(value: object) -> str:
@@ -73,6 +77,68 @@ def nearest(word: str, choices: Iterable[str]) -> str | None:
     return by_lower[matches[0]] if matches else None
 
 
+def meant(word: str, choices: Iterable[str]) -> tuple[str, ...]:
+    """Choices that a wrong word may stand for, the likeliest ones; empty where none is close.
+
+    Those spelled as it is but for blanks, dashes and case; those that begin with it, of which the
+    shortest are enough; those that are a word of it; else the nearest.
+
+    Examples
+    --------
+    >>> meant("gyroid", ["bcc", "gyroid-sheet", "gyroid-wall", "gyroid-wall-opposite"])
+    ('gyroid-sheet', 'gyroid-wall')
+    >>> meant("316L stainless", ["316L", "PA12"])
+    ('316L',)
+    """
+    every, plain = list(choices), _plain(word)
+    if same := tuple(choice for choice in every if _plain(choice) == plain):
+        return same
+    if len(plain) >= _LEAST_LETTERS:
+        longer = [choice for choice in every if _plain(choice).startswith(plain)]
+        shortest = [c for c in longer if not any(_begins(c, other) for other in longer)]
+        if shortest:
+            return tuple(shortest[:_MOST_MEANT])
+    words = f"-{plain}-"
+    if held := tuple(choice for choice in every if choice and f"-{_plain(choice)}-" in words):
+        return held[:_MOST_MEANT]
+    guess = nearest(word, every)
+    return () if guess is None else (guess,)
+
+
+def described(word: str, descriptions: Mapping[str, str]) -> tuple[str, ...]:
+    """Names that a word describes: each part of it begins a word of the name or of its description.
+
+    Parts of one or two letters are looked for in the name alone.
+
+    Examples
+    --------
+    >>> described("schwarz-p", {"primitive-sheet": "the Schwarz primitive", "bcc": "struts"})
+    ('primitive-sheet',)
+    """
+    parts = [part for part in _plain(word).split("-") if part]
+    if not any(len(part) > _LEAST_LETTERS for part in parts):
+        return ()
+    fitting = [
+        name
+        for name, text in descriptions.items()
+        if all(
+            f"-{part}" in f"-{_plain(name)}"
+            or (len(part) >= _LEAST_LETTERS and f"-{part}" in f"-{_plain(text)}")
+            for part in parts
+        )
+    ]
+    shortest = [name for name in fitting if not any(_begins(name, other) for other in fitting)]
+    return tuple(sorted(shortest, key=lambda name: (len(name), name))[:_MOST_MEANT])
+
+
+def question(words: Iterable[str]) -> str:
+    """``did you mean "a", "b" or "c"?``, or nothing without any."""
+    quoted = [f'"{word}"' for word in words]
+    if len(quoted) < 2:
+        return f"did you mean {quoted[0]}?" if quoted else ""
+    return f"did you mean {', '.join(quoted[:-1])} or {quoted[-1]}?"
+
+
 def instead(word: str, choices: Iterable[str], *, label: str = "available") -> str:
     """Say what to write instead of a wrong word.
 
@@ -84,6 +150,14 @@ def instead(word: str, choices: Iterable[str], *, label: str = "available") -> s
     every = list(choices)
     if not every:
         return f"{label}: none"
-    guess = nearest(word, every)
-    question = f'did you mean "{guess}"? ' if guess is not None else ""
-    return f"{question}{label}: {listed(every)}"
+    return f"{question(meant(word, every))} {label}: {listed(every)}".lstrip()
+
+
+def _plain(text: str) -> str:
+    """Lower-case words joined by dashes."""
+    return re.sub(r"[^a-z0-9.+]+", "-", text[:_READ].lower()).strip("-")
+
+
+def _begins(longer: str, other: str) -> bool:
+    """Whether a name is another one with more words."""
+    return _plain(longer).startswith(f"{_plain(other)}-")

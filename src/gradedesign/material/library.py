@@ -44,7 +44,8 @@ _METALS = (
         density=4.41,
         strength=825.0,
         expansion=8.6,
-        source="laser powder bed fusion, annealed, any direction. Read: yield 825 MPa and E 110 "
+        source="titanium alloy, "
+        "laser powder bed fusion, annealed, any direction. Read: yield 825 MPa and E 110 "
         f"GPa, lower ends for LPBF annealed at 730-800 C in the {_SURVEY}, expansion 8.4-9.0e-6 "
         "there; 825 MPa is also the minimum of forged bar in JIS H 4657; density 4.41 g/cm^3 in a "
         "Ti64 sheet for EOS M machines. Not traced: that ASTM F2924 asks for the same 825 MPa; "
@@ -57,7 +58,8 @@ _METALS = (
         density=2.67,
         strength=213.0,
         expansion=20.0,
-        source="laser powder bed fusion, as built, vertical. Read: yield 213 MPa in the EOS "
+        source="aluminium (aluminum) alloy, "
+        "laser powder bed fusion, as built, vertical. Read: yield 213 MPa in the EOS "
         "process data sheet AlSi10Mg, EOS M 300-4, 60 um (T6: 250 MPa); E 70 GPa along Z and "
         "density 2.67 g/cm^3 in the EOS data sheet AlSi10Mg as quoted by think3d. Not traced: "
         "Poisson's ratio 0.33, expansion 20e-6 1/K",
@@ -69,7 +71,8 @@ _METALS = (
         density=7.97,
         strength=480.0,
         expansion=15.72,
-        source="laser powder bed fusion, as built, vertical. Read: yield 480 MPa, density at "
+        source="stainless steel, "
+        "laser powder bed fusion, as built, vertical. Read: yield 480 MPa, density at "
         f"least 7.97 g/cm^3 and expansion 15.72e-6 1/K at 25-100 C in the {_EOS_316L}. Not traced: "
         "E 180 GPa along Z, of the older EOS sheet for M 280; Poisson's ratio 0.3",
     ),
@@ -80,7 +83,8 @@ _METALS = (
         density=7.8,
         strength=590.0,
         expansion=10.8,
-        source="laser powder bed fusion, solution annealed and aged (H900). Not traced: no figure "
+        source="stainless steel, "
+        "laser powder bed fusion, solution annealed and aged (H900). Not traced: no figure "
         "of a data sheet could be read. Yield 590 MPa is half of the 1170 MPa asked of wrought "
         "H900, since NIST (Lass, Stoudt, Williams 2019, read) finds nitrogen-atomised printed 17-4 "
         "at about half of wrought after the usual treatment; argon-atomised powder is stronger. "
@@ -94,7 +98,8 @@ _METALS = (
         density=8.2,
         strength=920.0,
         expansion=12.8,
-        source="powder bed fusion, heat treated. Read: yield 920 MPa (electron beam) and 1000 MPa "
+        source="nickel alloy, "
+        "powder bed fusion, heat treated. Read: yield 920 MPa (electron beam) and 1000 MPa "
         "(laser) of machine makers' sheets as quoted by JAMPT, the lower is taken; density about "
         "8.2 g/cm^3 in the SLM Solutions sheet IN718 2023-11; Poisson's ratio 0.29 at 21 C in the "
         "Special Metals bulletin alloy 718; expansion 12.8e-6 1/K at 25-93 C in the High Temp "
@@ -108,7 +113,8 @@ _METALS = (
         density=8.44,
         strength=615.0,
         expansion=12.8,
-        source="laser powder bed fusion, as built, vertical. Read: density 8.44 g/cm^3 and "
+        source="nickel alloy, "
+        "laser powder bed fusion, as built, vertical. Read: density 8.44 g/cm^3 and "
         "Poisson's ratio 0.278 annealed at 21 C in Wikipedia's table of alloy 625; a machine "
         "maker's yield of 640 MPa as quoted by JAMPT. Not traced: yield 615 MPa and E 140 GPa "
         "along Z, of EOS sheets for printed, textured material (wrought: 207 GPa); "
@@ -121,7 +127,8 @@ _METALS = (
         density=8.0,
         strength=930.0,
         expansion=10.3,
-        source="1.2709, laser powder bed fusion, as built, not aged, building direction. Read: "
+        source="tool steel 1.2709, "
+        "laser powder bed fusion, as built, not aged, building direction. Read: "
         "yield 930 +/- 150 MPa, E 140 +/- 25 GPa, density 8.0-8.1 g/cm^3 of EOS MaragingSteel MS1 "
         "as quoted by the University of Kragujevac (mfkv.kg.ac.rs). Aged at 490 C it is about "
         "twice as strong. Not traced: Poisson's ratio 0.3, expansion 10.3e-6 1/K",
@@ -133,7 +140,8 @@ _METALS = (
         density=8.29,
         strength=600.0,
         expansion=13.6,
-        source="CoCrMo (EOS CobaltChrome MP1), laser powder bed fusion, stress relieved. Read: "
+        source="cobalt-chromium alloy CoCrMo "
+        "(EOS CobaltChrome MP1), laser powder bed fusion, stress relieved. Read: "
         "yield 600 +/- 50 MPa, horizontal, in the EOS sheet as quoted by mirameccanica.it (as "
         "built: 1060); density 8.29 g/cm^3, E 195-220 GPa and expansion 12.8-14.0e-6 1/K in the "
         f"{_SURVEY}. Not traced: Poisson's ratio 0.29, expansion 13.6e-6 1/K within that range",
@@ -145,7 +153,8 @@ _METALS = (
         density=2.67,
         strength=410.0,
         expansion=24.0,
-        source="Al-Mg-Sc-Zr, laser powder bed fusion, aged 325 C 4 h, vertical. Read: yield "
+        source="aluminium (aluminum) alloy Al-Mg-Sc-Zr, "
+        "laser powder bed fusion, aged 325 C 4 h, vertical. Read: yield "
         f"410-485 MPa, E 68-74 GPa and density 2.67 g/cm^3 in the {_SURVEY}. Not traced: Poisson's "
         "ratio 0.33; expansion 24e-6 1/K, of wrought Al-Mg (the survey's 16.0-17.5e-6 looks "
         "too low)",
@@ -160,7 +169,8 @@ _POLYMERS = (
         density=0.93,
         strength=43.0,
         expansion=109.0,
-        source="laser sintered polyamide 12. Read: tensile strength 43 MPa and E 1387 MPa of 3D "
+        source="laser sintered polyamide (nylon) 12. "
+        "Read: tensile strength 43 MPa and E 1387 MPa of 3D "
         "Systems PA12 (ASTM D638) in PMC10406103, table 2, strength used as yield; density 0.93 "
         f"g/cm^3 and yield 44-52 MPa in the {_SURVEY}. Not traced: Poisson's ratio 0.39, "
         "expansion 109e-6 1/K",
@@ -172,7 +182,8 @@ _POLYMERS = (
         density=0.97,
         strength=37.0,
         expansion=110.0,
-        source="laser sintered polyamide 11 (such as EOS PA 1101). Read: yield 37-48 MPa and "
+        source="laser sintered polyamide (nylon) 11 "
+        "(such as EOS PA 1101). Read: yield 37-48 MPa and "
         f"density 0.97 g/cm^3 in the {_SURVEY}, which gives E as 1-2 GPa. Not traced: E 1600 MPa, "
         "of the EOS sheet; Poisson's ratio 0.39, expansion 110e-6 1/K",
     ),

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 import pluggy
 
-from gradedesign.case.suggest import instead, nearest
+from gradedesign.case.suggest import described, instead, meant, nearest, question
 from gradedesign.cell.family import CellFamily
 from gradedesign.cell.maker import CellMaker
 from gradedesign.errors import CaseError, Interrupted, PluginError
@@ -180,7 +180,11 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     shelf: Mapping[str, Any] = getattr(registry, kind)
     if name in shelf:
         return shelf[name]
-    raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {instead(name, shelf)}")
+    near = instead(name, shelf)
+    if not meant(name, shelf):
+        texts = {known: getattr(record, "source", "") for known, record in shelf.items()}
+        near = f"{question(described(name, texts))} {near}".lstrip()
+    raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {near}")
 
 
 def absent(registry: Registry, message: str) -> CaseError | PluginError:

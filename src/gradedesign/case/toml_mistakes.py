@@ -1,0 +1,94 @@
+"""Usual mistakes in the text of a TOML file: which one it is, and how the line should read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_CURLY = str.maketrans(
+    {
+        **dict.fromkeys("\u201c\u201d\u201e\u201f\u2033", '"'),
+        **dict.fromkeys("\u2018\u2019\u201a\u2032", "'"),
+    }
+)
+_KEY = r"""(?:[A-Za-z0-9_-]+|"[^"]*")(?:\.[A-Za-z0-9_-]+)*"""
+_ENTRY = re.compile(rf"\s*({_KEY})\s*=\s*(.*)", re.DOTALL)
+_HEADER = re.compile(r"\s*\[{1,2}([^\[\]]+)\]")
+#: A value that needs quotes: a number with a unit behind it, or a word that is no truth.
+_BARE = re.compile(
+    r"[+-]?[0-9.]+\s*[A-Za-z%\u00b5\u00b0][^,#\[\]{}\"]*"
+    r"|(?!true|false|inf|nan)[A-Za-z][^,#=\[\]{}\"]*"
+)
+#: Longest line that is looked at, characters: one that a person typed.
+_LONGEST = 400
+
+
+def mistake(message: str, rows: Sequence[str], row: int) -> str:
+    """Probable mistake in a row, counted from 0, and how it should read; empty where unknown.
+
+    Parameters
+    ----------
+    message : str
+        Of the parser.
+    rows : sequence of str
+        Lines of the file.
+    row : int
+    """
+    line = rows[row]
+    if len(line) > _LONGEST:
+        return ""
+    if "overwrite" in message or "twice" in message or "mutate" in message:
+        return _twice(rows, row)
+    if line.translate(_CURLY) != line:
+        return f"these quotes are none of a keyboard; write {line.translate(_CURLY).strip()}"
+    body = re.split(r"(?:^|\s+)#", line)[0]
+    entry = _ENTRY.fullmatch(body.rstrip())
+    if entry is None:
+        return ""
+    key, value = entry[1], entry[2].strip()
+    if value.count('"') % 2 == 1:
+        closed = f'"{value}' if not value.startswith('"') and value.endswith('"') else f'{value}"'
+        if value[:1] in ("[", "{"):
+            return f"a text in {key} lacks one of its quotes"
+        return f"the text lacks one of its quotes; write {key} = {closed}"
+    if not value:
+        return f"{key} has no value"
+    if _BARE.fullmatch(value):
+        return f'texts and values with a unit stand in quotes; write {key} = "{value.strip()}"'
+    if value[:1] in ("[", "{") and (bare := _bare_entry(value)):
+        return f'texts and values with a unit stand in quotes; write "{bare}"'
+    return ""
+
+
+def _bare_entry(value: str) -> str:
+    """The first entry of a list or inline table that needs quotes; empty without one."""
+    outside = re.sub(r'"[^"]*"', '""', value)
+    for part in re.split(r"[,\[\]{}]", outside):
+        entry = part.partition("=")[2] if "=" in part else part
+        if _BARE.fullmatch(entry.strip()):
+            return entry.strip()
+    return ""
+
+
+def _twice(rows: Sequence[str], row: int) -> str:
+    """Where a key or a table stands for the first time."""
+    header = _HEADER.match(rows[row])
+    if header is not None:
+        for n, line in enumerate(rows[:row]):
+            before = _HEADER.match(line)
+            if before is not None and before[1].strip() == header[1].strip():
+                return (
+                    f"[{header[1].strip()}] stands here again, first in line {n + 1}; put their "
+                    f"keys together"
+                )
+        return ""
+    entry = _ENTRY.fullmatch(rows[row])
+    if entry is None:
+        return ""
+    for n in range(row - 1, -1, -1):
+        if _HEADER.match(rows[n]) and "=" not in rows[n]:
+            break
+        before = _ENTRY.fullmatch(rows[n])
+        if before is not None and before[1] == entry[1]:
+            return f"{entry[1]} stands here again, first in line {n + 1}; leave one out"
+    return "a key stands twice in this line; leave one out"
