@@ -199,7 +199,7 @@ def test_a_file_without_a_unit_needs_one_in_the_case(tmp_path, cli):
     (tmp_path / "case.toml").write_text(text, encoding="utf-8")
     wrong = cli("generate", tmp_path, "-o", tmp_path / "out")
     assert wrong.code == 2
-    assert "case.toml:4: part.file: part.units: missing; block.off carries no unit" in wrong.err
+    assert "case.toml:3: part.units: missing; block.off carries no unit" in wrong.err
 
 
 def test_every_format_of_the_core_is_read_and_written(tmp_path, cli):
