@@ -128,6 +128,8 @@ def test_ends_of_a_band_that_break():
     assert row(90, 110, 80).least_utilisation == pytest.approx(90 / 80)
     assert not row(90, 110, 95, "low").broken
     assert row(90, 110, 120, "low").broken
+    words = [row(90, 110, limit).word for limit in (80, 100, 120)]
+    assert words == ["BROKEN", "UNSURE", "holds"]
     assert [bool(unsure_words((row(90, 110, limit),))) for limit in (80, 100, 120)] == [0, 1, 0]
 
 

@@ -100,10 +100,16 @@ class LimitRow:
 
     @property
     def word(self) -> str:
-        """For tables: ``holds``, ``BROKEN``, or ``UNJUDGED`` where it judges too little."""
+        """For tables: ``holds``, ``BROKEN``, ``UNSURE`` or ``UNJUDGED``.
+
+        Unsure where the favourable end of the band alone holds, unjudged where it judges too
+        little.
+        """
         if self.judged < LEAST_JUDGED:
             return "UNJUDGED"
-        return "holds" if self.passed else "BROKEN"
+        if self.passed:
+            return "holds"
+        return "UNSURE" if self.undecided else "BROKEN"
 
     @property
     def undecided(self) -> bool:
