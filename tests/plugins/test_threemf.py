@@ -88,7 +88,8 @@ def test_surface_and_beams_carry_unit_names_and_metadata(cli, tmp_path):
     assert (
         50 * (out / "lattice-3mf-beams.3mf").stat().st_size < (out / "lattice.3mf").stat().st_size
     )
-    # Every vertex of the printed surface lies on a beam or on the box.
+    # Every vertex of the printed surface lies on a beam, outside it by what its triangles lack, or
+    # on the box.
     v = whole.vertices
     on_box = (np.minimum(np.abs(v), np.abs(v - [24, 12, 12])) < 1e-3).any(axis=1)
     inner = v[~on_box][::50]
@@ -97,7 +98,11 @@ def test_surface_and_beams_carry_unit_names_and_metadata(cli, tmp_path):
         nodes, beams_ = beams.vertices, beams.beams
 
     Read.beams, Read.radii = beams.beams, beams.radii
-    assert np.abs(beam_distance(Read, inner.T)).max() < 0.02  # of the contour's grid of 0.25 mm
+    off = beam_distance(Read, inner.T)
+    # On a grid of 0.25 mm the sag of a strut of 1.0 mm is h^2 / 8 r = 0.016 mm, three of them where
+    # struts meet.
+    assert np.abs(off).max() < 0.05
+    assert 0.0 < off.mean() < 0.016
 
 
 @pytest.mark.parametrize(

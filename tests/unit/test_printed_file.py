@@ -51,12 +51,14 @@ def test_an_altered_file_is_neither_adopted_nor_read(out):
 def exported(monkeypatch, out):
     """What `export_surface` returns for a box in the place of a lattice."""
     none = Islands(dropped=0, dropped_volume=0, dropped_share=0, pockets=0, pocket_volume=0)
-    monkeypatch.setattr(accepting, "printed_surface", lambda *_, **__: (BOX, none))
+    monkeypatch.setattr(accepting, "printed_surface", lambda *_, **__: (BOX, none, 1.0))
     setup = SimpleNamespace(
         problem=SimpleNamespace(
             part=SimpleNamespace(surface=BOX),
             domain=SimpleNamespace(bodies=1),
-            case=SimpleNamespace(part=SimpleNamespace(bodies="one"), print=None),
+            case=SimpleNamespace(
+                part=SimpleNamespace(bodies="one"), print=None, run=SimpleNamespace(memory=8e9)
+            ),
         )
     )
     solved = SimpleNamespace(division=SimpleNamespace(surface_size=0.5))

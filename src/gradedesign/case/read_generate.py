@@ -20,6 +20,9 @@ from gradedesign.case.read_case import (
     read_layout,
 )
 
+#: Keys of ``[run]`` that ``generate`` reads.
+OF_GENERATE = {"memory", "time"}
+
 
 def load_generate_case(
     path: str | Path, *, allow_outside: bool = False, entries: LimitEntries = no_entries
@@ -91,6 +94,13 @@ def _problems(file: GenerateFile) -> Iterator[Problem]:
             key=("lattice", "orientation", "load_case"),
             message="belongs to `gradedesign run`, which analyses the part; expected direction or "
             "vtu",
+        )
+    for key in sorted(file.run.model_fields_set - OF_GENERATE):
+        yield Problem(
+            key=("run", key),
+            message="belongs to `gradedesign run`, which analyses the lattice; `generate` reads "
+            f"{' and '.join(sorted(OF_GENERATE))} alone: its surface is as fine as the stated "
+            "density needs",
         )
     yield from cell_map_problems(file.lattice, file.region)
     yield from outer_problems(file.lattice, file.print)

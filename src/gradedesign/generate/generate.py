@@ -25,7 +25,7 @@ from gradedesign.generate.stated_result import StatedLattice, stated_result
 from gradedesign.lattice.density_source import DensitySource
 from gradedesign.lattice.islands import Islands
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
-from gradedesign.lattice.printed_surface import printed_surface
+from gradedesign.lattice.printed_surface import first_step, printed_surface
 from gradedesign.lattice.slab_density import SlabDensities, slab_density, total
 from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.lattice.trim import contour_grid
@@ -62,11 +62,6 @@ from gradedesign.verify.printability import Printability
 from gradedesign.verify.wall_thickness import WallThickness, wall_thickness
 from gradedesign.workspace.progress import Listener, counted, ignore, report_step
 from gradedesign.workspace.run_folder import RunFolder
-
-#: Grid steps of the surface along a cell, and across its thinnest wall, at least.
-STEPS_PER_CELL, STEPS_PER_WALL = 24.0, 1.5
-#: Grid steps along a cell at most.
-MOST_STEPS_PER_CELL = 96.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -160,7 +155,7 @@ def _generate(
     require_voxels_fit(case, part.surface)
     with announce.stage("density"):
         cells = stated_cells(case, registry)
-        design, built, report = _design(case, part, cells, density)
+        design, built, report = stated_design(case, part, cells, density)
         cell_map = design.cell_map if isinstance(design.cell_map, CellMap) else None
         require_writable(case, formats, design.domain, cell_map, design.axes)
         wall = thinnest_wall(cells, least_density(design.density), case.lattice.cell_size)
@@ -188,7 +183,7 @@ def _generate(
     return write_generated(out, case, formats, lattice, grid, made.slabs, result, announce)
 
 
-def _design(
+def stated_design(
     case: GenerateCase, part: Part, cells: StatedCells, source: DensitySource | None
 ) -> tuple[LatticeDesign, BuiltCells, dict[str, Any]]:
     """The lattice as the case states it."""
@@ -230,10 +225,13 @@ def build(case: GenerateCase, part: Part, design: LatticeDesign, wall: float) ->
         If there is no solid, or too much of it would be disconnected.
     """
     size = case.lattice.cell_size
-    finest = size / MOST_STEPS_PER_CELL
-    step = max(min(size / STEPS_PER_CELL, wall / STEPS_PER_WALL), finest)
-    surface, islands = printed_surface(
-        design, part.surface, step, chord_tolerance(case), keep_outer=keeps_outer(case)
+    surface, islands, step = printed_surface(
+        design,
+        part.surface,
+        first_step(size, wall),
+        chord_tolerance(case),
+        memory=case.run.memory,
+        keep_outer=keeps_outer(case),
     )
     field = lattice_field(design, band=3 * step, single=True)
     thickness = max(size, design.cell_size)

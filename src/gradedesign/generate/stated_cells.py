@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
+from math import lcm
 from typing import Any, Literal
 
 import numpy as np
@@ -22,6 +24,7 @@ from gradedesign.cell.shape import blamed_shape, complete_parameters
 from gradedesign.cell.transition import Scale, cell_transition
 from gradedesign.cell.wall_size import density_for_wall, wall_mm
 from gradedesign.errors import CaseError
+from gradedesign.generate.levelled_mix import levelled_mix
 from gradedesign.lattice.density_grid import DensityGrid, evaluate
 from gradedesign.lattice.density_source import sample_density
 from gradedesign.lattice.domain import DesignDomain
@@ -158,13 +161,16 @@ def build_cells(
     """
     if cells.increments is not None:
         share = parameter_share(case, cells.increments, density, domain)
+        mix, period = cells.increments.shape, cells.families[0].family.period
+        shape, mapped, kept = levelled_mix(case, (mix, period, share), cell_map, density, domain)
         return BuiltCells(
-            shape=cells.increments.shape,
+            shape=shape,
             parameters={},
-            cell_map=lambda points: np.concatenate([cell_map(points), share(points)[None]]),
+            cell_map=mapped,
             transition={
                 "parameter": cells.increments.parameter,
                 "values": cells.increments.values.tolist(),
+                **kept,
             },
         )
     first, *others = cells.families
@@ -185,10 +191,14 @@ def build_cells(
             shift = joining_shift(first, others[0], least, scale=scale)
         mixed = cell_transition(first, others[0], scale=scale, shift=shift)
         neck = measure_neck(mixed, least)
+    period = lcm(*(c.family.period for c in cells.families))
+    shape, mapped, kept = levelled_mix(
+        case, (mixed.shape, period, partial(evaluate, grid)), cell_map, density, domain
+    )
     return BuiltCells(
-        shape=mixed.shape,
+        shape=shape,
         parameters={},
-        cell_map=lambda points: np.concatenate([cell_map(points), evaluate(grid, points)[None]]),
+        cell_map=mapped,
         transition={
             "cell": others[0].family.name,
             "parameters": dict(others[0].parameters),
@@ -196,6 +206,7 @@ def build_cells(
             "shift_cells": list(shift),
             "density": least,
             "neck_over_two_cells": asdict(neck),
+            **kept,
         },
     )
 

@@ -13,9 +13,16 @@ from gradedesign.errors import LatticeError
 from gradedesign.lattice._surface_kernels import vertex_shells
 from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.resolution import Resolution, require_volume
 from gradedesign.lattice.solid_layers import solid_layers
 from gradedesign.lattice.surface import contour, require_closed
-from gradedesign.lattice.trim import OVERHANG, SHORTEST, contour_grid, with_skin_edges
+from gradedesign.lattice.trim import (
+    OVERHANG,
+    SHORTEST,
+    contour_grid,
+    volume_fit,
+    with_skin_edges,
+)
 from gradedesign.mesh.short_edges import used_only, without_short_edges
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.workspace.progress import report_step, stepping
@@ -27,7 +34,9 @@ log = logging.getLogger(__name__)
 LEAST_SKIN, LEAST_DEPTH = 2.0, 1.0
 
 
-def surface_behind_skin(design: LatticeDesign, part: SurfaceMesh, step: float) -> SurfaceMesh:
+def surface_behind_skin(
+    design: LatticeDesign, part: SurfaceMesh, step: float, asked: Resolution | None = None
+) -> SurfaceMesh:
     """Closed surface of a lattice behind a closed skin: the part's triangles, untouched, first.
 
     The surface of the cavities is contoured below the skin and appended. As part of the surface of
@@ -41,6 +50,8 @@ def surface_behind_skin(design: LatticeDesign, part: SurfaceMesh, step: float) -
         Closed and outward oriented; its signed distance is ``design.domain.distance``.
     step : float, mm
         Grid of the contour.
+    asked : Resolution, optional
+        As for `trimmed_surface`.
 
     Returns
     -------
@@ -49,6 +60,8 @@ def surface_behind_skin(design: LatticeDesign, part: SurfaceMesh, step: float) -
 
     Raises
     ------
+    CoarseContourError, ResourceError
+        As `trimmed_surface`.
     LatticeError
         If the skin is thinner than the grid holds apart from the part's faces, or the internal
         surface reaches them.
@@ -61,7 +74,9 @@ def surface_behind_skin(design: LatticeDesign, part: SurfaceMesh, step: float) -
     untrimmed = replace(design, domain=grown(design.domain, OVERHANG * step))
     field = lattice_field(untrimmed, band=3 * step, single=True)
     with stepping(f"contouring at {step:.3g} mm"):
-        raw = contour(field, contour_grid(design.domain, step))
+        fit = volume_fit(untrimmed, 3 * step, asked)
+        raw = contour(field, contour_grid(design.domain, step), fit=fit)
+    require_volume(raw.volume_error, asked, step)
     vertices, faces = raw.vertices, _internal(raw.vertices, raw.near, untrimmed.domain, step)
     del raw
     if len(faces):

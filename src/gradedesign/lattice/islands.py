@@ -19,6 +19,9 @@ log = logging.getLogger(__name__)
 
 #: Largest share of the volume that may be dropped as disconnected components.
 MAX_SHARE = 0.02
+#: About the cube of the edges that are collapsed after the cut, 0.02 grid steps, over that of half
+#: a step.
+CRUMB = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +70,8 @@ def remove_islands(
     max_share : float
         Largest share of the volume that may be dropped.
     least_pocket : float, mm^3
-        Closed voids up to this volume are filled: below the grid they are artefacts of cutting.
+        Closed voids up to this volume are filled: below the grid they are artefacts of cutting. Of
+        solids those up to `CRUMB` of it are, and are dropped without being counted.
 
     Returns
     -------
@@ -96,7 +100,7 @@ def remove_islands(
     gone = float(volume[~kept].sum())
     share = gone / float(volume.sum())
     report = Islands(
-        dropped=len(disconnected),
+        dropped=int(np.count_nonzero(volume[disconnected] > CRUMB * least_pocket)),
         dropped_volume=gone,
         dropped_share=share,
         pockets=int(np.count_nonzero(kept[voids])),

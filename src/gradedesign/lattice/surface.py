@@ -1,4 +1,7 @@
-"""From a field to a closed, manifold triangle surface."""
+"""From a field to a closed, manifold triangle surface.
+
+Above 300 lines: the contour of slabs and what closes, places and joins their triangles.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ from gradedesign.lattice._marching_kernels import count_slab, edge_points, march
 from gradedesign.lattice._marching_table import marching_table
 from gradedesign.lattice._side_kernels import NEAR
 from gradedesign.lattice._surface_kernels import cut_at_box, nudge, unpaired_edges
+from gradedesign.lattice._volume_kernels import count_inside
+from gradedesign.lattice.resolution import require_room
 from gradedesign.lattice.sample import BATCH, NODES, Shape, checked_values, sample_slabs
+from gradedesign.lattice.true_volume import VolumeFit, fitted_vertices
 from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.workspace.progress import report_step
 
@@ -45,6 +51,8 @@ class Contour:
     inner, outer : (m, 3) int32 arrays
         Triangles over the faces between near and deep cubes, and between near cubes and others,
         where they are inside. They close ``near``.
+    volume_error : float
+        Estimate for the cell of a `VolumeFit` that is worst, relative to its solid; 0 without one.
     """
 
     vertices: FloatArray
@@ -52,6 +60,7 @@ class Contour:
     near: NDArray[np.int32]
     inner: NDArray[np.int32]
     outer: NDArray[np.int32]
+    volume_error: float = 0.0
 
     @property
     def count(self) -> int:
@@ -147,6 +156,7 @@ def contour(
     grid: BoxedGrid,
     *,
     sides: NDArray[np.uint8] | None = None,
+    fit: VolumeFit | None = None,
     nodes: int = NODES,
 ) -> Contour:
     """Contour a field on a grid as `extract_surface` does, some cubes apart.
@@ -157,6 +167,8 @@ def contour(
     grid : BoxedGrid
     sides : (a, b, c) uint8 array, optional
         Of the cubes, see `cube_sides`; all are near by default.
+    fit : VolumeFit, optional
+        Vertices then move along their grid edges until the triangles hold the field's volume.
     nodes : int
         Grid nodes held at once, about.
 
@@ -164,6 +176,8 @@ def contour(
     ------
     LatticeError
         If the field has no solid on the grid, or is not finite.
+    ResourceError
+        If it takes more than the memory of the fit.
     """
     began = perf_counter()
     boxed = _cut_at_box(field, grid.lower, grid.upper)
@@ -176,6 +190,8 @@ def contour(
     vertices: list[FloatArray] = []
     corners: list[FloatArray] = []
     faces: tuple[list[NDArray[np.int32]], ...] = ([], [], [], [], [])
+    axes: list[NDArray[np.int8]] = []
+    inside = np.zeros((0, 0, 0) if fit is None else fit.shape, dtype=np.int64)
     count, cornered = 0, 0
     for piece in sample_slabs(boxed, grid.origin, grid.shape, h, nodes=nodes):
         values = piece.values
@@ -186,10 +202,16 @@ def contour(
         )
         first = grid.origin + np.array([h * piece.first, 0.0, 0.0])
         vertices.append(_placed(boxed, edges, ends, first, h))
+        axes.append(edges[:, 3].astype(np.int8))
+        if fit is not None:
+            count_inside(values, first, h, (fit.lower, fit.cell), inside)
         corners.append(first + h * nodes_of_caps)
         for some, more in zip(faces, triangles, strict=True):
             some.append(more)
         count, cornered = count + len(edges), cornered + len(nodes_of_caps)
+        if fit is not None:
+            done = (piece.first + len(values) - 1) / (grid.shape[0] - 1)
+            require_room(count, done, sides.size, fit.memory, h)
     if not count:
         raise LatticeError(
             f"no solid on a grid of {grid.shape[0]} x {ny} x {nz} nodes at {h:g} mm: "
@@ -200,22 +222,47 @@ def contour(
             f"the surface has {count + cornered} vertices, at most {2**31 - 1} can be numbered; "
             f"use a coarser grid or a smaller part"
         )
-    inner, outer = (np.concatenate(some) for some in faces[3:])
-    for caps in (inner, outer):
-        caps[caps < 0] = count - 1 - caps[caps < 0]
-    ends = np.cumsum([sum(map(len, some)) for some in faces[:3]])
-    triangles = np.concatenate(faces[0] + faces[1] + faces[2])
-    del faces
-    places = np.concatenate(vertices + corners)
+    places, edge_axes = np.concatenate(vertices + corners), np.concatenate(axes)
     del vertices, corners
-    flips = _with_better_diagonals(places, triangles, ends[:2], grid)
-    deep, near, _ = np.split(triangles, ends[:2])
-    result = Contour(vertices=places, deep=deep, near=near, inner=inner, outer=outer)
+    result = _joined(boxed, places, edge_axes, faces, grid, (fit, inside))
     log.info(
-        "surface: %d x %d x %d nodes at %g mm, %d triangles, %d diagonals flipped, %.1f s",
-        *(*grid.shape, h, result.count, flips, perf_counter() - began),
+        "surface: %d x %d x %d nodes at %g mm, %d triangles, %.1f s",
+        *(*grid.shape, h, result.count, perf_counter() - began),
     )
     return result
+
+
+def _joined(
+    field: Field,
+    places: FloatArray,
+    axes: NDArray[np.int8],
+    faces: tuple[list[NDArray[np.int32]], ...],
+    grid: BoxedGrid,
+    fit: tuple[VolumeFit | None, IntArray],
+) -> Contour:
+    """The contour of the slabs' triangles, with better diagonals and vertices moved by the fit.
+
+    ``faces`` lists deep and near triangles, those beside, and both caps. ``fit`` comes with the
+    nodes inside by cell.
+    """
+    inner, outer = (np.concatenate(some) for some in faces[3:])
+    for caps in (inner, outer):
+        caps[caps < 0] = len(axes) - 1 - caps[caps < 0]
+    ends = np.cumsum([sum(map(len, some)) for some in faces[:3]])
+    triangles = np.concatenate(faces[0] + faces[1] + faces[2])
+    for some in faces:
+        some.clear()
+    flips = _with_better_diagonals(places, triangles, ends[:2], grid)
+    log.info("%d diagonals flipped", flips)
+    error = 0.0
+    how, inside = fit
+    if how is not None:
+        lattice = (grid.origin, grid.h)
+        error = fitted_vertices(field, places, triangles, axes, lattice, END_GAP, how, inside)
+    deep, near, _ = np.split(triangles, ends[:2])
+    return Contour(
+        vertices=places, deep=deep, near=near, inner=inner, outer=outer, volume_error=error
+    )
 
 
 def _with_better_diagonals(

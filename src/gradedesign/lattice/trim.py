@@ -12,9 +12,11 @@ from gradedesign.arrays import BoolArray, Field, FloatArray
 from gradedesign.lattice.cube_sides import cube_sides, where_wanted
 from gradedesign.lattice.domain import DesignDomain, grown
 from gradedesign.lattice.lattice import LatticeDesign, uncut_field
+from gradedesign.lattice.resolution import Resolution, require_volume
 from gradedesign.lattice.skin_edges import divided_skin_edges, moved_onto_skins
 from gradedesign.lattice.solid_layers import SolidLayer, solid_layers
 from gradedesign.lattice.surface import BoxedGrid, Contour, boxed_grid, contour, require_closed
+from gradedesign.lattice.true_volume import VolumeFit
 from gradedesign.mesh.boolean import cut_capped
 from gradedesign.mesh.crossings import TOUCHING, crossing_triangles
 from gradedesign.mesh.short_edges import used_only, without_short_edges
@@ -36,13 +38,16 @@ AROUND = 4.0
 SHORTEST = 0.02
 
 
-def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> SurfaceMesh:
+def trimmed_surface(
+    design: LatticeDesign, part: SurfaceMesh, step: float, asked: Resolution | None = None
+) -> SurfaceMesh:
     """Closed surface of a lattice whose outer faces are exactly those of the part.
 
     Contouring the trimmed field would chamfer every edge between a wall and the part's faces by
     half a grid step. Here the lattice is contoured a little beyond the part and then cut by the
     part's own triangles, so faces stay flat and edges sharp. Only what lies near the part's surface
     is cut: the triangles deep inside are kept apart, and joined again by the vertices between.
+    Vertices of the lattice are placed so that the triangles hold its volume, see `true_volume`.
 
     Parameters
     ----------
@@ -51,6 +56,8 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         Closed and outward oriented; its signed distance is ``design.domain.distance``.
     step : float, mm
         Grid of the contour.
+    asked : Resolution, optional
+        How much the volume of a cell may be off; whatever it is without.
 
     Returns
     -------
@@ -58,6 +65,10 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
 
     Raises
     ------
+    CoarseContourError
+        If more is off.
+    ResourceError
+        If the surface does not fit the memory.
     LatticeError
         If the lattice has no solid, or the result is not closed.
     MeshError
@@ -68,8 +79,10 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
     grid = contour_grid(design.domain, step)
     with stepping(f"contouring at {step:.3g} mm"):
         sides = cube_sides(part, design.domain.distance, grid.origin, grid.shape, step)
-        raw = contour(where_wanted(field, sides, grid.origin, step), grid, sides=sides)
+        wanted = where_wanted(field, sides, grid.origin, step)
+        raw = contour(wanted, grid, sides=sides, fit=volume_fit(untrimmed, 3 * step, asked))
         del sides
+    require_volume(raw.volume_error, asked, step)
     with stepping(f"cutting {len(raw.near)} of {raw.count} triangles with the part"):
         vertices, faces = _cut(raw, part)
         del raw  # the triangles once more
@@ -80,6 +93,26 @@ def trimmed_surface(design: LatticeDesign, part: SurfaceMesh, step: float) -> Su
         trimmed = used_only(vertices, without_short_edges(vertices, faces, SHORTEST * step))
     require_closed(trimmed)
     return trimmed
+
+
+def volume_fit(design: LatticeDesign, band: float, asked: Resolution | None) -> VolumeFit:
+    """How vertices of a lattice are placed: those of its solid layers stay on these.
+
+    Distances of the layers are exact within ``band``, mm.
+    """
+    part, layers = solid_layers(design.domain, band)
+
+    def solids(points: FloatArray) -> FloatArray:
+        distance = part(points)
+        return np.asarray(np.minimum.reduce([layer(points, distance) for layer in layers]))
+
+    return VolumeFit(
+        lower=design.domain.lower,
+        upper=design.domain.upper,
+        cell=design.cell_size,
+        solids=solids if layers else None,
+        memory=np.inf if asked is None else asked.memory,
+    )
 
 
 def contour_grid(domain: DesignDomain, step: float) -> BoxedGrid:

@@ -280,8 +280,9 @@ def export_surface(
     size = analysed.result.solved.division.surface_size
     step = SURFACE_PER_SPACING * size
     case, part = problem.case, problem.part.surface
-    surface, islands = printed_surface(
-        design, part, step, chord_tolerance(case), keep_outer=keeps_outer(case)
+    memory, outer = case.run.memory, keeps_outer(case)
+    surface, islands, _ = printed_surface(
+        design, part, step, chord_tolerance(case), memory=memory, keep_outer=outer
     )
     report_step("writing and reading back the surface")
     digest = write_printed(out, case, part, surface)

@@ -11,7 +11,7 @@ import numpy as np
 from gradedesign.arrays import FloatArray
 from gradedesign.fe.solution import Solution
 from gradedesign.lattice.lattice import LatticeDesign
-from gradedesign.lattice.printed_surface import printed_surface
+from gradedesign.lattice.printed_surface import first_step, printed_surface
 from gradedesign.limits.local_stress import allowed_stress
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.iteration import DesignIteration
@@ -39,6 +39,7 @@ from gradedesign.resolve.lattice_files import (
 from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.problem import Problem, unjudged_share
 from gradedesign.resolve.setup import Setup
+from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.results.decks import write_decks
 from gradedesign.results.iteration_log import iteration_log
 from gradedesign.results.marks import action_marks, loads_note, region_marks
@@ -220,11 +221,13 @@ def _unjudged_lattice(
     files: dict[str, str],
 ) -> tuple[str, ...]:
     """Surface of a design that no analysis has judged."""
-    design = build_design(problem, cells, density_grid(problem, cells, rho))
-    step = cells.layout.least / 24
+    density = density_grid(problem, cells, rho)
+    design = build_design(problem, cells, density)
+    step = first_step(cells.layout.least, thinnest_wall(problem, cells, density)[0])
     case, part = problem.case, problem.part.surface
-    surface, islands = printed_surface(
-        design, part, step, chord_tolerance(case), keep_outer=keeps_outer(case)
+    memory, outer = case.run.memory, keeps_outer(case)
+    surface, islands, _ = printed_surface(
+        design, part, step, chord_tolerance(case), memory=memory, keep_outer=outer
     )
     write_printed(out, case, part, surface)
     warnings = _exported_files(out, problem, surface, design, files)

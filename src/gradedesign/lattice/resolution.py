@@ -1,0 +1,88 @@
+"""How well the surface of a lattice must hold its volume, and within which memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gradedesign.errors import LatticeError, ResourceError
+
+#: Memory that a vertex takes with its triangles, at the peak of what is made of the surface.
+BYTES_PER_VERTEX = 600.0
+#: A finer grid aims at this share of the allowed error, which grows as the fourth power of the
+#: step: no two grids meet struts alike. Its step over the last one is held between these: where
+#: struts are hardly met the power does not hold, and less of a change is not worth a contour.
+AIM, LEAST_FINER, MOST_FINER = 0.8, 0.5, 0.9
+
+
+class CoarseContourError(LatticeError):
+    """A grid too coarse for the volume of the lattice.
+
+    Attributes
+    ----------
+    finer : float, mm
+        Step that should do.
+    """
+
+    def __init__(self, message: str, *, finer: float) -> None:
+        super().__init__(message)
+        self.finer = finer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resolution:
+    """How well a surface holds the volume of a lattice.
+
+    Attributes
+    ----------
+    within : float
+        Most that the volume of a cell may be off by estimate, relative to its solid.
+    memory : float, bytes
+        That the surface may take.
+    """
+
+    within: float
+    memory: float
+
+
+def require_volume(error: float, asked: Resolution | None, step: float) -> None:
+    """Refuse a contour at a step, mm, whose estimated error of a cell's volume is too large.
+
+    Raises
+    ------
+    CoarseContourError
+    """
+    if asked is not None and error > asked.within:
+        power = (AIM * asked.within / error) ** 0.25
+        raise CoarseContourError(
+            f"at a grid of {step:.3g} mm the surface of a cell is estimated to hold {error:.1%} "
+            f"more or less than its solid, expected at most {asked.within:.1%}",
+            finer=step * min(max(power, LEAST_FINER), MOST_FINER),
+        )
+
+
+def require_room(vertices: int, share: float, cubes: int, memory: float, h: float) -> None:
+    """Refuse a contour that is going to take more than its memory.
+
+    Parameters
+    ----------
+    vertices : int
+        So far.
+    share : float
+        Of the grid's planes that are done.
+    cubes : int
+        Of the grid.
+    memory : float, bytes
+    h : float, mm
+        Spacing of the grid.
+
+    Raises
+    ------
+    ResourceError
+    """
+    if BYTES_PER_VERTEX * vertices + cubes > memory:
+        need = BYTES_PER_VERTEX * vertices / max(share, 1e-9) + cubes
+        raise ResourceError(
+            f"the surface of the lattice needs a grid of {h:.3g} mm, and about {need / 1e9:.3g} GB "
+            f"there, but [run] memory is {memory / 1e9:.3g} GB; raise [run] memory, or take "
+            f"larger cells, a higher lowest density or a smaller part"
+        )

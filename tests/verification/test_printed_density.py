@@ -1,0 +1,93 @@
+"""What is printed has the stated density, in every cell, whatever the family and however thin.
+
+By what `gradedesign generate` makes at its default settings: blocks of two by two by two cells at
+three places of every family's window, and a transition. Families of a long period are random: a
+block of them has no stated density, and is compared with its own field at evenly spread points.
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+from gradedesign.case.read_generate import load_generate_case
+from gradedesign.cell.calibration import calibrate
+from gradedesign.cell.wall_size import wall_mm
+from gradedesign.generate.generate import build, stated_design
+from gradedesign.generate.stated_cells import stated_cells
+from gradedesign.lattice.lattice import lattice_field
+from gradedesign.lattice.slab_density import field_points
+from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.part.part import read_part
+from gradedesign.plugin.registry import build_registry
+from gradedesign.resolve.part_readers import part_readers
+
+REGISTRY = build_registry()
+#: Of the way through a family's window.
+PLACES = (0.05, 0.1, 0.3)
+WITHIN = 0.01
+CASE = """\
+[case]
+name = "block"
+[part]
+box = ["{length} mm", "12 mm", "12 mm"]
+[lattice]
+cell = "{cell}"
+size = "6 mm"
+density = {density:.17g}
+"""
+
+
+def density_at(name, place):
+    low, high = calibrate(REGISTRY.cell_families[name]).window
+    return low + place * (high - low)
+
+
+def require_density(folder, name, density):
+    """A block of two cells along each axis: as a whole, and in slabs of one cell."""
+    text = CASE.format(cell=name, density=density, length=12)
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    case = load_generate_case(folder / "case.toml")
+    part, cells = read_part(case, part_readers(case, REGISTRY)), stated_cells(case, REGISTRY)
+    design, _, _ = stated_design(case, part, cells, None)
+    made = build(case, part, design, float(wall_mm(cells.families[0], density, 6.0)))
+    meant = density * part.volume
+    if cells.families[0].family.period > 1:
+        meant = field_points(design, (lattice_field(design), design.domain.distance)).volume
+    # What the faces of the block cut off from networks is not printed.
+    held = enclosed_volume(made.surface) + made.islands.dropped_volume
+    assert held == pytest.approx(meant, rel=WITHIN)
+    if cells.families[0].family.period > 1 or made.islands.dropped:
+        return
+    for slabs in made.slabs:
+        np.testing.assert_allclose(slabs.surface, density, rtol=WITHIN, err_msg="xyz"[slabs.axis])
+
+
+#: Thin round and square struts, and a network.
+@pytest.mark.parametrize("name", ["octet", "bcc", "kelvin-square", "gyroid-network"])
+def test_thin_cells_print_the_stated_density(tmp_path, name):
+    require_density(tmp_path, name, density_at(name, PLACES[0]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("name", sorted(REGISTRY.cell_families))
+def test_every_family_prints_the_stated_density(tmp_path, name, place):
+    require_density(tmp_path, name, density_at(name, place))
+
+
+def test_layers_of_a_transition_print_the_stated_density(cli, tmp_path):
+    # With the stated density as level everywhere the two middle layers had +5 and -4 %.
+    text = CASE.format(cell="diamond-network", density=0.15, length=36)
+    text += '[lattice.transition]\ncell = "octet"\nweight = "smoothstep(12, 24, x)"\n'
+    text += 'shift = [0.0, 0.0, 0.0]\n[output]\nformats = ["stl"]\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    measures = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))["measures"]
+    layers = measures["density"]["slabs"]["x"]
+    assert len(layers["surface"]) == 6
+    np.testing.assert_allclose(layers["surface"], 0.15, rtol=WITHIN)
+    told = measures["transition"]
+    assert 0.03 < told["cell_density_error_before"] < 0.08
+    assert told["cell_density_error"] < 0.002
