@@ -168,3 +168,12 @@ def test_what_has_no_constant_density_says_why(constant, kind, value, others, re
     found = constant(kind, value, **others)
     assert (found.density, found.mass_g) == (None, None)
     assert reason in found.reason
+
+
+def test_a_solid_part_that_yields_is_told(cli, tmp_path):
+    """130 kN over 144 mm^2 are 903 MPa of the 800 MPa that the material has."""
+    (tmp_path / "case.toml").write_text(CASE.format(force=130_000, size_effects="false"))
+    ended = cli("check", tmp_path, "--estimate", "--no-picture", "--json")
+    assert ended.code == 4
+    (told,) = [w for w in json.loads(ended.out)["warnings"] if "the fully solid part yields" in w]
+    assert "more than the yield strength of 800 MPa" in told

@@ -59,12 +59,15 @@ class FirstAnswer:
         Its mean over the lattice.
     sized_utilisation : float or None
         Largest predicted utilisation of a limit.
+    yields : tuple of str
+        Warning that the fully solid part yields away from supports.
     """
 
     constant: tuple[ConstantDensity, ...]
     sized_mass_g: float | None = None
     sized_density: float | None = None
     sized_utilisation: float | None = None
+    yields: tuple[str, ...] = ()
 
     @property
     def feasible(self) -> bool:
@@ -101,7 +104,7 @@ def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
     the mass alone. Buckling and size effects count in the sizing, where the case has them.
     """
     constant = tuple(_constant(setup, row) for row in setup.solid)
-    answer = FirstAnswer(constant=constant)
+    answer = FirstAnswer(constant=constant, yields=setup.solid_yields)
     if not answer.feasible:
         return answer
     setup = with_size_effects(oriented(setup, solutions))

@@ -68,6 +68,7 @@ def check(
         warnings = list(checked.warnings)
         answer = estimated(case, registry) if estimate else None
         broken = answer is not None and not answer.feasible
+        warnings += () if answer is None else answer.yields
         drawn = None
         if picture:
             drawn = picture_path(checked) if output is None else output
