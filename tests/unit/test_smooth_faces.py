@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gradedesign.mesh.surface_mesh import area_vectors, enclosed_volume
+from gradedesign.part._face_fits import Cylinder, without_order
 from gradedesign.part.box import box_surface
 from gradedesign.part.raw_triangles import in_mm
 from gradedesign.part.repair import build_surface
@@ -245,3 +246,14 @@ def test_holes_are_found_on_slivers(segments, splits, nearest):
     # The wall of a cylinder, less what the chords of its facets cut off, plus what slivers fold.
     assert [f.area for f in holes] == pytest.approx([np.pi * 9.0 * 10.0] * 4, rel=0.015)
     assert kinds(found)["plane"] >= 6
+
+
+def test_corners_at_the_rims_alone_show_no_order():
+    """Facets that run from rim to rim, as most files have them, leave nothing to judge between."""
+    turn = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
+    ring = np.stack([5 * np.cos(turn), 5 * np.sin(turn), 0 * turn], axis=1)
+    rims = np.concatenate([ring - [0, 0, 4], ring + [0, 0, 4]])
+    whole = Cylinder(
+        axis=np.array([0.0, 0.0, 1.0]), point=np.zeros(3), radius=5.2, deviation=0.2, concave=True
+    )
+    assert not without_order(rims, whole)

@@ -184,6 +184,8 @@ def without_order(points: FloatArray, cylinder: Cylinder) -> bool:
     radius = np.hypot(x, y)
     around = [np.ones_like(z), x / radius, y / radius]
     modes = [z**power * mode for power in range(3) for mode in around]
+    if len(radius) <= len(modes):
+        return False  # corners at the rims alone show no order and no lack of it
     basis = np.stack([mode / np.linalg.norm(mode) for mode in modes], axis=1)
     off = radius - radius.mean()
     if np.abs(off).max() <= _ROUND * cylinder.radius:
