@@ -144,6 +144,11 @@ WRONG = [
     ('memory = "8 GB"', "elements_per_wall = 0.1", ["at least 0.25"]),
     ('memory = "8 GB"', 'time = "0 s"', ["at least 1 s"]),
     # slips of the keyboard or of the unit: nothing that is built has such a value
+    (
+        "poissons_ratio = 0.3",
+        'poissons_ratio = 0.3\nthermal_expansion = "109 1/K"',
+        ["between 1e-06 um/m/K and 10000 um/m/K in magnitude"],
+    ),
     ('"-50 N"', '"1e300 N"', ["entry 3", "force between 1e-12 N and 1e+12 N", "unit right?"]),
     ('"-50 N"', "1200", ['for instance "1200 N"', "which unit is it? N, mN, kN"]),
     ('size = "8 mm"', 'size = "1 km"', ["unknown unit"]),

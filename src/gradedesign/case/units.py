@@ -42,10 +42,22 @@ class Dimension:
 
     def words(self, value: float) -> str:
         """A value of the internal unit in the unit that messages show, or a smaller one."""
+        unit = self._unit_of(value)
+        return f"{value / self.units[unit]:g} {unit}".rstrip()
+
+    @property
+    def span(self) -> str:
+        """The magnitudes that can be meant, both in one unit."""
+        unit = self._unit_of(self.most)
+        ends = (f"{end / self.units[unit]:g} {unit}".rstrip() for end in (self.least, self.most))
+        return " and ".join(ends)
+
+    def _unit_of(self, value: float) -> str:
+        """The first unit, or a smaller one for a value of less than a tenth of it."""
         unit = self.unit
         if 0.0 < abs(value) < 0.1 * self.units[unit]:
             unit = next((u for u, factor in self.units.items() if abs(value) >= factor), unit)
-        return f"{value / self.units[unit]:g} {unit}".rstrip()
+        return unit
 
 
 def _dimension(

@@ -74,9 +74,8 @@ class Quantity(Reader):
             raise Refused(f"found {shown(value)}; expected {wanted.phrase} {span}")
         if number != 0.0 and not wanted.least <= abs(number) <= wanted.most:
             raise Refused(
-                f"found {shown(value)}; expected {wanted.phrase} between "
-                f"{wanted.words(wanted.least)} and {wanted.words(wanted.most)} in magnitude; is "
-                f"its unit right?"
+                f"found {shown(value)}; expected {wanted.phrase} between {wanted.span} in "
+                f"magnitude; is its unit right?"
             )
         return number
 
