@@ -179,6 +179,9 @@ def without_order(points: FloatArray, cylinder: Cylinder) -> bool:
     offset = points - cylinder.point
     along = offset @ cylinder.axis
     inner = np.abs(along) <= 0.5 * _INNER * np.ptp(along)
+    if not inner.any():
+        # All points lie at the ends: nothing between tells.
+        return False
     across, up = _square_directions(cylinder.axis)
     x, y, z = offset[inner] @ across, offset[inner] @ up, along[inner]
     radius = np.hypot(x, y)
