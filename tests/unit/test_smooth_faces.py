@@ -252,7 +252,8 @@ def test_corners_at_the_rims_alone_show_no_order():
     """Facets that run from rim to rim, as most files have them, leave nothing to judge between."""
     turn = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
     ring = np.stack([5 * np.cos(turn), 5 * np.sin(turn), 0 * turn], axis=1)
-    rims = np.concatenate([ring - [0, 0, 4], ring + [0, 0, 4]])
+    up = np.array([0.0, 0.0, 4.0])
+    rims = np.concatenate([ring - up, ring + up])
     whole = Cylinder(
         axis=np.array([0.0, 0.0, 1.0]), point=np.zeros(3), radius=5.2, deviation=0.2, concave=True
     )
