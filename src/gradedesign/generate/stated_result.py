@@ -11,6 +11,7 @@ from gradedesign.generate.generate_files import slab_data
 from gradedesign.generate.stated_cells import BuiltCells, StatedCells
 from gradedesign.lattice.joint_volume import joint_volume
 from gradedesign.lattice.lattice import LatticeDesign
+from gradedesign.lattice.printed_surface import VOLUME_ERROR
 from gradedesign.lattice.slab_density import SlabDensities, total
 from gradedesign.layout.drains import drain_data
 from gradedesign.material.material import Material
@@ -68,6 +69,12 @@ def stated_result(
     warnings = [*stated.part.report.warnings, *registry.notes, *stated.report["warnings"]]
     if dropped:
         warnings.append(f"{dropped} floating islands were removed")
+    off = float(stated.built.transition.get("cell_density_error", 0.0))
+    if off > VOLUME_ERROR:
+        warnings.append(
+            f"a cell of the mix is off its stated density by up to {off:.1%}: its share changes "
+            "too much within a cell; a transition over more cells mends it"
+        )
     first = stated.cells.families[0]
     cell: dict[str, Any] = {
         "name": first.family.name,
