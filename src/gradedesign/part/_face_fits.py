@@ -19,6 +19,8 @@ _CURVED = np.sin(np.radians(3.0))
 #: Part of a wall's length that tells whether it is straight, and share of the variance of its
 #: corners' distances that a bent or tapered wall explains; chosen, on the bores of the tests.
 _INNER, _ORDER = 0.8, 0.6
+#: Ways in which a wall may be bent or tapered: powers 0 to 2 along, each with three around the axis.
+_MODES = 9
 #: Corners that are this close to a circle, as a share of its radius, need no such test: half of the
 #: chord error of 50 facets.
 _ROUND = 1e-3
@@ -178,23 +180,20 @@ def without_order(points: FloatArray, cylinder: Cylinder) -> bool:
     """
     offset = points - cylinder.point
     along = offset @ cylinder.axis
-    inner = np.abs(along) <= 0.5 * _INNER * np.ptp(along)
-    if not inner.any():
-        # All points lie at the ends: nothing between tells.
-        return False
-    across, up = _square_directions(cylinder.axis)
-    x, y, z = offset[inner] @ across, offset[inner] @ up, along[inner]
-    radius = np.hypot(x, y)
-    around = [np.ones_like(z), x / radius, y / radius]
-    modes = [z**power * mode for power in range(3) for mode in around]
-    if len(radius) <= len(modes):
+    length = float(np.ptp(along))
+    inner = np.abs(along) <= 0.5 * _INNER * length
+    if np.count_nonzero(inner) <= _MODES:
         return False  # corners at the rims alone show no order and no lack of it
-    basis = np.stack([mode / np.linalg.norm(mode) for mode in modes], axis=1)
+    across, up = _square_directions(cylinder.axis)
+    x, y, z = offset[inner] @ across, offset[inner] @ up, along[inner] / length
+    radius = np.hypot(x, y)
     off = radius - radius.mean()
     if np.abs(off).max() <= _ROUND * cylinder.radius:
         return True
-    left = off - basis @ np.linalg.lstsq(basis, off, rcond=1e-9)[0]
-    free = 1.0 - len(modes) / len(off)  # what modes leave of values without order
+    around = (np.ones_like(z), x / radius, y / radius)
+    modes = np.stack([z**power * mode for power in range(3) for mode in around], axis=1)
+    left = off - modes @ np.linalg.lstsq(modes, off, rcond=1e-9)[0]
+    free = 1.0 - _MODES / len(off)  # what modes leave of values without order
     return bool(left @ left > (1.0 - _ORDER) * free * (off @ off))
 
 
