@@ -19,7 +19,7 @@ _CURVED = np.sin(np.radians(3.0))
 #: Part of a wall's length that tells whether it is straight, and share of the variance of its
 #: corners' distances that a bent or tapered wall explains; chosen, on the bores of the tests.
 _INNER, _ORDER = 0.8, 0.6
-#: Ways in which a wall may be bent or tapered: powers 0 to 2 along, each with three around the axis.
+#: Ways in which a wall may be bent or tapered: powers 0 to 2 along, each by three around the axis.
 _MODES = 9
 #: Corners that are this close to a circle, as a share of its radius, need no such test: half of the
 #: chord error of 50 facets.
