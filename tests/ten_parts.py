@@ -111,8 +111,8 @@ PARTS = {
         "cells",
         f'{HELD}load = [{{region = "tip", force = ["0 N", "0 N", "-90 N"]}}]',
         TIP,
-        box=(27, 8, 8),
-        zones='[[zone]]\nname = "root"\nformula = "x - 13.5"\ncell = "primitive-sheet"\n'
+        box=(19, 8, 8),
+        zones='[[zone]]\nname = "root"\nformula = "x - 9.5"\ncell = "primitive-sheet"\n'
         'density = [0.3, 0.31]\ntransition = "8 mm"\n',
     ),
 }

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from gradedesign.case.schema import KeepSpec
 from gradedesign.limits.banded import Banded
 from gradedesign.results.summary import _acceptance_warnings
 
@@ -12,13 +13,24 @@ FAILED = "all threads, surface simplified first: the worker timed out after 30 s
 RETRIED = "one thread, surface simplified first: succeeded in 12.0 s"
 
 
+def layered(skin=None, kept=None):
+    """A solid with a skin and a kept plate of these thicknesses, mm, where they are given."""
+    domain = SimpleNamespace(
+        skins=() if skin is None else ("skin",), nets=(),
+        layers=tuple(t for t in (skin, kept) if t is not None),
+    )  # fmt: skip
+    keep = () if kept is None else (KeepSpec(region="tip", margin=f"{kept} mm"),)
+    return SimpleNamespace(design=SimpleNamespace(domain=domain), case=SimpleNamespace(keep=keep))
+
+
 @pytest.mark.parametrize(
     ("attempts", "said"), [((FIRST,), []), ((FIRST, FIRST), []), ((FAILED, RETRIED), [FAILED])]
 )
 def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
     accepted = SimpleNamespace(
         acceptance=SimpleNamespace(submodels=(), attempts=attempts, refused=()),
-        whole=SimpleNamespace(refused=(), undecided={}),
+        whole=SimpleNamespace(refused=(), undecided={}, result=SimpleNamespace(mesh_size=0.5)),
+        analysed=SimpleNamespace(solid=layered()),
         rows=(),
     )
     warnings = _acceptance_warnings(accepted)
@@ -26,11 +38,36 @@ def test_only_a_mesher_that_had_to_be_asked_again_is_a_warning(attempts, said):
     assert all(text in warning for text, warning in zip(said, warnings, strict=True))
 
 
-def a_row(name, band, use=1.0):
+def a_row(name, band, use=1.0, *, converges=True):
     return SimpleNamespace(
         name=name, load_case="pull", unit="mm", band=band, homogenised=False, utilisation=use,
-        key=name, undecided=name == "far",
+        key=name, undecided=name == "far", converges=converges,
     )  # fmt: skip
+
+
+def test_a_plate_with_few_elements_through_it_is_named_beside_a_band_that_it_widens():
+    """5 % to either side: said where the thinnest layer has fewer than three elements."""
+    five = Banded(value=1.0, low=0.95, high=1.05)
+
+    def said(size, *, converges=True, use=1.0, **layers):
+        return _acceptance_warnings(
+            SimpleNamespace(
+                acceptance=SimpleNamespace(submodels=(), attempts=(), refused=()),
+                whole=SimpleNamespace(
+                    refused=(), undecided={}, result=SimpleNamespace(mesh_size=size)
+                ),
+                analysed=SimpleNamespace(solid=layered(**layers)),
+                rows=(a_row("dent", five, use, converges=converges),),
+            )
+        )
+
+    (words,) = said(1.0, skin=2.0, kept=1.5)
+    assert "1.5 finite cells of 1 mm go through region 'tip', 1.5 mm thick" in words
+    (words,) = said(1.0, skin=1.2, kept=1.5)
+    assert "1.2 finite cells of 1 mm go through the skin, 1.2 mm thick" in words
+    assert said(0.5, kept=1.5) == said(1.0) == []
+    # Percentiles of stress take at least 4 %, and a limit that is hardly used is not said.
+    assert said(1.0, kept=1.5, converges=False) == said(1.0, kept=1.5, use=0.5) == []
 
 
 def test_bands_windows_and_what_is_undecided_are_said():
@@ -43,7 +80,9 @@ def test_bands_windows_and_what_is_undecided_are_said():
         whole=SimpleNamespace(
             refused=("0.5 mm is out of budget",),
             undecided={("far", "pull"): "far: undecided", ("near", "pull"): "decided since"},
+            result=SimpleNamespace(mesh_size=0.5),
         ),
+        analysed=SimpleNamespace(solid=layered()),
         rows=(
             a_row("near", Banded(value=1.0, low=0.95, high=1.05)),
             a_row("far", Banded(value=1.0, low=0.8, high=1.2)),

@@ -22,6 +22,7 @@ from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.exclusion import exclusion_data
 from gradedesign.resolve.outer_triangles import outer_data
 from gradedesign.resolve.setup import Setup
+from gradedesign.results.coarse_layers import coarse_layer
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
 from gradedesign.results.printable import thickness_data
 from gradedesign.results.reasons import why_met, why_not
@@ -34,6 +35,7 @@ from gradedesign.verify.body import void_warnings
 from gradedesign.verify.body_comparison import comparison_warnings
 from gradedesign.verify.correction import Correction
 from gradedesign.verify.printed_body import PrintedBody
+from gradedesign.verify.whole_solid import NARROW
 
 #: A band whose half is wider than this share of its value is warned of where its limit is used.
 UNRESOLVED = 0.10
@@ -259,13 +261,19 @@ def measure_data(accepted: Accepted) -> dict[str, Any]:
 
 
 def _acceptance_warnings(accepted: Accepted) -> list[str]:
-    warnings = [
-        f"the band of {row.name} ({row.load_case}) is {row.band.low:.4g} to {row.band.high:.4g} "
-        f"{row.unit}, {row.band.half_width:.0%} to either side of its middle: the verdict takes "
-        f"the unfavourable end, and a finer analysis may allow a lighter design"
-        for row in accepted.rows
-        if row.band is not None and row.band.half_width > UNRESOLVED and row.utilisation >= TIGHT
-    ]
+    layer = coarse_layer(accepted.analysed.solid, accepted.whole.result)
+    warnings = []
+    for row in accepted.rows:
+        coarse = layer if row.converges else ""
+        if row.band is None or row.band.half_width <= (NARROW if coarse else UNRESOLVED):
+            continue
+        if row.utilisation >= TIGHT:
+            warnings.append(
+                f"the band of {row.name} ({row.load_case}) is {row.band.low:.4g} to "
+                f"{row.band.high:.4g} {row.unit}, {row.band.half_width:.0%} to either side of its "
+                f"middle: the verdict takes the unfavourable end, and a finer analysis may allow a "
+                f"lighter design{coarse and '; '}{coarse}"
+            )
     # What submodels or another mesh have decided since is not said.
     open_still = {(row.key, row.load_case) for row in accepted.rows if row.undecided}
     warnings += [words for limit, words in accepted.whole.undecided.items() if limit in open_still]
