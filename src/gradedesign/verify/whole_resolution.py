@@ -56,14 +56,14 @@ def whole_estimates(
 
 
 def judging_estimate(planned: PlannedSolid, spacing: float) -> AnalysisEstimate:
-    """Size of an analysis with the duals of its goals; ``spacing``, mm, is its own."""
+    """Size of an analysis that keeps the duals of its goals; ``spacing``, mm, is its own.
+
+    Their time is none of the analysis' share of the stated time: the limits that a case states
+    would make its lattice denser.
+    """
     size = FINITE_CELLS.estimate(planned, spacing)
     duals = planned.goals * size.unknowns
-    return replace(
-        size,
-        memory_bytes=size.memory_bytes + DUAL_BYTES * duals,
-        solve_s=size.solve_s + DUAL * UNKNOWN_S * duals,
-    )
+    return replace(size, memory_bytes=size.memory_bytes + DUAL_BYTES * duals)
 
 
 def finer_estimate(
@@ -97,7 +97,7 @@ def within_budgets(size: AnalysisEstimate, memory: float, time: float) -> bool:
 def judged_seconds(
     planned: PlannedSolid, spacing: float, earlier_unknowns: int, memory: float, time: float
 ) -> float:
-    """Seconds of the two analyses that judge a whole solid.
+    """Seconds of the two analyses that judge a whole solid, with their duals.
 
     The second one is finer than the first where the budgets hold that, else coarser, as
     `whole_solid.judge_whole` takes them.
@@ -115,4 +115,5 @@ def judged_seconds(
     first, finer = whole_estimates(planned, spacing, earlier_unknowns)
     if not within_budgets(finer, memory, time):
         finer = judging_estimate(planned, spacing * RATIO)
-    return seconds(first) + seconds(finer)
+    duals = DUAL * UNKNOWN_S * planned.goals * (first.unknowns + finer.unknowns)
+    return seconds(first) + seconds(finer) + duals
