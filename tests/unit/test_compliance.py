@@ -171,3 +171,52 @@ def test_what_cannot_be_meant_is_refused(tmp_path, swap, words):
     with pytest.raises(gradedesign.CaseError) as error:
         gradedesign.load_case(tmp_path)
     assert words in str(error.value)
+
+
+HOT = """\
+[[load_case]]
+name = "hot"
+fix = [
+  {region = "root", components = "x"}, {region = "side", components = "y"},
+  {region = "under", components = "z"},
+]
+temperature_change = "40 K"
+[limits]
+"""
+EXPANSION = 'thermal_expansion = "2e-5 1/K"\n[[load_case]]'
+MOVED = HOT.replace("hot", "moved").replace(
+    'temperature_change = "40 K"\n', ""
+).replace(
+    '{region = "root", components = "x"}',
+    '{region = "root", components = "x"}, {region = "tip", displacement = '
+    '["0.1 mm", "free", "free"]}',
+)  # fmt: skip
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize("idle", [HOT, MOVED], ids=["heated", "moved"])
+def test_a_load_case_without_loads_is_not_judged_by_their_work(tmp_path, idle):
+    text = CASE.replace("[limits]\n", idle).replace('load_case = "pull", work', "work")
+    text = text.replace("[[load_case]]", EXPANSION, 1)
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    result = gradedesign.run(gradedesign.load_case(tmp_path), folder=tmp_path / "run")
+    (row,) = result.limits
+    # As without the load case beside it.
+    assert (row.load_case, row.limit) == ("pull", pytest.approx(24.0, rel=1e-6))
+    name = "hot" if idle is HOT else "moved"
+    told = f"work of the loads is not judged in load case '{name}', which has no loads"
+    assert any(told in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize("entry", ['{load_case = "hot", work', "{work"], ids=["named", "every"])
+def test_work_limited_where_no_load_acts_is_refused_before_any_mesh(cli, tmp_path, entry):
+    text = CASE.replace('{load_case = "pull", work', entry).replace("[limits]\n", HOT)
+    begin, end = text.index("[[load_case]]"), text.index('[[load_case]]\nname = "hot"')
+    text = text if "hot" in entry else text[:begin] + text[end:]
+    text = text.replace("[[load_case]]", EXPANSION, 1)
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    answer = cli("check", tmp_path)
+    assert answer.code == 2
+    line = next(n for n, words in enumerate(text.split("\n"), 1) if words.startswith("compliance"))
+    words = " ".join(answer.err.split())
+    assert f"case.toml:{line}: limits.compliance[0]: load case 'hot' has no force" in words

@@ -161,6 +161,11 @@ class LoadCaseSpec(Table):
     temperature_change: Annotated[float, Quantity("temperature")] = 0.0
     """K, uniform, from the stress-free state."""
 
+    @property
+    def has_forces(self) -> bool:
+        """Whether loads or an acceleration act, not only heat and moved supports."""
+        return not all(load.is_zero for load in self.load) or any(self.acceleration)
+
     @model_validator(mode="after")
     def _held_and_loaded(self) -> LoadCaseSpec:
         if not self.fix:
@@ -170,8 +175,7 @@ class LoadCaseSpec(Table):
                 'all six ways; add fix = [{region = "root"}]',
             )
         moved = any(value for fix in self.fix for value in fix.displacement)
-        loaded = not all(load.is_zero for load in self.load)
-        if not (loaded or moved or any(self.acceleration) or self.temperature_change):
+        if not (self.has_forces or moved or self.temperature_change):
             raise key_error(
                 "load",
                 f"load case {shown(self.name)} loads nothing: every force, pressure, moment, "

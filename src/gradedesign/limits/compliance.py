@@ -1,12 +1,13 @@
 """Compliance: the work of the loads on the displacements that they cause must stay below a limit.
 
 Force times displacement, twice the strain energy of rigidly held, unheated parts. Inertia counts as
-a load; reactions of supports that are moved and thermal forces do not.
+a load; reactions of supports that are moved and thermal forces do not. A load case without loads is
+not judged: its work is zero, whatever the lattice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -20,13 +21,15 @@ from gradedesign.case.limits_schema import (
     in_number,
     stated_words,
 )
-from gradedesign.case.schema import Case
+from gradedesign.case.schema import Case, LoadCaseSpec
+from gradedesign.errors import CaseError
 from gradedesign.limits.analysis import Analysis
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.state import HomogenisedState, Predicted, Response
 from gradedesign.material.material import Material
+from gradedesign.part.regions import Region
 
 
 class ComplianceEntry(LimitEntry):
@@ -83,20 +86,31 @@ def _entries(case: Case) -> Sequence[ComplianceEntry]:
     return entries
 
 
+def _limited(case: Case, entry: ComplianceEntry) -> list[LoadCaseSpec]:
+    """Load cases that an entry names or means."""
+    return [load for load in case.load_case if entry.load_case in (None, load.name)]
+
+
 def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
-    limits = [
-        ComplianceLimit(
-            key=LimitKey(kind=KIND.name, load_case=name),
-            name="work of the loads",
-            allowed=in_number(entry.work),
-            times_solid=as_multiple(entry.work),
-            case_key=f"limits.compliance[{number}].work",
-        )
-        for number, entry in enumerate(_entries(placed.case))
-        for name in placed.supports
-        if entry.load_case in (None, name)
-    ]
-    return limits, ()
+    limits, warnings = [], []
+    for number, entry in enumerate(_entries(placed.case)):
+        for load in _limited(placed.case, entry):
+            if not load.has_forces:
+                warnings.append(
+                    f"work of the loads is not judged in load case '{load.name}', which has no "
+                    f"loads, only heat or moved supports"
+                )
+                continue
+            limits.append(
+                ComplianceLimit(
+                    key=LimitKey(kind=KIND.name, load_case=load.name),
+                    name="work of the loads",
+                    allowed=in_number(entry.work),
+                    times_solid=as_multiple(entry.work),
+                    case_key=f"limits.compliance[{number}].work",
+                )
+            )
+    return limits, warnings
 
 
 def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
@@ -108,10 +122,28 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
             by_gradient=True,
         )
         for entry in _entries(case)
-        for load in case.load_case
-        if entry.load_case in (None, load.name)
+        for load in _limited(case, entry)
+        if load.has_forces
     ]
 
 
+def _require(case: Case, _regions: Mapping[str, Region]) -> None:
+    """Refuse entries all of whose load cases have no loads."""
+    for number, entry in enumerate(_entries(case)):
+        cases = _limited(case, entry)
+        if any(load.has_forces for load in cases):
+            continue
+        names = ", ".join(f"'{load.name}'" for load in cases)
+        which, have = ("load case", "has") if len(cases) == 1 else ("load cases", "have")
+        raise CaseError(
+            f"{case.where(f'limits.compliance[{number}]')}: {which} {names} {have} no force, "
+            f"pressure, moment or acceleration, so the work of the loads is 0 N mm whatever the "
+            f"lattice; expected a load case with loads; what heat or moved supports do to the "
+            f"part is limited by displacement or stress"
+        )
+
+
 #: Compliance, ``compliance = [{load_case = "pull", work = "120 N mm"}]``.
-KIND = LimitKind(name="compliance", entry=ComplianceEntry, make=_make, stated=_stated)
+KIND = LimitKind(
+    name="compliance", entry=ComplianceEntry, make=_make, stated=_stated, require=_require
+)
