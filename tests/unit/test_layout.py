@@ -1,7 +1,13 @@
 """Text and tables at 80 columns: nothing is cut, no word broken, columns stay aligned."""
 
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 
+import gradedesign
 from gradedesign.cli import show
 from gradedesign.cli.layout import table_lines, wrapped
 from gradedesign.cli.run import print_verdict
@@ -126,3 +132,30 @@ def test_rounding_noise_beside_a_part_is_shown_as_zero():
     assert without_noise([-1.301e-15, 12.5, 25.0], 25.0) == [0.0, 12.5, 25.0]
     # What is small but no noise stays.
     assert without_noise([1e-6], 25.0) == [1e-6]
+
+
+def test_a_result_at_the_prompt_of_python_is_one_screen_and_names_what_counts():
+    rows = [replace(ROWS[0], value=100.0 + n, band=None) for n in range(40)]
+    many = replace(
+        result(case_name="lug", folder=Path("runs/lug")),
+        limits=tuple(rows),
+        warnings=(WARNING,) * 9,
+    )
+    shown = repr(many)
+    assert len(shown.splitlines()) <= 24
+    assert shown.startswith("<RunResult of case 'lug': not_met\n")
+    for words in (many.reason, "mass 81.23 g of 402.7 g solid", "and 34 more limits",
+                  "and 6 more warnings", "files in runs/lug>"):  # fmt: skip
+        assert words in shown
+    # The most used limit first, and the value that its utilisation counts.
+    assert "): 139 of " in shown.splitlines()[3]
+    high = replace(ROWS[0], band=Banded(value=100.0, low=90.0, high=110.0, sizes_mm=(2.0, 1.0)))
+    row = repr(replace(many, limits=(high,)))
+    assert f"): 110 of {high.limit:.4g} {high.unit}, {high.utilisation:.1%}" in row
+
+
+def test_the_package_lists_its_public_names():
+    # In a process of its own: what a test asked for before is no longer fetched when asked for.
+    code = "import gradedesign; print(*dir(gradedesign))"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.split() == sorted(gradedesign.__all__)

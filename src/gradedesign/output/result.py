@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from math import isfinite
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from gradedesign.limits.key import LimitKey
@@ -96,7 +97,13 @@ class Iteration:
         return tuple(limit for limit in self.limits if limit.explicit is not None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+#: Limits and warnings that `repr` shows, so that it fits in a terminal of 24 lines. Chosen.
+_ROWS_SHOWN, _WARNINGS_SHOWN = 6, 3
+#: Characters of a warning in it: two lines of a terminal. Chosen.
+_COLUMNS = 160
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class RunResult:
     """Outcome of a run.
 
@@ -190,6 +197,34 @@ class RunResult:
     folder: Path = Path()
     law: Mapping[str, Any] = field(default_factory=dict)
     solid: tuple[LimitRow, ...] = ()
+
+    def __repr__(self) -> str:
+        """Verdict, mass, the most used limits, warnings and folder; the rest is in the fields."""
+        verdict = f"{self.status}, lightest" if self.lightest else self.status
+        lines = [f"<RunResult of case {self.case_name!r}: {verdict}", self.reason]
+        if self.mass_g is not None:
+            solid = "" if self.solid_mass_g is None else f" of {self.solid_mass_g:.4g} g solid"
+            lines.append(f"mass {self.mass_g:.4g} g{solid}")
+        used = sorted(self.limits, key=lambda row: row.utilisation, reverse=True)
+        limits = [
+            f"{row.name} ({row.load_case}): {row.decisive:.4g} of {row.limit:.4g} {row.unit}, "
+            f"{row.utilisation:.1%} {row.word}"
+            for row in used
+        ]
+        lines += _shortened(limits, _ROWS_SHOWN, "limits")
+        warnings = [
+            shorten(f"warning: {text}", width=_COLUMNS, placeholder=" ...")
+            for text in self.warnings
+        ]
+        lines += _shortened(warnings, _WARNINGS_SHOWN, "warnings")
+        lines.append(f"{len(self.iterations)} iterations, files in {self.folder}>")
+        return "\n  ".join(lines)
+
+
+def _shortened(lines: Sequence[str], most: int, what: str) -> list[str]:
+    """The first lines, and how many more there are."""
+    more = len(lines) - most
+    return [*lines[:most], *([f"and {more} more {what}"] if more > 0 else [])]
 
 
 def from_json(data: Mapping[str, Any]) -> RunResult:
