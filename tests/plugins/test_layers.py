@@ -8,6 +8,7 @@ import zipfile
 import matplotlib.image
 import numpy as np
 import pytest
+import trimesh
 from layer_contours import contours
 
 from gradedesign.mesh.surface_mesh import enclosed_volume
@@ -267,3 +268,25 @@ def test_contours_go_around_solid_with_the_solid_on_the_left():
     two = np.ones((4, 4))
     two[1, 1] = two[2, 2] = -1.0
     assert [signed_area(p) for p in contours(two)] == [0.5, 0.5]
+
+
+def test_files_of_a_case_whose_name_ends_headers_are_read(tmp_path, cli):
+    # Three "$": without the first two the rest is the command.
+    name = "a, end_header END_HEADER $$$HEADEREND $$GEOMETRYSTART"
+    text = CASE.format(direction="+z").replace("a & b < c", name)
+    text = text.replace('"png-stack"', '"ply"').replace('"0.1 mm"\npixel', '"0.2 mm"\npixel')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 0, ended.err
+    result = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
+    volume = result["measures"]["volume_mm3"]
+    mesh = trimesh.load_mesh(tmp_path / "out" / "lattice.ply")
+    assert mesh.volume == pytest.approx(volume, rel=1e-4)
+    for key in ("lattice_cli", "lattice_cli-binary"):
+        file = tmp_path / "out" / result["files"][key]
+        # As another program finds the end of the header: the first time that its word stands there.
+        assert file.read_bytes().count(b"$$HEADEREND") == 1
+        layers = list(read_cli(file))
+        assert len(layers) == 26
+        area = sum(signed_area(points[:-1]) for _, lines in layers for _, points in lines)
+        assert 0.2 * area == pytest.approx(volume, rel=0.02)

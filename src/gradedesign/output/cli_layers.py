@@ -77,6 +77,8 @@ def _header(lattice: PrintedLattice, layers: Layers, *, binary: bool) -> bytes:
     corners = lattice.bounds @ layers.frame.T
     box = ",".join(f"{v:.6f}" for v in np.sort(corners, axis=0).ravel())
     name = "".join(c if c.isprintable() else " " for c in lattice.name)
+    # "$$" begins a command, and one of them ends the header wherever it stands.
+    name = re.sub(r"\$(?=\$)", "$ ", name)
     lines = [
         "$$HEADERSTART",
         "$$BINARY" if binary else "$$ASCII",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,11 @@ def export_ply(path: Path, lattice: PrintedLattice) -> None:
 
 
 def _header(lattice: PrintedLattice) -> str:
-    lines = [f"comment {key}: {value}" for key, value in lattice.metadata.items()]
+    # Readers end the header at the first line that holds "end_header", comment or not.
+    lines = [
+        re.sub("(?i)end_header", "end header", f"comment {key}: {value}")
+        for key, value in lattice.metadata.items()
+    ]
     return "\n".join(
         [
             "ply",
