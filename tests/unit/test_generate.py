@@ -155,6 +155,11 @@ REFUSED = {
         DensityError,
         r"transition\.weight: the weight of the transition asks for .*highest 15",
     ),
+    "zones": (
+        'density = 0.3\n[[zone]]\nname = "end"\nformula = "x - 9"\ncell = "bcc"',
+        CaseError,
+        r"case\.toml:9: zone: belongs to `gradedesign run`; .* by \[lattice\.transition\]",
+    ),
     "second unknown": (
         'density = 0.3\n[lattice.transition]\ncell = "bbc"\nweight = "0.5"', CaseError, "bcc",
     ),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -144,6 +145,12 @@ class StatedLatticeSpec(CellsSpec):
 
 class GenerateFile(Table):
     """Layout of a case file for ``generate``; tables of an analysis may be there or not."""
+
+    replaced: ClassVar[Mapping[str, str]] = {
+        "zone": "belongs to `gradedesign run`; `generate` passes from one cell into another by "
+        '[lattice.transition], with cell = "bcc" and weight = "smoothstep(20, 40, x)", and from '
+        "one density to another by [lattice.density_map]"
+    }
 
     case: CaseSection
     part: GeneratePartSpec

@@ -318,7 +318,9 @@ def _validate(
 def _unknown_sections(data: Mapping[str, Any], layout: type[Table]) -> Iterator[Problem]:
     section_names = tuple(layout.model_fields)
     for name in data:
-        if name not in section_names:
+        if name in layout.replaced:
+            yield Problem(key=(name,), message=layout.replaced[name])
+        elif name not in section_names:
             yield Problem(
                 key=(name,),
                 message="unknown table" + elsewhere(layout, name, section_names),

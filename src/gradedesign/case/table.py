@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from pydantic import BaseModel, ConfigDict
 from pydantic_core import PydanticCustomError
 
@@ -17,6 +20,9 @@ class Table(BaseModel):
         hide_input_in_errors=True,
         use_attribute_docstrings=True,
     )
+
+    #: Tables of another command's file, with what to write here instead.
+    replaced: ClassVar[Mapping[str, str]] = {}
 
 
 def key_error(key: str, message: str) -> PydanticCustomError:
