@@ -10,6 +10,7 @@ from small_parts import WALLS, box_part, held_bar
 from gradedesign.case.read_case import load_case
 from gradedesign.cli import check as check_module
 from gradedesign.cli import main
+from gradedesign.cli.check import print_check
 from gradedesign.cli.check_data import check_data
 from gradedesign.errors import CaseError, ResourceError
 from gradedesign.material.power_law import power_law
@@ -349,6 +350,20 @@ def test_a_check_prints_what_the_docs_show_and_draws(monkeypatch, registry, tmp_
     assert data["picture"] is None
     assert data["load_cases"][0]["force_N"] == [0.0, 0.0, -400.0]
     assert len(drawn) == 1
+
+
+def test_a_change_of_temperature_is_listed_among_the_loads(registry, tmp_path, capsys):
+    expansion = ('density = "5', 'thermal_expansion = "9e-6 1/K"\ndensity = "5')
+    text = changed(("fix = [", 'temperature_change = "-50 K"\nfix = ['), expansion)
+    found = checked(tmp_path, text, registry)
+    print_check(found)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert printed.index("pull tip (0, 0, -400)") < printed.index(
+        "pull temperature change - - -50 K"
+    )
+    assert check_data(found, None, ())["load_cases"][0]["temperature_change_K"] == -50.0
+    print_check(checked(tmp_path, CASE, registry))
+    assert "temperature" not in capsys.readouterr().out
 
 
 PERIODIC = {

@@ -180,6 +180,10 @@ def _print_loads(checked: CaseCheck) -> None:
             (balance.load_case, source, triple(force, acts), triple(moment, acts * size), centre)
             for source, force, moment, acts, centre in acting
         ]
+        if balance.temperature_change:
+            heat = f"temperature change {balance.temperature_change:+g} K"
+            # Above the sum.
+            rows.insert(-1, (balance.load_case, heat, "-", "-", ""))
     columns = ("load case", "on", "force N", "moment N mm", "about the held regions' centre, mm")
     print_table("Loads", columns, rows)
 

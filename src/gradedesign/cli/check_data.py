@@ -141,6 +141,7 @@ def _loads(checked: CaseCheck) -> list[dict[str, Any]]:
             ],
             "force_N": _rounded(balance.force),
             "moment_N_mm": _rounded(balance.moment),
+            "temperature_change_K": balance.temperature_change,
             "cancels": balance.cancels,
         }
         for balance in checked.resolved.balances

@@ -56,6 +56,8 @@ class LoadBalance:
     rows : tuple of LoadRow
     force : (3,) array, N
     moment : (3,) array, N mm
+    temperature_change : float, K
+        Uniform; it adds no force.
     cancels : bool
         Something acts, but neither a force nor a moment is left of it.
     """
@@ -65,6 +67,7 @@ class LoadBalance:
     rows: tuple[LoadRow, ...]
     force: FloatArray
     moment: FloatArray
+    temperature_change: float
     cancels: bool
 
     def __post_init__(self) -> None:
@@ -158,6 +161,7 @@ def _balance(spec: LoadCaseSpec, part: Part, density: float) -> LoadBalance:
         rows=tuple(rows),
         force=force,
         moment=moment,
+        temperature_change=spec.temperature_change,
         cancels=gross > 0 and imbalance <= CANCELLED * gross,
     )
 
