@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from gradedesign import load_case, run
@@ -62,3 +64,19 @@ def test_other_cells_count_as_one_wall_of_the_largest(tmp_path):
     cut = use(tmp_path / "cut", other)
     whole = use(tmp_path / "whole", other.replace("density =", "size_effects = false\ndensity ="))
     assert whole / cut == pytest.approx(1.6 / 3.1, rel=0.02)
+
+
+def test_check_and_result_state_buckling_alike(tmp_path, cli):
+    """As a share of the critical stress; before, "1/2" stood in the one and 1 in the other."""
+    plain = use(tmp_path / "plain", CASE)
+    twice = tmp_path / "twice"
+    use(twice, CASE.replace('stress = "40 MPa"', 'stress = "40 MPa"\nbuckling_factor = 2'))
+    result = json.loads((twice / "run" / "result.json").read_text(encoding="utf-8"))
+    (row,) = [row for row in result["limits"] if row["name"] == "buckling of cells"]
+    assert (row["limit"], row["unit"]) == (0.5, "of the critical stress")
+    # The same design: the factor is on the limit's side alone.
+    assert row["value"] == pytest.approx(plain, rel=0.02)
+    assert row["utilisation"] == pytest.approx(2 * row["value"])
+    assert result["law"]["buckling_factor"] == 2.0
+    told = json.loads(cli("check", twice, "--json", "--no-picture").out)["limits"]
+    assert "0.5 of the critical stress" in [limit["allowed"] for limit in told]

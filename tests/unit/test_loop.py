@@ -28,6 +28,7 @@ from gradedesign.loop.loop import Progress, run_loop
 from gradedesign.loop.loop_stages import Judged, Stages
 from gradedesign.loop.stages import iteration_from_stage, iteration_to_stage
 from gradedesign.output.result import Iteration
+from gradedesign.sizing.problem import SizingStep
 from gradedesign.verify.acceptance import Acceptance, NoSubmodelError
 from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.limits import Deadline
@@ -812,6 +813,13 @@ def test_a_limit_without_a_second_resolution_says_why_it_is_not_accepted(monkeyp
         assert pipeline.judge(None, None, announce, None, object()) is accepted
         assert ("not accepted" in " ".join(said)) == (words is not None)
         assert words is None or words in said[-1]
+
+
+def test_sizing_counts_from_one_as_the_loop_does():
+    said = []
+    step = SizingStep(iteration=0, mass_g=1.0, mean_density=0.3, utilisations=(0.9,), change=0.1)
+    Announcer(lambda event: said.append(event.message or "")).sizing_step(step)
+    assert said[0].startswith("iteration 1: ")
 
 
 @pytest.mark.parametrize(("mass", "kept"), [(10.2, 2), (10.0, 3), (9.9, 3)])

@@ -1,4 +1,4 @@
-"""Cell buckling: the macroscopic stress times a factor must not buckle a cell.
+"""Cell buckling: the macroscopic stress must stay below a share of that which buckles a cell.
 
 Explicit analyses are linear and do not include it, so the homogenised prediction decides.
 """
@@ -26,17 +26,14 @@ WAVES = ("waves of one or two cells", "waves of many cells")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BucklingLimit(Limit):
-    """Acting over critical stress times the required factor, at most 1.
+    """Acting over critical stress, at most one over the required factor.
 
     Attributes
     ----------
     law : LawField
-    required : float
-        Required critical stress over the acting one.
     """
 
     law: LawField
-    required: float
 
     unit: ClassVar[str] = "of the critical stress"
     needs_stress: ClassVar[bool] = True
@@ -48,24 +45,21 @@ class BucklingLimit(Limit):
         return "most used element of the part"
 
     def predict(self, state: HomogenisedState) -> Predicted:
-        """Largest utilisation over all tetrahedra that hold lattice, and all load cases.
+        """Largest share over all tetrahedra that hold lattice, and all load cases.
 
         Clamped edges are not excluded: unlike a yielding point, a buckling cell spreads. In denser
         cells than the law knows critical stresses grow with density, see `BucklingLaw`.
         """
         density = state.effective_density
-        utilisations = np.stack(
-            [
-                self.required * self.law.buckling(state.buckling_profile(name), density)
-                for name in state.load_cases
-            ]
+        shares = np.stack(
+            [self.law.buckling(state.buckling_profile(name), density) for name in state.load_cases]
         )
-        utilisations = np.where(state.lattice_volumes > 0, utilisations, 0.0)
-        most = np.unravel_index(int(np.argmax(utilisations)), utilisations.shape)
+        shares = np.where(state.lattice_volumes > 0, shares, 0.0)
+        most = np.unravel_index(int(np.argmax(shares)), shares.shape)
         case, waves, element = (int(k) for k in most)
         x, y, z = (float(c) for c in state.centroids[:, element])
         return Predicted(
-            value=float(utilisations[most]),
+            value=float(shares[most]),
             load_case=state.load_cases[case],
             place=(x, y, z),
             governs=WAVES[waves],
@@ -73,7 +67,7 @@ class BucklingLimit(Limit):
 
     def least_density(self, state: HomogenisedState, allowance: float = 1.0) -> FloatArray:
         """Density at which the present macroscopic stress just reaches the limit, ``(M,)``."""
-        permitted = allowance * self.allowed / self.required
+        permitted = allowance * self.allowed
         effective = np.max(
             [
                 self.law.density_for_buckling(state.buckling_profile(name), permitted)
@@ -96,7 +90,8 @@ class BucklingLimit(Limit):
 
     def basis(self) -> Mapping[str, float]:
         """The required factor."""
-        return {"buckling_factor": self.required}
+        # Rounded: 1.46 as stated, not 1.4600000000000002.
+        return {"buckling_factor": float(f"{1.0 / self.allowed:.12g}")}
 
 
 def required_factor(case: Case) -> float | None:
@@ -119,9 +114,8 @@ def _make(placed: PlacedCase) -> tuple[Sequence[Limit], Sequence[str]]:
     limit = BucklingLimit(
         key=LimitKey(kind=KIND.name),
         name="buckling of cells",
-        allowed=1.0,
+        allowed=1.0 / required,
         law=placed.law,
-        required=required,
     )
     return (limit,), tuple(unknown_warning(law) for law in unknown)
 
@@ -139,7 +133,7 @@ def _stated(case: Case, _material: Material) -> Sequence[StatedLimit]:
     required = required_factor(case)
     if required is None:
         return ()
-    allowed = f"1/{required:g} of the critical stress"
+    allowed = f"{1.0 / required:.4g} {BucklingLimit.unit}"
     return (StatedLimit(name="buckling of cells", load_case="every", allowed=allowed),)
 
 

@@ -112,7 +112,7 @@ class Announcer:
         """Report one sizing iteration."""
         self.say(
             "sizing",
-            f"iteration {step.iteration}: lattice {step.mass_g:.4g} g, density "
+            f"iteration {step.iteration + 1}: lattice {step.mass_g:.4g} g, density "
             f"{step.mean_density:.4f}, utilisation {step.utilisation:.1%}, "
             f"change {step.change:.2%}",
             mass_g=step.mass_g,
