@@ -192,8 +192,25 @@ def test_check_says_which_volume_sets_the_grid_and_draws_it(tmp_path):
     np.testing.assert_allclose(mark.corners.max(axis=(0, 1)), [0.36, 7.96, 7.96], atol=0.01)
     (solid,) = passive_solids(found)
     assert solid["name"] == "'plate'"
-    # Counted on 40,000 points, of which 1,000 lie in it.
-    assert solid["volume_mm3"] == pytest.approx(0.4 * 64, rel=0.05)
+    assert solid["volume_mm3"] == pytest.approx(0.4 * 64, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("keep", "exact", "error"),
+    [
+        # What fills its box is exact, but for the millionth of the diagonal that volumes reach on.
+        (BOX, 5 * 8 * 8, 1e-5),
+        ('region = "root"\nmargin = "1.3 mm"', 1.3 * 8 * 8, 1e-9),
+        # Of 40,000 random points in their boxes one standard deviation would be 0.3 and 0.8 %.
+        (PIN, np.pi * 2**2 * 6, 2e-3),
+        (ROD, np.pi * 2**2 * 8, 2e-3),
+        (LYING, np.pi * 1**2 * 5, 4e-3),
+    ],
+    ids=["box", "region", "pin", "rod", "lying"],
+)
+def test_check_states_how_much_stays_solid(tmp_path, keep, exact, error):
+    (solid,) = passive_solids(check_case(load_case(written(tmp_path, keep)), build_registry()))
+    assert solid["volume_mm3"] == pytest.approx(exact, rel=error)
 
 
 def test_finite_cells_lay_their_grid_on_faces_of_a_box_in_the_part(tmp_path):

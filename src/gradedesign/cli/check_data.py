@@ -11,8 +11,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.check.check_case import CaseCheck
-from gradedesign.layout.part_room import inner_points
-from gradedesign.layout.passive import keep_words
+from gradedesign.layout.passive import keep_words, passive_volume
 from gradedesign.part.file_body import file_body_data
 from gradedesign.part.part import Part
 
@@ -65,17 +64,14 @@ def check_data(checked: CaseCheck, picture: Path | None, warnings: Sequence[str]
 def passive_solids(checked: CaseCheck) -> list[dict[str, Any]]:
     """Names of the passive solids, how thick they are in the part, and their volumes in it."""
     resolved = checked.resolved
-    domain, inside = resolved.domain, inner_points(resolved.domain)
+    case, domain = resolved.case, resolved.domain
     return [
         {
             "name": keep_words(keep, number),
             "thickness_mm": region.thickness,
-            "volume_mm3": resolved.part.volume
-            * float((region.distance(inside) < region.margin).mean()),
+            "volume_mm3": passive_volume(case, resolved.part, domain, number),
         }
-        for number, (keep, region) in enumerate(
-            zip(resolved.case.keep, domain.passive, strict=True)
-        )
+        for number, (keep, region) in enumerate(zip(case.keep, domain.passive, strict=True))
     ]
 
 

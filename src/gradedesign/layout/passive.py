@@ -7,9 +7,11 @@ import numpy as np
 from gradedesign.arrays import Field
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.schema import Case, KeepSpec
+from gradedesign.cell.map_report import volume_points
 from gradedesign.errors import CaseError
-from gradedesign.lattice.domain import PassiveRegion
+from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.layout.place import place_box, place_distance
+from gradedesign.layout.placed_map import REPORT_POINTS
 from gradedesign.part.part import Part
 from gradedesign.part.signed_distance import region_distance
 
@@ -46,6 +48,26 @@ def keep_words(spec: KeepSpec, number: int) -> str:
     if spec.region is not None:
         return f"region '{spec.region}'"
     return f"'{spec.name}'" if spec.name is not None else f"{spec.volume_key} {number + 1}"
+
+
+def passive_volume(case: Case, part: Part, domain: DesignDomain, number: int) -> float:
+    """Volume that a passive region holds of the part, mm^3.
+
+    From points that fill the box around the region: one that fills its box is exact, a cylinder
+    within about a thousandth. Points that fill the whole part would leave too few in a small one.
+    """
+    spec, region = case.keep[number], domain.passive[number]
+    if spec.region is None:
+        lower, upper = place_box(part, spec)
+    else:
+        places = part.regions[spec.region].corners.reshape(-1, 3)
+        lower, upper = places.min(axis=0), places.max(axis=0)
+    vertices = part.surface.vertices
+    lower = np.maximum(lower - region.margin, vertices.min(axis=0))
+    upper = np.minimum(upper + region.margin, vertices.max(axis=0))
+    points = volume_points(domain.distance, lower, upper, REPORT_POINTS)
+    held = np.count_nonzero(region.distance(points) < region.margin)
+    return float(np.prod(upper - lower)) * held / REPORT_POINTS
 
 
 def _passive(case: Case | GenerateCase, part: Part, distance: Field, number: int) -> PassiveRegion:
