@@ -27,7 +27,6 @@ ALLOWED = {
     "gradedesign.cell.map_report.Spread": "result.json, cells of the layout",
     "gradedesign.lattice.islands.Islands": "result.json, islands_dropped",
     "gradedesign.loop.predicted_cost.CostPrediction": "check --json, stages",
-    "gradedesign.material.power_fit.PowerFit": "cells --json, fits",
     "gradedesign.output.result.Iteration": "result.json, iterations",
     "gradedesign.output.result.RunResult": "result.json",
     "gradedesign.part.repair.RepairReport": "check --json, repairs",

@@ -1,11 +1,15 @@
 """Power laws fitted to computed laws: what `gradedesign cells NAME` says of them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gradedesign.material.power_fit import fit_power, softest_modulus
+from gradedesign.errors import DensityError
+from gradedesign.material.power_fit import fit_power, gibson_ashby, softest_modulus
+from gradedesign.material.scaling_law import has_strength
+from gradedesign.plugin.choose_law import choose_law
 from gradedesign.plugin.registry import build_registry
 
 
@@ -30,8 +34,28 @@ def test_cells_states_power_laws_that_hold_in_their_windows(cli):
     # The octet is dominated by stretching: E goes with density, not with its square (Deshpande,
     # Fleck, Ashby, J. Mech. Phys. Solids 49 (2001) 1747); slender struts give rho / 9 along x.
     assert 1.0 < data["power_fits"]["E"]["n"] < 1.4
+    low, high = data["gibson_ashby_window"]
+    windows = [data["power_fits"][what]["window"] for what in curves]
+    assert low == max(w[0] for w in windows) < high == min(w[1] for w in windows)
+    taken = choose_law(build_registry(), "octet", "gibson-ashby", (0.1, 0.2))
+    assert taken.window == (low, high)
+    # E 9 % and strength 10 % within the table: what `residual` says, over the whole window
+    rho = np.geomspace(low, high, 21)
+    for what, fitted in (("E", softest_modulus(taken, rho)), ("strength", taken.strength(rho))):
+        exact = np.array([curves[what](np.asarray(r)) for r in rho])
+        assert np.abs(fitted / exact - 1).max() <= data["power_fits"][what]["residual"] + 1e-9
     text = cli("cells", "octet").out
+    assert f'law = "gibson-ashby" takes these, density {low:.3g} to {high:.3g}' in text
     assert f"E along the softest axis = {data['power_fits']['E']['c']:.3f} rho^" in text
+
+
+def test_a_law_that_no_power_law_follows_has_no_gibson_ashby():
+    law = build_registry().scaling_laws["octet-computed"]
+    wavy = replace(law, stiffness=lambda rho: law.stiffness(rho) * (1.5 + np.sin(300 * rho)))
+    with pytest.raises(DensityError, match=r"no power law follows.*octet-computed"):
+        gibson_ashby(wavy)
+    rough = replace(law, strength=lambda rho: law.strength(rho) * (1.5 + np.sin(300 * rho)))
+    assert not has_strength(gibson_ashby(rough))
 
 
 def test_laws_of_the_literature_keep_their_own_coefficients(cli):

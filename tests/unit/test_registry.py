@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gradedesign import CaseError, CellFamily, LawOrigin, PluginError, hookimpl, power_law
-from gradedesign.plugin.choose_law import AUTO_KINDS, choose_law, has_strength
+from gradedesign.material.scaling_law import has_strength
+from gradedesign.plugin.choose_law import AUTO_KINDS, choose_law
 from gradedesign.plugin.registry import build_registry, lookup
 
 

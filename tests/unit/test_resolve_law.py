@@ -125,6 +125,54 @@ def test_a_law_for_another_material_is_taken_and_this_is_said(computed):
     assert "made for Poisson's ratio 0.3, the material has 0.39" in warnings[0]
 
 
+@pytest.mark.parametrize("bend", [0.5, 0.7])
+def test_gibson_ashby_is_fitted_to_the_computed_law(computed, bend):
+    registered = power_law(
+        "cube-registered",
+        ("cube",),
+        youngs=(0.7, 1.9),
+        strength=(0.4, 1.4),
+        window=(0.1, 0.6),
+        origin=LawOrigin(kind="computed", source="this test", test="none"),
+    )
+    found, warnings = resolve_law(
+        case("gibson-ashby"), build_registry_with([registered]), FAMILY, {"bend": bend}
+    )
+    assert (found.name, found.kind) == ("gibson-ashby", "fitted")
+    # the installed law serves the default parameters; for others `computed` stands for homogenising
+    youngs, strength = ((0.7, 1.9), (0.4, 1.4)) if bend == 0.5 else ((1.0, 2.0), (1.0, 1.5))
+    assert found.coefficients == (
+        ("c1", pytest.approx(youngs[0], rel=1e-9)),
+        ("n1", pytest.approx(youngs[1], rel=1e-9)),
+        ("c3", pytest.approx(strength[0], rel=1e-9)),
+        ("n3", pytest.approx(strength[1], rel=1e-9)),
+    )
+    assert len(computed) == len(warnings) == (bend == 0.7)
+
+
+def test_gibson_ashby_is_not_taken_from_a_law_of_the_literature(computed):
+    resolve_law(case("gibson-ashby"), build_registry_with([law("fe")]), FAMILY, {"bend": 0.5})
+    assert computed == [("cube", {"bend": 0.5}, 0.34)]
+
+
+def test_a_law_without_strength_is_refused_where_stress_is_limited(computed):
+    soft = power_law(
+        "soft",
+        ("cube",),
+        youngs=(1.0, 2.0),
+        window=(0.1, 0.6),
+        origin=LawOrigin(kind="fe", source="this test", test="none"),
+    )
+    limited = case("soft")
+    limited.where = "case.toml:7: {}".format
+    limited.limits = SimpleNamespace(stress=None, safety_factor=2.0)
+    with pytest.raises(CaseError, match=r"'soft' has no strength.*safety_factor.*with strength"):
+        resolve_law(limited, build_registry_with([soft]), FAMILY, {"bend": 0.5})
+    limited.limits.safety_factor = None
+    found, _ = resolve_law(limited, build_registry_with([soft]), FAMILY, {"bend": 0.5})
+    assert stress_basis(found) == "none: the law has no strength"
+
+
 def test_an_unknown_law_is_an_error_not_a_computation(computed):
     with pytest.raises(CaseError, match="no law named 'writen'"):
         resolve_law(case("writen"), build_registry_with([law()]), FAMILY, {"bend": 0.5})

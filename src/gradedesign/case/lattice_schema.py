@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from gradedesign.case.cell_map_schema import CellMapSpec, WarpSpec
 from gradedesign.case.drain_schema import DrainSpec
+from gradedesign.case.law_schema import Law
 from gradedesign.case.orientation_schema import OrientationSpec
 from gradedesign.case.own_cell_schema import OwnCellSpec
 from gradedesign.case.skin_schema import SkinSpecs
@@ -134,8 +135,9 @@ class CellsSpec(Table):
     """Thickness of the walls when the size of the cells follows the density, mm."""
     parameters: Annotated[dict[str, float], Parameters()] = Field(default_factory=dict)
     """Parameters of the cell family by name."""
-    law: Name = "auto"
-    """Name of a scaling law, or auto."""
+    law: Law = "auto"
+    """auto: computed on the periodic cell where that can be; gibson-ashby: the power law fitted to
+    it; the name of a scaling law; or a power law as stated, a table with stiffness and strength."""
     skin: SkinSpecs = ()
     """Solid layers below the part's surface: one thickness such as "2 mm", a table, or several."""
     bevel: Distance = 0.0

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from gradedesign.case.density_map_schema import FormulaText
 from gradedesign.case.lattice_schema import DensityRange, Parameters
+from gradedesign.case.law_schema import Law
 from gradedesign.case.place_schema import VOLUMES, PlaceSpec, require_one
 from gradedesign.case.table import key_error
 from gradedesign.case.value_types import Name, Refused, RegionName, Size
@@ -28,8 +29,8 @@ class ZoneSpec(PlaceSpec):
     """Name of a cell family; that of ``[lattice]`` without it."""
     parameters: Annotated[dict[str, float] | None, Parameters()] = None
     """Parameters of the cell family; those of ``[lattice]`` where the cell is the same."""
-    law: Name | None = None
-    """Name of a scaling law, or ``auto``; without it that of ``[lattice]``, or ``auto`` where the
+    law: Law | None = None
+    """A scaling law as in ``[lattice]``; without it that of ``[lattice]``, or ``auto`` where the
     cell differs."""
     density: Annotated[tuple[float, float] | None, DensityRange()] = None
     """Lowest and highest relative density; those of ``[lattice]`` without it."""

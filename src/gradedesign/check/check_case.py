@@ -121,8 +121,7 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
     case = resolved.case
     remarks = [*resolved.warnings, *resolved.narrowed]
     for zone in stated_zones(resolved):
-        if zone.law.voxels == 0:
-            # Taken from the registry: nothing is computed.
+        if zone.law.known is not None:
             remarks += resolve_law(
                 zone.case,
                 registry,
@@ -139,9 +138,8 @@ def check_case(case: Case, registry: Registry) -> CaseCheck:
         limited=allowed_stress(case, resolved.material) is not None,
     )
     run = predicted_run(resolved, inside.shape[1])
-    law_kind = "computed" if resolved.law.voxels else registry.scaling_laws[resolved.law.name].kind
     periodic = why_periodic(
-        case, law_kind, resolved.cell, run.bounds[0], resolved.part, resolved.layout
+        case, resolved.law.kind, resolved.cell, run.bounds[0], resolved.part, resolved.layout
     )
     remarks += [
         *periodic_warnings(case, resolved.part, resolved.layout, periodic),

@@ -215,8 +215,9 @@ def _lattice_lines(checked: CaseCheck) -> Iterator[str]:
     yield f"density window: {low:.3g} to {high:.3g}"
     yield from _zone_lines(checked)
     holds = f"for densities {plan.window[0]:.3g} to {plan.window[1]:.3g}"
-    if not plan.voxels:
-        yield f"law: {plan.name}, installed, {holds}"
+    if plan.known is not None:
+        origin = "installed" if plan.kind not in ("fitted", "stated") else plan.known.source
+        yield f"law: {plan.name}, {origin}, {holds}"
     elif plan.tabulated:
         yield f"law: {plan.name}, computed before, in the cache, {holds}"
     else:

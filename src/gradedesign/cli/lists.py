@@ -17,7 +17,13 @@ from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.family import CellFamily
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.show import print_json, print_table
-from gradedesign.material.power_fit import MOST_RESIDUAL, power_fits
+from gradedesign.errors import DensityError
+from gradedesign.material.power_fit import (
+    GIBSON_ASHBY,
+    MOST_RESIDUAL,
+    gibson_ashby,
+    power_fits,
+)
 from gradedesign.material.scaling_law import ScalingLaw
 from gradedesign.plugin.choose_law import AUTO_KINDS
 from gradedesign.plugin.registry import Registry, lookup
@@ -118,6 +124,7 @@ def cell_data(
                 "test": law.test,
                 "coefficients": dict(law.coefficients),
                 "power_fits": _fit_data(law),
+                "gibson_ashby_window": _gibson_ashby_window(law),
             }
             for law in laws
         ],
@@ -131,6 +138,16 @@ def _fit_data(law: ScalingLaw) -> dict[str, Any]:
     return {
         quantity: None if fit is None else asdict(fit) for quantity, fit in power_fits(law).items()
     }
+
+
+def _gibson_ashby_window(law: ScalingLaw) -> list[float] | None:
+    """Densities that the power law fitted to a computed law covers; None without one."""
+    if law.kind != "computed":
+        return None
+    try:
+        return list(gibson_ashby(law).window)
+    except DensityError:
+        return None
 
 
 def cells(name: str | None, *, strict_plugins: bool, as_json: bool) -> None:
@@ -223,6 +240,9 @@ def _print_family(family: Mapping[str, Any]) -> None:
                 f"  {_FITTED[quantity]} = {fit['c']:.3f} rho^{fit['n']:.3f} within "
                 f"{fit['residual']:.1%}, density {low:.3g} to {high:.3g}"
             )
+        if law["gibson_ashby_window"] is not None:
+            low, high = law["gibson_ashby_window"]
+            typer.echo(f'  law = "{GIBSON_ASHBY}" takes these, density {low:.3g} to {high:.3g}')
         typer.echo(f"  buckling: {law['buckling']}")
         typer.echo(f"  {law['source']}; {law['test']}")
 

@@ -12,6 +12,7 @@ from gradedesign.limits.row import LimitRow
 from gradedesign.loop.iteration_steps import explicit_spacing_for
 from gradedesign.loop.planned_design import planned_design
 from gradedesign.loop.predicted_cost import RunWork, mesher_tets
+from gradedesign.material.scaling_law import has_strength
 from gradedesign.resolve.cell_choice import cells_in_zones
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import choose_scope
@@ -108,8 +109,11 @@ def guessed_density(setup: Setup, solid: Sequence[LimitRow] = ()) -> float:
     rho = np.linspace(low, high, SAMPLES)
     stiffness = np.moveaxis(setup.cells.law.stiffness(rho), -1, 0)
     modulus = 1.0 / np.linalg.inv(stiffness)[:, 0, 0]
-    strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
     stiff = {limit.key.kind for limit in setup.problem.limits if limit.by_gradient}
     soft = max((row.utilisation for row in solid if row.key.kind in stiff), default=0.0)
     weak = max((row.utilisation for row in solid if row.key.kind not in stiff), default=0.0)
-    return float(max(np.interp(soft, modulus, rho), np.interp(weak, strength, rho)))
+    guess = float(np.interp(soft, modulus, rho))
+    if not has_strength(setup.cells.law):
+        return guess
+    strength = np.asarray(setup.cells.law.strength(rho), dtype=np.float64)
+    return max(guess, float(np.interp(weak, strength, rho)))

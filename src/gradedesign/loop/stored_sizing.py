@@ -14,6 +14,7 @@ from gradedesign.arrays import FloatArray
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.limits.limit import Limit
+from gradedesign.material.scaling_law import has_strength
 from gradedesign.sizing.problem import element_densities
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep, size
 from gradedesign.workspace.cache import content_key, load_arrays, store_arrays
@@ -77,7 +78,9 @@ def sizing_key(
     curves = []
     for scaling_law in law.laws:
         densities = np.linspace(*scaling_law.window, 33)
-        curves += [scaling_law.stiffness(densities), scaling_law.strength(densities)]
+        curves.append(scaling_law.stiffness(densities))
+        if has_strength(scaling_law):
+            curves.append(scaling_law.strength(densities))
     words = case.model_dump_json(
         include={"material", "keep", "load_case", "limits", "lattice", "zone", "print", "region"}
     )

@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.errors import DensityError
+from gradedesign.material.power_law import power_law
+from gradedesign.material.scaling_law import LawOrigin, ScalingLaw
 
+#: Name in a case of the power law that is fitted to the computed law of its cell.
+GIBSON_ASHBY = "gibson-ashby"
 #: Largest relative residual of a fit; the window is the widest that keeps to it.
 MOST_RESIDUAL = 0.1
 #: Densities of the law's window, evenly spaced in their logarithm.
@@ -105,3 +109,46 @@ def softest_modulus(law: ScalingLaw, density: FloatArray) -> FloatArray:
     stiffness = np.moveaxis(law.stiffness(density), (0, 1), (-2, -1))
     compliance = np.linalg.inv(stiffness)
     return np.asarray(1.0 / np.diagonal(compliance, axis1=-2, axis2=-1)[..., :3].max(axis=-1))
+
+
+def gibson_ashby(law: ScalingLaw) -> ScalingLaw:
+    """Isotropic power law fitted to a computed law: E of the softest cell axis, and strength.
+
+    Its window is that in which both fits hold; without a fit of strength it has none.
+
+    Raises
+    ------
+    DensityError
+        If no power law follows Young's modulus, or the windows of both fits are apart.
+    """
+    fits = power_fits(law)
+    modulus, strength = fits["E"], fits["strength"]
+    if modulus is None:
+        raise DensityError(
+            f"no power law follows Young's modulus of law '{law.name}' within {MOST_RESIDUAL:.0%}; "
+            f'take law = "auto"'
+        )
+    held = [fit for fit in (modulus, strength) if fit is not None]
+    low, high = max(fit.window[0] for fit in held), min(fit.window[1] for fit in held)
+    if not low < high:
+        raise DensityError(
+            f"power laws follow law '{law.name}' at no common density: E from "
+            f"{modulus.window[0]:.3g} to {modulus.window[1]:.3g}, strength elsewhere; take "
+            f'law = "auto"'
+        )
+    within = f"E within {modulus.residual:.1%}"
+    if strength is not None:
+        within += f", strength within {strength.residual:.1%}"
+    return power_law(
+        GIBSON_ASHBY,
+        law.families,
+        youngs=(modulus.c, modulus.n),
+        strength=None if strength is None else (strength.c, strength.n),
+        window=(low, high),
+        origin=LawOrigin(
+            kind="fitted",
+            source=f"fitted to {law.name}: {within}; {law.source}",
+            test=law.test,
+            poissons_ratio=law.poissons_ratio,
+        ),
+    )

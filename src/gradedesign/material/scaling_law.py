@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from gradedesign.arrays import FloatArray
 from gradedesign.errors import DensityError
 from gradedesign.material.buckling_law import BucklingLaw
 from gradedesign.material.local_stress_law import LocalStressLaw
+
+LawKind: TypeAlias = Literal["fe", "experiment", "computed", "fitted", "stated"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,8 +37,9 @@ class ScalingLaw:
         to the base material's strength, ``(...)``.
     window : (float, float)
         Densities between which the source supports the law.
-    kind : {"fe", "experiment", "computed"}
-        How it was obtained; the kinds are never mixed.
+    kind : {"fe", "experiment", "computed", "fitted", "stated"}
+        How it was obtained; the kinds are never mixed. ``fitted``: to a computed law; ``stated``:
+        in a case.
     source : str
         Author, year, table or equation.
     test : str
@@ -58,7 +61,7 @@ class ScalingLaw:
     stiffness_derivative: Callable[[FloatArray], FloatArray]
     strength: Callable[[FloatArray], FloatArray]
     window: tuple[float, float]
-    kind: Literal["fe", "experiment", "computed"]
+    kind: LawKind
     source: str
     test: str
     coefficients: tuple[tuple[str, float], ...] = ()
@@ -73,7 +76,7 @@ class LawOrigin:
 
     Attributes
     ----------
-    kind : {"fe", "experiment", "computed"}
+    kind : {"fe", "experiment", "computed", "fitted", "stated"}
         How they were obtained; the kinds are never mixed.
     source : str
         Author, year, table or equation.
@@ -83,10 +86,19 @@ class LawOrigin:
         The base material's Poisson ratio they hold for.
     """
 
-    kind: Literal["fe", "experiment", "computed"]
+    kind: LawKind
     source: str
     test: str
     poissons_ratio: float = 0.3
+
+
+def has_strength(law: ScalingLaw) -> bool:
+    """Whether a law gives strengths, not stiffness alone."""
+    try:
+        law.strength(np.asarray(sum(law.window) / 2))
+    except DensityError:
+        return False
+    return True
 
 
 def isotropic_stiffness(youngs_modulus: FloatArray, poissons_ratio: float) -> FloatArray:

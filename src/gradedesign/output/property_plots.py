@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Line of a law by how it was obtained.
-_LINES = {"computed": "-", "fe": "--", "experiment": ":"}
+_LINES = {"computed": "-", "fe": "--", "experiment": ":", "fitted": "-.", "stated": "-."}
 _BLUE, _RED = COLOURS[:2]
 
 

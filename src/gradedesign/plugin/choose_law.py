@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import logging
 
-import numpy as np
-
 from gradedesign.case.suggest import instead
-from gradedesign.errors import CaseError, DensityError
-from gradedesign.material.scaling_law import ScalingLaw
+from gradedesign.errors import CaseError
+from gradedesign.material.power_fit import GIBSON_ASHBY, gibson_ashby
+from gradedesign.material.scaling_law import ScalingLaw, has_strength
 from gradedesign.plugin.registry import Registry, lookup
 
 log = logging.getLogger(__name__)
@@ -36,41 +35,46 @@ def choose_law(
     family : str
         Name of the cell family.
     law : str
-        ``auto`` or the name of a law.
+        ``auto``, the name of a law, or ``gibson-ashby``: the power law fitted to the first of the
+        computed laws that ``auto`` would take.
     density : (float, float)
         Range the case asks for. The law need not cover all of it: sizing stays within the window.
 
     Raises
     ------
+    DensityError
+        As `gibson_ashby`.
     CaseError
         For an unknown law, or one for other families; lists those for this one. Also
         if no window meets the densities; lists the laws with their windows.
     """
     for_family = {n: k for n, k in registry.scaling_laws.items() if family in k.families}
-    if law != "auto":
+    choices = ["auto", GIBSON_ASHBY, *for_family]
+    if law not in ("auto", GIBSON_ASHBY):
         if law in for_family:
             _require_overlap([for_family[law]], family, density)
             return for_family[law]
         if law in registry.scaling_laws:
             families = ", ".join(registry.scaling_laws[law].families)
             raise CaseError(
-                f"law '{law}' describes {families}, not '{family}'; "
-                f"{instead(law, ['auto', *for_family])}"
+                f"law '{law}' describes {families}, not '{family}'; {instead(law, choices)}"
             )
         if registry.notes:
             lookup(registry, "scaling_laws", law)
-        raise CaseError(f"no law named '{law}'; {instead(law, ['auto', *for_family])}")
-    usable = usable_laws(registry, family)
+        raise CaseError(f"no law named '{law}'; {instead(law, choices)}")
+    usable = [k for k in usable_laws(registry, family) if law == "auto" or k.kind == "computed"]
     if not usable:
         named = ", ".join(for_family) or "none"
         raise CaseError(
             f"no computed or finite-element law with stiffness and strength describes cell "
-            f"'{family}', so law = \"auto\" has no choice; laws that can be named: {named}"
+            f"'{family}', so law = \"{law}\" has no choice; laws that can be named: {named}"
         )
     meeting = _require_overlap(usable, family, density)
     chosen = min(
         meeting, key=lambda k: (AUTO_KINDS.index(k.kind), -round(_overlap(k, density), 6), k.name)
     )
+    if law == GIBSON_ASHBY:
+        (chosen,) = _require_overlap([gibson_ashby(chosen)], family, density)
     log.info("law for cell %s: %s (%s)", family, chosen.name, chosen.source)
     return chosen
 
@@ -82,15 +86,6 @@ def usable_laws(registry: Registry, family: str) -> list[ScalingLaw]:
         for law in registry.scaling_laws.values()
         if family in law.families and law.kind in AUTO_KINDS and has_strength(law)
     ]
-
-
-def has_strength(law: ScalingLaw) -> bool:
-    """Whether a law gives strengths, not stiffness alone."""
-    try:
-        law.strength(np.asarray(sum(law.window) / 2))
-    except DensityError:
-        return False
-    return True
 
 
 def _overlap(law: ScalingLaw, density: tuple[float, float]) -> float:

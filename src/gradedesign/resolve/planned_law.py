@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from gradedesign.case.law_schema import StatedLaw
 from gradedesign.case.schema import Case
 from gradedesign.cell.cell import Cell
 from gradedesign.cell.family import CellFamily
+from gradedesign.errors import CaseError
 from gradedesign.homogenise.cached_table import (
     ON_DEMAND_RESOLUTION,
     has_table,
     on_demand_resolution,
 )
 from gradedesign.homogenise.table import table_densities
+from gradedesign.material.power_fit import GIBSON_ASHBY
+from gradedesign.material.scaling_law import LawKind, ScalingLaw, has_strength
 from gradedesign.plugin.choose_law import choose_law, usable_laws
 from gradedesign.plugin.registry import Registry
+from gradedesign.resolve.stated_law import stated_law
 
 #: Minutes of one processor that a table takes at ON_DEMAND_RESOLUTION, least and most.
 TABLE_MINUTES = (1.0, 2.0)
@@ -33,9 +38,13 @@ class PlannedLaw:
     why : str
         Why no registered law describes the cell; empty where one does.
     voxels : int
-        Along the cell that it is computed on; 0 for a registered law.
+        Along the cell that it is computed on; 0 for a law that is known.
     tabulated : bool
-        Registered, or in the user's cache.
+        Known, or in the user's cache.
+    known : ScalingLaw or None
+        The law that needs no computing: registered, fitted to a registered one, or stated.
+    fitted : bool
+        Whether the run takes the power law fitted to the one that is computed.
     """
 
     name: str
@@ -43,6 +52,15 @@ class PlannedLaw:
     why: str = ""
     voxels: int = 0
     tabulated: bool = True
+    known: ScalingLaw | None = None
+    fitted: bool = False
+
+    @property
+    def kind(self) -> LawKind:
+        """Kind of the law that the run takes."""
+        if self.known is not None:
+            return self.known.kind
+        return "fitted" if self.fitted else "computed"
 
     @property
     def minutes(self) -> tuple[float, float]:
@@ -63,32 +81,68 @@ def planned_law(
     """Choose between the registered laws and one that is computed for the case.
 
     ``auto`` takes a registered law only for the family's default parameters in cells of equal
-    edges, which are what laws describe. A law that the case names is taken as it is.
+    edges, which are what laws describe; so does ``gibson-ashby``, of computed ones. A law that the
+    case names or states is taken as it is.
 
     Raises
     ------
     CaseError
-        As `choose_law`.
+        As `choose_law` and `stated_law`; if the case limits stress and the law has no strength.
     DensityError
-        If the walls are too thin for any grid that a law is computed on.
+        If the walls are too thin for any grid that a law is computed on; as `choose_law`.
     """
-    name, edges = case.lattice.law, case.lattice.edges
+    law, edges = case.lattice.law, case.lattice.edges
+    if isinstance(law, StatedLaw):
+        return _known(case, stated_law(law, cell, case.lattice.density, poissons_ratio))
     changed = changed_parameters(cell.family, cell.parameters)
     unequal = min(edges) < max(edges)
-    if name != "auto" or not (changed or unequal or not usable_laws(registry, cell.name)):
-        law = choose_law(registry, cell.name, name, case.lattice.density)
-        return PlannedLaw(name=law.name, window=law.window)
+    kinds = {k.kind for k in usable_laws(registry, cell.name)}
+    served = "computed" in kinds if law == GIBSON_ASHBY else bool(kinds)
+    if law not in ("auto", GIBSON_ASHBY) or (served and not changed and not unequal):
+        return _known(case, choose_law(registry, cell.name, law, case.lattice.density))
     why = f"with {values_in_words(changed, cell.parameters)}" if changed else "of this cell"
     if unequal:
         why += f" with edges in proportion {proportion(edges)}"
     voxels = on_demand_resolution(cell, edges)
     densities = table_densities(cell, voxels, edges)
+    computed = f"{cell.name}-computed{'-stretched' if unequal else ''}"
     return PlannedLaw(
-        name=f"{cell.name}-computed{'-stretched' if unequal else ''}",
+        name=GIBSON_ASHBY if law == GIBSON_ASHBY else computed,
         window=(densities[0], densities[-1]),
         why=f"no law {why} is installed",
         voxels=voxels,
         tabulated=has_table(cell, poissons_ratio, voxels, edges),
+        fitted=law == GIBSON_ASHBY,
+    )
+
+
+def _known(case: Case, law: ScalingLaw) -> PlannedLaw:
+    """A law that needs no computing, refused where it lacks what the case judges."""
+    require_strength(case, law)
+    return PlannedLaw(name=law.name, window=law.window, known=law)
+
+
+def require_strength(case: Case, law: ScalingLaw) -> None:
+    """Refuse a law of stiffness alone in a case that limits stress.
+
+    Raises
+    ------
+    CaseError
+    """
+    if has_strength(law):
+        return
+    limits = case.limits
+    key = "stress" if limits.stress is not None else "safety_factor"
+    if getattr(limits, key) is None:
+        return
+    cure = (
+        "add strength = {c = ..., n = ...} to it"
+        if law.kind == "stated"
+        else "name a law with strength"
+    )
+    raise CaseError(
+        f"law '{law.name}' has no strength, and {case.where(f'limits.{key}')} limits the stress in "
+        f"the lattice; {cure}, or leave the limit out"
     )
 
 

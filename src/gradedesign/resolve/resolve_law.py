@@ -9,13 +9,14 @@ from gradedesign.cell.cell import Cell
 from gradedesign.homogenise.cached_table import computed_law
 from gradedesign.homogenise.cell_properties import CellProperties
 from gradedesign.material.long_waves import critical_long_waves
-from gradedesign.material.scaling_law import ScalingLaw
-from gradedesign.plugin.choose_law import choose_law
+from gradedesign.material.power_fit import gibson_ashby
+from gradedesign.material.scaling_law import ScalingLaw, has_strength
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.planned_law import (
     changed_parameters,
     planned_law,
     proportion,
+    require_strength,
     values_in_words,
 )
 from gradedesign.workspace.progress import Event, Listener, ignore
@@ -38,20 +39,22 @@ def resolve_law(
     ``auto`` takes a registered law only for the family's default parameters in cells of equal
     edges, which are what laws describe; otherwise, and for a family without a law, it is computed
     by homogenisation, with the material's Poisson's ratio, and kept in the user's cache;
-    ``on_event`` hears of it first, since that takes a minute. A law that the case names is taken as
-    it is, with a warning where parameters or edges are not those it describes; so is any registered
-    law for a material of another Poisson's ratio.
+    ``on_event`` hears of it first, since that takes a minute. ``gibson-ashby`` is fitted to the
+    computed one. A law that the case names is taken as it is, with a warning where parameters or
+    edges are not those it describes; so is any registered law for a material of another Poisson's
+    ratio. A law that the case states describes its cell, whatever that is.
 
     Raises
     ------
     CaseError
-        As `choose_law`.
+        As `planned_law`.
     DensityError, LatticeError, SolverError
-        As `computed_law`.
+        As `computed_law` and `gibson_ashby`.
     """
     edges = case.lattice.edges
     plan = planned_law(case, registry, cell, poissons_ratio=poissons_ratio)
-    if plan.voxels:
+    law = plan.known
+    if law is None:
         least, most = plan.minutes
         how = (
             "taking it from the cache"
@@ -75,9 +78,13 @@ def resolve_law(
         remark = f"{plan.why}, so it was computed on {plan.voxels}^3 voxels"
         if case.lattice.own_cell is None:
             remark += f"; 'gradedesign homogenise {cell.name}' says more"
+        if plan.fitted:
+            law = gibson_ashby(law)
+            require_strength(case, law)
         return law, (remark,)
+    if law.kind == "stated":
+        return law, ()
     unequal, changed = min(edges) < max(edges), changed_parameters(cell.family, cell.parameters)
-    law = choose_law(registry, cell.name, case.lattice.law, case.lattice.density)
     warnings = _ratio_warnings(law, poissons_ratio)
     if unequal:
         warnings += (
@@ -106,6 +113,8 @@ def _ratio_warnings(law: ScalingLaw, poissons_ratio: float) -> tuple[str, ...]:
 
 def stress_basis(law: ScalingLaw) -> str:
     """Basis of the prediction of local stress with a law, for the report."""
+    if not has_strength(law):
+        return "none: the law has no strength"
     if law.local_stress is None:
         return "macroscopic von Mises stress over the strength at the density"
     surfaces = law.local_stress.surfaces
