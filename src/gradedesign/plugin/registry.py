@@ -33,6 +33,7 @@ from gradedesign.plugin.installed import (
     register_modules,
 )
 from gradedesign.plugin.limit_checks import check_limit_keys
+from gradedesign.plugin.plugins_by_name import supplied_by
 from gradedesign.plugin.records import PluginFailure, PluginSource, Registry
 from gradedesign.plugin.unmarked import hook_names, unmarked_hooks
 from gradedesign.verify.analysis import ExplicitAnalysis
@@ -173,13 +174,16 @@ def lookup(registry: Registry, kind: Kind, name: str) -> Any:
     Raises
     ------
     CaseError
-        If there is no such name; lists the valid ones and the nearest spelling.
+        If there is no such name; names the plugin of this project that has it, or lists the valid
+        ones and the nearest spelling.
     PluginError
         The same, when a plugin that might have supplied it failed to load.
     """
     shelf: Mapping[str, Any] = getattr(registry, kind)
     if name in shelf:
         return shelf[name]
+    if plugin := supplied_by(kind, name):
+        raise absent(registry, f"no {_SHELVES[kind].noun} named '{name}'; {plugin}")
     near = instead(name, shelf)
     if not meant(name, shelf):
         texts = {known: getattr(record, "source", "") for known, record in shelf.items()}

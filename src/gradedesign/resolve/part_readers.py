@@ -11,11 +11,9 @@ from gradedesign.part.part import Reader
 from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.part.reader import PartReader
 from gradedesign.part.voxel_volume import VoxelVolume
+from gradedesign.plugin.plugins_by_name import supplied_by
 from gradedesign.plugin.registry import Registry, absent
 from gradedesign.resolve.voxel_part import voxel_triangles
-
-#: Distributions of this project that read more suffixes, of which a message tells.
-_SEPARATE = dict.fromkeys((".step", ".stp", ".iges", ".igs"), "gradedesign-step")
 
 
 def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
@@ -44,8 +42,8 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
     if file is not None and file.suffix.lower() not in by_suffix:
         suffix = file.suffix.lower()
         advice = instead(suffix, sorted(by_suffix), label="readable")
-        if suffix in _SEPARATE:
-            advice = f"install the plugin {_SEPARATE[suffix]}, or export it as STL or 3MF"
+        if plugin := supplied_by("suffixes", suffix):
+            advice = f"{plugin}, or export it as STL or 3MF"
         message = f"part.file: found {shown(file.name)}, which no installed reader takes; {advice}"
         raise absent(registry, message)
     return by_suffix

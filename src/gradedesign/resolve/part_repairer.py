@@ -16,6 +16,7 @@ from gradedesign.errors import CaseError, MeshError, PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh
 from gradedesign.part.mended import Mend
 from gradedesign.part.repairer import Repairer
+from gradedesign.plugin.plugins_by_name import supplied_by
 from gradedesign.plugin.registry import Registry, absent
 from gradedesign.resolve.rebuilt import rebuilt
 from gradedesign.workspace.worker import run_worker
@@ -43,7 +44,7 @@ def part_repairer(case: CaseIdentity, registry: Registry) -> Mend | None:
         return None
     repairer = registry.repairers.get(name)
     if repairer is None:
-        near = instead(name, (*OWN_REPAIRS, *registry.repairers))
+        near = supplied_by("repairers", name) or instead(name, (*OWN_REPAIRS, *registry.repairers))
         raise absent(registry, f"{case.where('part.repair')}: found {shown(name)}; {near}")
     for key in options:
         if key not in repairer.options:

@@ -1,0 +1,38 @@
+"""Plugins of this project that supply a name which nothing installed supplies."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from functools import cache
+from importlib import metadata, resources
+
+from gradedesign.plugin.installed import DISABLE_VARIABLE
+
+
+def supplied_by(kind: str, name: str) -> str:
+    """Words on the plugin that a name needs; empty where no plugin of this project supplies it.
+
+    Parameters
+    ----------
+    kind : str
+        ``cell_families``, ``cell_makers``, ``repairers``, ``solvers``, or ``suffixes`` of part
+        files.
+    name : str
+        Nothing that is loaded supplies it.
+    """
+    for plugin, names in _plugins().get(kind, {}).items():
+        if name in names:
+            try:
+                metadata.version(plugin)
+            except metadata.PackageNotFoundError:
+                return f"install the plugin {plugin}"
+            set_to = f": {DISABLE_VARIABLE} is set" if os.environ.get(DISABLE_VARIABLE) else ""
+            return f"its plugin {plugin} is installed but not loaded{set_to}"
+    return ""
+
+
+@cache
+def _plugins() -> dict[str, dict[str, list[str]]]:
+    text = resources.files(__package__).joinpath("plugins_by_name.toml").read_text("utf-8")
+    return tomllib.loads(text)

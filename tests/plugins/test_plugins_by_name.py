@@ -1,0 +1,100 @@
+"""What nothing installed supplies is named with the plugin of this project that has it."""
+
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from gradedesign import CaseError
+from gradedesign.plugin import plugins_by_name
+from gradedesign.plugin.registry import build_registry, lookup
+
+ROOT = Path(__file__).parents[2]
+TABLE = plugins_by_name._plugins()
+OURS = {path.name for path in (ROOT / "plugins").iterdir() if path.is_dir()}
+
+
+def registered(kind):
+    """What the installed plugins of this project register, by plugin."""
+    registry = build_registry()
+    sources = registry.sources["readers" if kind == "suffixes" else kind]
+    found = {}
+    for name, source in sources.items():
+        plugin = source.split()[0]
+        if plugin in OURS:
+            names = registry.readers[name].suffixes if kind == "suffixes" else (name,)
+            found.setdefault(plugin, []).extend(names)
+    return {plugin: sorted(names) for plugin, names in found.items()}
+
+
+@pytest.mark.parametrize("kind", sorted(TABLE))
+def test_the_table_holds_what_the_plugins_register(kind):
+    loaded = {source.distribution for source in build_registry().plugins}
+    expected = {plugin: sorted(names) for plugin, names in TABLE[kind].items() if plugin in loaded}
+    assert registered(kind) == expected
+    assert set(TABLE[kind]) <= OURS
+
+
+def test_other_kinds_come_with_the_core():
+    """But for laws, whose cells are told first, and readers, told by suffix."""
+    registry = build_registry()
+    told = {*TABLE, "scaling_laws", "readers"}
+    others = {
+        source.split()[0]
+        for kind, sources in registry.sources.items()
+        if kind not in told
+        for source in sources.values()
+    }
+    assert others & OURS == set()
+
+
+@pytest.fixture
+def nothing_installed(monkeypatch):
+    def version(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(plugins_by_name.metadata, "version", version)
+
+
+CASE = """\
+[case]
+name = "block"
+[part]
+{part}
+[lattice]
+cell = "octet"
+size = "5 mm"
+density = 0.3
+"""
+BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
+
+
+@pytest.mark.usefixtures("nothing_installed")
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        (BOX, "lattice.cell: no cell family named 'octet'; install the plugin "
+         "gradedesign-cells-strut"),
+        ('file = "block.stp"', 'found "block.stp", which no installed reader takes; install the '
+         "plugin gradedesign-step, or export it as STL or 3MF"),
+        ('file = "block.stl"\nunits = "mm"\nrepair = "pymeshlab"',
+         'part.repair: found "pymeshlab"; install the plugin gradedesign-pymeshlab'),
+    ],
+    ids=["cell", "reader", "repairer"],
+)  # fmt: skip
+def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, part, words):
+    monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
+    for name in ("block.stp", "block.stl"):
+        (tmp_path / name).write_text("", encoding="utf-8")
+    (tmp_path / "case.toml").write_text(CASE.format(part=part), encoding="utf-8")
+    ended = cli("generate", tmp_path, "-o", tmp_path / "out")
+    assert ended.code == 2
+    assert words in " ".join(ended.err.split())
+
+
+def test_a_plugin_that_is_installed_but_not_loaded_is_not_asked_for(monkeypatch):
+    monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")
+    with pytest.raises(CaseError, match="is installed but not loaded: GRADEDESIGN_DISABLE_PLUGINS"):
+        lookup(build_registry(), "cell_families", "octet")
+    with pytest.raises(CaseError, match="no cell family named 'octett'; available: none"):
+        lookup(build_registry(), "cell_families", "octett")
