@@ -272,6 +272,33 @@ def test_resultants_are_those_of_the_solid_part_about_the_held_region(registry, 
     assert one.moment == pytest.approx([0.0, turn, 0.0], abs=1e-9)
 
 
+def test_a_remote_force_counts_at_its_point(registry, tmp_path):
+    at = ', point = ["30 mm", "6 mm", "20 mm"]'
+    text = changed(('"-400 N"]}]', '"-400 N"]' + at + "}]"))
+    found = checked(tmp_path, text, registry)
+    (one,) = found.resolved.balances
+    assert one.force == pytest.approx([0.0, 0.0, -400.0])
+    # 30 mm from the held face; the 20 mm above it turn nothing.
+    assert one.moment == pytest.approx([0.0, 30 * 400.0, 0.0], abs=1e-9)
+
+
+def test_a_bearing_load_on_no_bore_is_refused_at_its_line(registry, tmp_path):
+    text = changed(
+        ('"tip", force = ["0 N", "0 N", "-400 N"]', '"tip", bearing = ["0 N", "1 N", "0 N"]')
+    )
+    with pytest.raises(CaseError) as refused:
+        checked(tmp_path, text, registry)
+    line = next(k for k, words in enumerate(text.splitlines(), 1) if "bearing" in words)
+    assert str(refused.value).startswith(f"case.toml:{line}: load_case[0].load[0].bearing: ")
+    assert "'tip' is not the wall of one bore" in str(refused.value)
+
+
+def test_a_point_without_its_force_is_refused(tmp_path):
+    text = changed(('force = ["0 N", "0 N", "-400 N"]', 'point = ["0 mm", "0 mm", "9 mm"]'))
+    with pytest.raises(CaseError, match=r"load\[0\].point: found without force; expected"):
+        read(tmp_path, text)
+
+
 @pytest.mark.parametrize(("edges", "asked"), [("0.2 mm", True), ("2 mm", False), ("90 m", True)])
 def test_the_unit_of_a_tiny_or_huge_part_is_questioned(edges, asked, registry, tmp_path):
     text = changed(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gradedesign.case.read_case import load_case
-from gradedesign.case.schema import RegionSpec
+from gradedesign.case.schema import LoadSpec, RegionSpec
 from gradedesign.errors import CaseError
 from gradedesign.fe.space import tet_space
 from gradedesign.mesh.mesher import PYTETWILD
@@ -25,6 +25,7 @@ from gradedesign.part.thickness import local_thickness
 from gradedesign.resolve.free_motions import require_supported
 from gradedesign.resolve.part_tets import part_tets
 from gradedesign.resolve.predicted_part_mesh import least_part_dofs, predicted_part_dofs
+from gradedesign.results.marks import action_marks
 
 CASES = Path(__file__).parents[2] / "cases"
 BODIES = """\
@@ -57,6 +58,18 @@ size = "5 mm"
 def bracket():
     case = load_case(CASES / "bracket")
     return case, read_part(case, {".stl": read_stl})
+
+
+def test_a_bearing_load_is_drawn_on_the_half_that_it_presses_on(bracket):
+    case, part = bracket
+    pin = LoadSpec(region="lug_hole", bearing=["500 N", "0 N", "1200 N"])
+    pull = case.load_case[0].model_copy(update={"load": (pin,)})
+    (mark,) = action_marks(case.model_copy(update={"load_case": (pull,)}), part)
+    assert mark.text == "1300 N bearing"
+    ahead = (mark.corners.mean(axis=1) - [12.0, 23.0, 80.0]) @ mark.vector
+    assert ahead.min() > 0.0
+    # Half of the facets, of a bore whose region has an even number all around.
+    assert 2 * len(mark.corners) == len(part.regions["lug_hole"].corners)
 
 
 def test_the_holes_of_the_bracket_are_found_with_their_selectors(bracket):

@@ -1,5 +1,6 @@
 """Pictures exist, show what they should, and never end a run."""
 
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -176,6 +177,17 @@ def test_a_moment_turns_right_handed_about_its_axis(scene):
     first, then = (arc.segments[n, 0] - centre for n in (0, 3))
     assert np.cross(first, then)[0] > 0
     np.testing.assert_allclose(arc.segments[:, :, 0], 4.0, atol=1e-9)
+
+
+def test_a_remote_force_stands_at_its_point_on_a_bar_from_the_region(scene):
+    _, _, tip = ends()
+    at = np.array([6.0, 0.5, 3.0])
+    drawn = scene([], [replace(force(tip, [0, 0, -1.0]), at=at)])
+    (arrow,) = drawn.arrows
+    np.testing.assert_allclose(arrow.tail, at)
+    assert arrow.tip[2] < at[2]
+    (bar,) = [lines for lines in drawn.lines if lines.radius > 0]
+    np.testing.assert_allclose(bar.segments, [[[4.0, 0.5, 0.5], at]], atol=1e-9)
 
 
 def test_pressure_points_at_the_region(scene):

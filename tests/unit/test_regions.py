@@ -253,3 +253,38 @@ def test_point_distance_against_dense_sampling():
         exact = point_distance(triangle[None], point)
         assert exact <= sampled + 1e-12
         assert exact == pytest.approx(sampled, abs=0.03)
+
+
+def test_a_region_knows_the_bore_that_it_is_the_wall_of(plate):
+    hole = {"cylinder": {"diameter": "8 mm"}}
+    found = select(
+        plate,
+        one=hole | {"nearest": mm(50, 30, 5)},
+        four=hole,
+        across={"cylinder": {"diameter": "6 mm"}},
+        end={"plane": "x = min"},
+        mixed={"any": ["one", "end"]},
+    )
+    bore = found["one"].bore
+    np.testing.assert_allclose(np.abs(bore.axis), [0, 0, 1], atol=1e-9)
+    np.testing.assert_allclose(bore.point[:2], [50, 30], atol=1e-6)
+    np.testing.assert_allclose(np.abs(found["across"].bore.axis), [0, 1, 0], atol=1e-9)
+    assert found["four"].bore is found["end"].bore is found["mixed"].bore is None
+
+
+def test_lugs_share_their_bore_and_a_boss_is_none():
+    solid = manifold3d.Manifold.cube([20, 20, 20])
+    solid -= manifold3d.Manifold.cube([20, 8, 14]).translate([0, 6, 6])
+    solid -= manifold3d.Manifold.cylinder(60, 3, 3, 32).rotate([-90, 0, 0]).translate([10, -10, 14])
+    solid += manifold3d.Manifold.cylinder(9, 2, 2, 32).translate([10, 10, -8])
+    mesh = solid.to_mesh64()
+    points = np.asarray(mesh.vert_properties)[:, :3]
+    surface, _ = build_surface(points[np.asarray(mesh.tri_verts).astype(int)])
+    fork = SimpleNamespace(surface=surface, faces=segment_faces(surface))
+    found = select(
+        fork,
+        lugs={"cylinder": {"diameter": "6 mm"}, "count": 2},
+        boss={"cylinder": {"diameter": "4 mm"}, "count": 1},
+    )
+    np.testing.assert_allclose(found["lugs"].bore.point[[0, 2]], [10, 14], atol=1e-6)
+    assert found["boss"].bore is None

@@ -122,10 +122,21 @@ class LoadSpec(Table):
     """Name of the region that is loaded."""
     force: Annotated[Triple, Vector("force")] | None = None
     """Total force in N, spread over the region."""
+    point: Annotated[Triple, Vector("length")] | None = None
+    """Place in mm where the force acts, also off the part, such as ``["0 mm", "0 mm", "80 mm"]``.
+
+    The region carries the force and the moment of its offset, and stays free to deform; without
+    it the force acts at the region's centroid.
+    """
     pressure: Annotated[float, Quantity("pressure")] | None = None
     """MPa along the inward normal: positive presses on the part."""
     moment: Annotated[Triple, Vector("moment")] | None = None
     """Total moment in N mm about the centroid of the region."""
+    bearing: Annotated[Triple, Vector("force")] | None = None
+    """Force in N of a pin on the bore that the region is, such as ``["0 N", "0 N", "-5 kN"]``.
+
+    A radial pressure on the half of the wall that it presses on, with the cosine of the angle.
+    """
 
     @property
     def is_zero(self) -> bool:
@@ -134,10 +145,17 @@ class LoadSpec(Table):
 
     @model_validator(mode="after")
     def _any_load(self) -> LoadSpec:
-        if self.force is None and self.pressure is None and self.moment is None:
+        if self.point is not None and self.force is None:
+            raise key_error(
+                "point",
+                'found without force; expected the force that acts there, such as force = ["0 N", '
+                '"0 N", "-5 kN"]',
+            )
+        if all(v is None for v in (self.force, self.pressure, self.moment, self.bearing)):
             raise Refused(
-                'no load given; add force = ["0 N", "0 N", "-5 kN"], pressure = "2 MPa" or '
-                'moment = ["0 N*m", "0 N*m", "20 N*m"]'
+                'no load given; add force = ["0 N", "0 N", "-5 kN"], pressure = "2 MPa", '
+                'moment = ["0 N*m", "0 N*m", "20 N*m"] or, on a bore, '
+                'bearing = ["0 N", "0 N", "-5 kN"]'
             )
         return self
 
@@ -145,6 +163,7 @@ class LoadSpec(Table):
         yield from self.force or ()
         yield self.pressure or 0.0
         yield from self.moment or ()
+        yield from self.bearing or ()
 
 
 class LoadCaseSpec(Table):
@@ -179,7 +198,8 @@ class LoadCaseSpec(Table):
             raise key_error(
                 "load",
                 f"load case {shown(self.name)} loads nothing: every force, pressure, moment, "
-                "acceleration, temperature change and prescribed displacement is zero; add "
+                "bearing load, acceleration, temperature change and prescribed displacement is "
+                "zero; add "
                 'load = [{region = "tip", force = ["0 N", "0 N", "-5 kN"]}]',
             )
         return self

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray, locked
 from gradedesign.errors import SolverError
+from gradedesign.fe.facet_quadrature import facet_points, facet_weights
 from gradedesign.fe.facets import facet_areas, facet_nodes
 from gradedesign.fe.loads import (
     body_force,
@@ -21,14 +22,14 @@ from gradedesign.fe.loads import (
     resultant,
     resultant_load,
     thermal_force,
+    traction_force,
 )
+from gradedesign.fe.region_load import RegionLoad, Triple, bearing_field, region_resultant
 from gradedesign.fe.solution import LoadVector, Solution
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import Stiffness
 from gradedesign.fe.supports import Displacement, Supports, supports_on
 from gradedesign.part.regions import Region
-
-Triple: TypeAlias = tuple[float, float, float]
 
 #: Resultant force and moment on the mesh may differ from those on the part by this share.
 RESULTANT_TOLERANCE = 1e-3
@@ -44,26 +45,6 @@ class Support(Protocol):
     @property
     def displacement(self) -> Displacement:
         """Prescribed components, mm; None where free."""
-
-
-class RegionLoad(Protocol):
-    """A loaded region; what is given acts together."""
-
-    @property
-    def region(self) -> str:
-        """Name."""
-
-    @property
-    def force(self) -> Triple | None:
-        """Total, N."""
-
-    @property
-    def moment(self) -> Triple | None:
-        """About the centroid of the region, N mm."""
-
-    @property
-    def pressure(self) -> float | None:
-        """Along the inward normal, MPa."""
 
 
 class LoadCaseSpecification(Protocol):
@@ -194,29 +175,17 @@ def load_vector(
     return LoadVector(name=case.name, supports=case.supports, force=force)
 
 
-def region_resultant(region: Region, spec: RegionLoad) -> tuple[FloatArray, FloatArray]:
-    """Force (N) and moment about the region's centroid (N mm) of a load on the solid part."""
-    force = np.zeros(3)
-    moment = np.zeros(3)
-    if spec.force is not None:
-        force += spec.force
-    if spec.moment is not None:
-        moment += spec.moment
-    if spec.pressure is not None:
-        a, b, c = np.moveaxis(region.corners, 1, 0)
-        push = -0.5 * spec.pressure * np.cross(b - a, c - a)
-        arms = (a + b + c) / 3.0 - region.centroid
-        force += push.sum(axis=0)
-        moment += np.cross(arms, push).sum(axis=0)
-    return force, moment
-
-
 def region_force(space: TetSpace, region: Region, facets: IntArray, spec: RegionLoad) -> FloatArray:
     """Nodal forces of one load with the resultant it has on the solid part, ``(3, N)``, N."""
     force, moment = region_resultant(region, spec)
     nodal = np.zeros(space.nodes.shape)
     if spec.pressure is not None:
         nodal += pressure_force(space, facets, spec.pressure)
+    if spec.bearing is not None:
+        points = facet_points(space.mesh.points[:, facets.T])
+        weights = facet_weights(facet_areas(space, facets))
+        traction = bearing_field(region, spec.bearing, points, weights)
+        nodal += traction_force(space, facets, traction)
     have_force, have_moment = resultant(space, nodal, region.centroid)
     nodal += resultant_load(
         space, facets, force - have_force, moment - have_moment, region.centroid

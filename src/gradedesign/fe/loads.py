@@ -11,8 +11,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.errors import SolverError
@@ -23,6 +21,7 @@ from gradedesign.fe.element_points import (
     shape_derivatives,
     values_at,
 )
+from gradedesign.fe.facet_quadrature import facet_points, facet_shapes, reference_rule
 from gradedesign.fe.facets import facet_areas, facet_nodes, outward_area_vectors
 from gradedesign.fe.space import TetSpace
 from gradedesign.fe.stiffness import (
@@ -37,9 +36,6 @@ from gradedesign.mesh.tet_mesh import signed_volumes
 
 #: A traction in MPa: one vector (3,), one per facet (3, k), or a function of points (3, ...) in mm.
 Traction: TypeAlias = ArrayLike | Callable[[FloatArray], FloatArray]
-
-#: Degree up to which a traction function times a shape function is integrated exactly.
-TRACTION_DEGREE = 6
 
 #: A region is too narrow to carry a moment when its load matrix is conditioned worse than this.
 WORST_CONDITION = 1e10
@@ -258,16 +254,6 @@ def _turning(
     return field
 
 
-def _facet_shapes(order: int, points: FloatArray) -> FloatArray:
-    """Shape functions of the 3- or 6-node triangle at reference points ``(2, q)``."""
-    a, b, c = 1.0 - points[0] - points[1], points[0], points[1]
-    if order == 1:
-        return np.array([a, b, c])
-    return np.array(
-        [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
-    )
-
-
 def _integrated(
     space: TetSpace,
     nodes: IntArray,
@@ -275,13 +261,12 @@ def _integrated(
     traction: Callable[[FloatArray], FloatArray],
 ) -> FloatArray:
     """Nodal forces of a traction function by quadrature over the facets."""
-    reference, weights = get_quadrature(RefTri, TRACTION_DEGREE)
-    corners = space.nodes[:, nodes[:3]]
-    points = np.einsum("dak,aq->dkq", corners, _facet_shapes(1, reference))
+    points = facet_points(space.nodes[:, nodes[:3]])
+    reference, weights = reference_rule()
     values = np.asarray(traction(points), dtype=np.float64)
     if values.shape != points.shape:
         raise ValueError(f"traction returned shape {values.shape} for points {points.shape}")
-    shapes = _facet_shapes(space.order, reference) * (2.0 * weights)
+    shapes = facet_shapes(space.order, reference) * (2.0 * weights)
     return _scattered(space, nodes, np.einsum("dkq,aq,k->dak", values, shapes, area))
 
 

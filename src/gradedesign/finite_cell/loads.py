@@ -8,8 +8,9 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import SolverError
-from gradedesign.fe.load_case import LoadCaseSpecification, RegionLoad, region_resultant
+from gradedesign.fe.load_case import LoadCaseSpecification
 from gradedesign.fe.loads import WORST_CONDITION
+from gradedesign.fe.region_load import RegionLoad, bearing_field, region_resultant
 from gradedesign.finite_cell.basis import (
     CUT_POINTS,
     gauss_places,
@@ -66,13 +67,16 @@ def thermal_force(
 def region_traction(region: Region, load: RegionLoad, at: SurfacePoints) -> FloatArray:
     """Traction at the points of a region, ``(3, m)``, MPa.
 
-    A pressure acts along the part's normals; the rest of the resultant is spread as under a rigid
+    A pressure acts along the part's normals, a bearing load along the radii of its bore; the rest
+    of the resultant is spread as under a rigid
     stamp on an elastic bed, ``a + b x (p - c)``.
     """
     force, moment = region_resultant(region, load)
     traction = np.zeros_like(at.points)
     if load.pressure is not None:
         traction -= load.pressure * at.normal
+    if load.bearing is not None:
+        traction += bearing_field(region, load.bearing, at.points, at.area)(at.points)
     total = float(at.area.sum())
     centre = at.points @ at.area / total
     arm = at.points - centre[:, None]

@@ -22,6 +22,7 @@ from gradedesign.part._face_filters import (
 )
 from gradedesign.part._file_filter import marked_triangles
 from gradedesign.part._region_messages import check_assertions, listing, nothing_found
+from gradedesign.part.bore import Bore, common_bore
 from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.smooth_faces import SmoothFaces
 
@@ -43,6 +44,8 @@ class Region:
         The smooth faces they belong to.
     cut_length : float, mm
         Length of its border that a clipping box cut: no edge of the part runs there.
+    bore : Bore or None
+        The bore that it is the wall of, or some of it.
     """
 
     name: str
@@ -52,6 +55,7 @@ class Region:
     centroid: FloatArray
     faces: tuple[int, ...]
     cut_length: float = 0.0
+    bore: Bore | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -248,6 +252,7 @@ def _region(part: FacedPart, name: str, spec: RegionSpec, selection: _Selection)
         centroid=areas @ corners.mean(axis=1) / area,
         faces=tuple(used),
         cut_length=_length_on(corners, cuts, BOX_SHARE * part.diagonal),
+        bore=common_bore([part.faces.faces[k] for k in used]),
     )
 
 

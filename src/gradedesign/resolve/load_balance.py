@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
+from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case, LoadCaseSpec
 from gradedesign.case.suggest import shown
-from gradedesign.fe.load_case import region_resultant
+from gradedesign.fe.region_load import region_resultant
 from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import enclosed_centroid
 from gradedesign.part.part import Part
@@ -88,8 +89,13 @@ def load_balances(case: Case, part: Part, density: float) -> tuple[LoadBalance, 
     Returns
     -------
     tuple of LoadBalance
+
+    Raises
+    ------
+    CaseError
+        If a region cannot carry the bearing load on it.
     """
-    return tuple(_balance(spec, part, density) for spec in case.load_case)
+    return tuple(_balance(case, number, part, density) for number in range(len(case.load_case)))
 
 
 def balance_warnings(balances: tuple[LoadBalance, ...]) -> tuple[str, ...]:
@@ -135,14 +141,21 @@ def held_centroid(spec: LoadCaseSpec, part: Part) -> FloatArray:
     return np.asarray(areas @ np.array([region.centroid for region in regions]) / areas.sum())
 
 
-def _balance(spec: LoadCaseSpec, part: Part, density: float) -> LoadBalance:
+def _balance(case: Case, number: int, part: Part, density: float) -> LoadBalance:
+    spec = case.load_case[number]
     about = held_centroid(spec, part)
     rows = []
-    for load in spec.load:
+    for k, load in enumerate(spec.load):
         region = part.regions[load.region]
-        force, turn = region_resultant(region, load)
-        gross = float(np.linalg.norm(load.force or 0.0)) + abs(load.pressure or 0.0) * region.area
-        gross += float(np.linalg.norm(load.moment or 0.0)) / _reach(region)
+        with locating(case, f"load_case[{number}].load[{k}].bearing"):
+            force, turn = region_resultant(region, load)
+        stated = [load.force or 0.0, load.bearing or 0.0]
+        gross = sum(float(np.linalg.norm(size)) for size in stated)
+        gross += abs(load.pressure or 0.0) * region.area
+        turns = np.array(load.moment or (0.0, 0.0, 0.0))
+        if load.force is not None and load.point is not None:
+            turns += np.cross(load.point - region.centroid, load.force)
+        gross += float(np.linalg.norm(turns)) / _reach(region)
         moment = turn + np.cross(region.centroid - about, force)
         rows.append(LoadRow(source=load.region, force=force, moment=moment, gross=gross))
     if any(spec.acceleration):

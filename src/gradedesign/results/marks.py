@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -152,7 +153,15 @@ def _load_marks(case: str, load: LoadSpec, part: Part) -> list[ActionMark]:
     marks = []
     if load.force is not None and any(load.force):
         size = float(np.linalg.norm(load.force))
-        marks.append(_mark(case, "force", f"{size:.4g} N", load.force, corners))
+        text = f"{size:.4g} N" if load.point is None else f"{size:.4g} N remote"
+        force = _mark(case, "force", text, load.force, corners)
+        marks.append(force if load.point is None else replace(force, at=np.array(load.point)))
+    bore = part.regions[load.region].bore
+    if load.bearing is not None and any(load.bearing) and bore is not None:
+        size = float(np.linalg.norm(load.bearing))
+        pressed = bore.radial(corners.mean(axis=1).T).T @ load.bearing > 0.0
+        text = f"{size:.4g} N bearing"
+        marks.append(_mark(case, "force", text, load.bearing, corners[pressed]))
     if load.pressure:
         vector = (load.pressure, 0.0, 0.0)
         marks.append(_mark(case, "pressure", f"{load.pressure:.4g} MPa", vector, corners))
