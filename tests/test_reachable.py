@@ -38,6 +38,7 @@ ALLOWED = {
     "gradedesign.verify.voids.Voids": "result.json, printability",
     # Interfaces for code of others.
     "gradedesign.cli.app.Commands.invoke": "typer calls it",
+    "gradedesign.workspace.compiling._Compilations.notify": "numba calls it",
 }
 
 

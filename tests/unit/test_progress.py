@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import njit
+from numba.core import event
 from rich.console import Console
 
 from gradedesign.cli import progress_lines, show
@@ -278,3 +280,37 @@ def test_on_a_terminal_one_line_is_kept_and_then_erased(monkeypatch):
     assert "an answer" in seen
     assert drawn.rstrip().endswith(("\x1b[2K", "\x1b[?25h"))  # erased, cursor shown again
     assert sys.stdout is not screen
+
+
+def test_a_kernel_that_is_compiled_is_said_and_one_that_is_ready_is_not():
+    """Seen from inside numba, while it compiles a function of a test."""
+    seen = []
+
+    class Passes(event.Listener):
+        def on_start(self, _):
+            seen.append(progress.status())
+
+        def on_end(self, _):
+            pass
+
+    @njit
+    def doubled(x):
+        return 2.0 * x
+
+    with ProgressLines(memory=lambda: 10**9) as progress, stepping("distance grid", 0.0):
+        assert "compiling" not in progress.status().message
+        event.register("numba:run_pass", passes := Passes())
+        try:
+            assert doubled(1.0) == 2.0
+            assert len(seen) > 10
+            for status in seen:
+                assert status.message.startswith(
+                    "distance grid: compiling, once on this machine, 0 s; "
+                )
+                assert status.fraction is None
+            count = len(seen)
+            assert doubled(3.0) == 6.0
+            assert len(seen) == count
+        finally:
+            event.unregister("numba:run_pass", passes)
+        assert progress.status().message.startswith("distance grid, 0 %, ")

@@ -20,6 +20,7 @@ from rich.live import Live
 from rich.text import Text
 
 from gradedesign.cli.layout import say, width_now, wrapped
+from gradedesign.workspace.compiling import compiling
 from gradedesign.workspace.limits import resident_memory_bytes
 from gradedesign.workspace.progress import Event, Step, Watch, watching
 
@@ -127,6 +128,8 @@ class ProgressLines:
         """Present step of the computation, as an event of the current stage."""
         now = time.monotonic()
         steps = self._watch.steps()
+        if (compilation := compiling()) is not None:
+            steps = (*steps, compilation)
         with self._lock:
             stage, entered = self._stages[-1], self._entered
         memory = self._memory()
@@ -176,6 +179,7 @@ class ProgressLines:
         """Give a sign of life until the computation ends."""
         live = self._live
         while not self._stop.wait(POLL if live is None else LIVE_POLL):
+            compiling()  # listens from the first look on
             if live is not None:
                 event = self.status()
                 text = f"{event.stage:<{STAGE - 1}} {event.message}"
