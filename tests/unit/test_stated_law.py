@@ -170,6 +170,21 @@ def test_the_law_counts_in_the_hash_of_a_case(stated):
     assert found(table) in hashes
 
 
+def test_a_cell_that_passes_into_another_needs_a_strength(cli, stated):
+    zone = """\
+[[zone]]
+name = "end"
+formula = "10 - x"
+cell = "diamond-sheet"
+law = {stiffness = {c = 0.9, n = 1.8}}
+[run]
+"""
+    ended = cli("check", stated(('grading = "uniform"\n', ""), ("[run]\n", zone)))
+    assert ended.code == 2
+    words = " ".join(ended.err.split())
+    assert "zone[0].law: law 'stated (E 0.9 rho^1.8)' has no strength, which cells that" in words
+
+
 def test_one_cell_in_two_zones_has_one_stated_law(cli, stated):
     zone = """\
 [[zone]]

@@ -25,6 +25,7 @@ from gradedesign.layout.zone_weights import (
     zone_weights,
     zone_widths,
 )
+from gradedesign.material.scaling_law import has_strength
 from gradedesign.part.part import Part
 from gradedesign.plugin.registry import Registry, lookup
 from gradedesign.resolve.planned_law import PlannedLaw, planned_law
@@ -159,6 +160,7 @@ def resolve_zones(
     _require_one_law(case, zones)
     mix = None
     if len(cells) > 1:
+        _require_strengths(zones)
         number = [cells.index(zone.cell) for zone in zones]
         with locating(case, "zone"):
             mix = _joined(case, zones, cells, number, at_points)
@@ -194,6 +196,17 @@ def _require_one_law(case: Case, zones: Sequence[ResolvedZone]) -> None:
                 f"{case.where('zone')}: zones {first.name!r} and {second.name!r} have the same "
                 f"cell, but the laws '{first.law.name}' and '{second.law.name}'; name one law for "
                 f"both"
+            )
+
+
+def _require_strengths(zones: Sequence[ResolvedZone]) -> None:
+    """Refuse laws of stiffness alone beside other cells: mixes are compared with both in both."""
+    for zone in zones:
+        law = zone.law.known
+        if law is not None and not has_strength(law):
+            raise CaseError(
+                f"{zone.case.where('lattice.law')}: law '{law.name}' has no strength, which cells "
+                f"that pass into others need; take a law with strength"
             )
 
 
