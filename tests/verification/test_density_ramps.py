@@ -9,10 +9,10 @@ import pytest
 
 from gradedesign.cell.calibration import calibrate
 from gradedesign.cell.wall_size import wall_mm
-from gradedesign.generate.generate import MOST_STEPS_PER_CELL, STEPS_PER_WALL
 from gradedesign.lattice.density_grid import DensityGrid
 from gradedesign.lattice.domain import DesignDomain
 from gradedesign.lattice.lattice import LatticeDesign, lattice_field
+from gradedesign.lattice.printed_surface import MOST_STEPS_PER_CELL, STEPS_PER_WALL
 from gradedesign.lattice.slab_density import slab_density, total
 from gradedesign.lattice.trim import trimmed_surface
 from gradedesign.part.box import box_surface

@@ -64,6 +64,7 @@ def test_a_file_of_half_the_section_moves_twice_as_far():
             part=part,
             domain=domain,
             analysis=STUFFED_TETS,
+            limits=(),
             space=SimpleNamespace(mesh=None),
         ),
         cells=SimpleNamespace(
