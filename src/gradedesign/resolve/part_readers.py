@@ -43,7 +43,7 @@ def part_readers(case: CaseIdentity, registry: Registry) -> dict[str, Reader]:
         suffix = file.suffix.lower()
         advice = instead(suffix, sorted(by_suffix), label="readable")
         if plugin := supplied_by("suffixes", suffix):
-            advice = f"{plugin}, or export it as STL or 3MF"
+            advice = f"{plugin}; or export it as STL or 3MF"
         message = f"part.file: found {shown(file.name)}, which no installed reader takes; {advice}"
         raise absent(registry, message)
     return by_suffix
