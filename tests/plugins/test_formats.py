@@ -164,7 +164,7 @@ def test_a_cad_file_without_its_plugin_names_the_plugin(tmp_path):
     case = load_case(write(tmp_path, SIZED))
     part = case.part.model_copy(update={"file": tmp_path / "lever.STEP"})
     bare = replace(build_registry(), readers={})
-    with pytest.raises(CaseError, match="plugin gradedesign-step.*; or export it"):
+    with pytest.raises(CaseError, match=r"plugin gradedesign-step.*; or export it"):
         part_readers(case.model_copy(update={"part": part}), bare)
 
 

@@ -76,7 +76,7 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
         (BOX, "lattice.cell: no cell family named 'octet'; install the plugin "
          "gradedesign-cells-strut"),
         ('file = "block.stp"', 'found "block.stp", which no installed reader takes; install the '
-         "plugin gradedesign-step, or export it as STL or 3MF"),
+         "plugin gradedesign-step; or export it as STL or 3MF"),
         ('file = "block.stl"\nunits = "mm"\nrepair = "pymeshlab"',
          'part.repair: found "pymeshlab"; install the plugin gradedesign-pymeshlab'),
     ],
