@@ -80,7 +80,7 @@ def net_pieces(folder):
     that share a face.
     """
     from gradedesign.case.read_generate import load_generate_case
-    from gradedesign.generate.generate import _design
+    from gradedesign.generate.generate import stated_design
     from gradedesign.generate.stated_cells import stated_cells
     from gradedesign.lattice.dense_lattice import DenseLattice, dense_lattice
     from gradedesign.output.layers import _slice_at
@@ -92,7 +92,7 @@ def net_pieces(folder):
 
     registry, case = build_registry(), load_generate_case(folder)
     part = read_part(case, part_readers(case, registry), part_repairer(case, registry))
-    design, _, _ = _design(case, part, stated_cells(case, registry), None)
+    design, _, _ = stated_design(case, part, stated_cells(case, registry), None)
     (net,) = design.domain.nets
 
     def dense(reach):

@@ -373,3 +373,31 @@ def test_examples_in_docstrings_run(name):
     result = doctest.testmod(importlib.import_module(name))
     assert result.attempted > 0
     assert result.failed == 0
+
+
+def missing_names(path):
+    """Names that a script imports from the core and that are not there, wherever it does so."""
+    for node in ast.walk(parsed(path)):
+        if not (
+            isinstance(node, ast.ImportFrom) and (node.module or "").startswith("gradedesign.")
+        ):
+            continue
+        for name in (alias.name for alias in node.names):
+            try:
+                if not hasattr(importlib.import_module(node.module), name):
+                    importlib.import_module(f"{node.module}.{name}")
+            except ModuleNotFoundError:
+                yield f"{short(path)}: {node.module}.{name}"
+
+
+def test_scripts_import_what_exists(tmp_path, monkeypatch):
+    """No test runs benchmarks or the makers of parts and figures; many import only when called."""
+    scripts = [
+        p for folder in ("benchmarks", "cases", "docs") for p in (ROOT / folder).rglob("*.py")
+    ]
+    assert len(scripts) > 25
+    assert [name for path in scripts for name in missing_names(path)] == []
+    monkeypatch.setattr(sys.modules[__name__], "ROOT", tmp_path)
+    script = tmp_path / "script.py"
+    script.write_text("def f():\n    from gradedesign.fe.stress import von_mises, no_such\n")
+    assert list(missing_names(script)) == ["script.py: gradedesign.fe.stress.no_such"]
