@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from gradedesign.check.draft_case import draft_case, draft_text
+from gradedesign.check.draft_case import draft_case, draft_text, open_questions
 from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.raw_triangles import RawTriangles
 from gradedesign.plugin.registry import build_registry
@@ -88,6 +88,30 @@ def test_every_gap_is_named_with_its_line(cli, tmp_path):
     ):
         line = 1 + next(i for i, row in enumerate(lines) if row.startswith(text))
         assert f"case.toml:{line}: {key}" in ended.err
+
+
+def test_new_names_every_gap_that_is_left(cli, tmp_path):
+    folder = tmp_path / "bracket"
+    ended = cli("new", BRACKET, "--units", "mm", "-o", folder)
+    text = (folder / "case.toml").read_text(encoding="utf-8")
+    asked = open_questions(text)
+    rows = text.splitlines()
+    # The three components of a force are one row; the file's first line speaks of "?" itself.
+    left = [
+        (line, row.count('"?') - 2 * row.count("? N") // 3)
+        for line, row in enumerate(rows, start=1)
+        if '"?' in row and line > 1
+    ]
+    assert sum(count for _, count in left) == len(asked)
+    assert [line for line, _ in left] == sorted({question.line for question in asked})
+    words = " ".join(ended.out.split())
+    for question in asked:
+        assert f"{question.line} {question.key} {question.expected}" in words
+    # What is written as it says there is a case.
+    assert {question.key for question in asked if not rows[question.line - 1].startswith("#")} == {
+        "material.name", "load_case[0].fix[0].region", "load_case[0].load[0].region",
+        "load_case[0].load[0].force", "limits.safety_factor", "lattice.cell",
+    }  # fmt: skip
 
 
 def test_a_file_without_a_unit_is_asked_for_one(cli, tmp_path, monkeypatch):

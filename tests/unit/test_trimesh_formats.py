@@ -88,6 +88,22 @@ def test_what_is_written_is_read_and_says_what_it_is(tmp_path, kind):
     assert other * scale**3 == pytest.approx(enclosed_volume(surface), rel=1e-5)
 
 
+def test_glb_is_in_metres_with_y_up(tmp_path):
+    """glTF 2.0, 3.4: what is up in the case, +z, is +y of the file, right-handed still."""
+    block = trimesh.creation.box((10.0, 20.0, 40.0))
+    block.apply_translation((105.0, 210.0, 320.0))
+    surface = SurfaceMesh(vertices=block.vertices, faces=block.faces)
+    path = tmp_path / "block.glb"
+    export_glb(path, PrintedLattice(surface=surface, name="block"))
+    other = trimesh.load_mesh(path)
+    np.testing.assert_allclose(
+        other.bounds, [[0.100, 0.300, -0.220], [0.110, 0.340, -0.200]], rtol=0, atol=1e-7
+    )
+    assert other.volume == pytest.approx(8000.0e-9, rel=1e-5)
+    raw = read_glb(path)
+    np.testing.assert_allclose(raw.corners * 1000.0, block.vertices[block.faces], rtol=0, atol=4e-5)
+
+
 @pytest.mark.parametrize("encoding", ["binary", "ascii"])
 def test_colours_of_ply_are_its_faces(tmp_path, encoding):
     raw = read_ply(store(tmp_path, "ply", TWO.export(file_type="ply", encoding=encoding)))
@@ -140,7 +156,8 @@ def test_bodies_of_glb_are_placed_named_and_coloured(tmp_path):
     assert dict(raw.faces.names) == {0: "bolt", 1: "lug"}
     assert set(raw.faces.colors.values()) == {"#ff0000"}
     lug = raw.corners[raw.faces.label == 1].reshape(-1, 3)
-    np.testing.assert_allclose([lug.min(0), lug.max(0)], [[45, -5, -1], [55, 5, 1]])
+    # Of the file 45 to 55, -5 to 5, -1 to 1; its y is up.
+    np.testing.assert_allclose([lug.min(0), lug.max(0)], [[45, -1, -5], [55, 1, 5]])
     assert volume(raw.corners[raw.faces.label == 1]) == pytest.approx(200.0)  # still outward
 
 

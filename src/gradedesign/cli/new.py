@@ -8,10 +8,10 @@ from pathlib import Path
 
 from gradedesign.case.part_schema import BODIES, UNITS
 from gradedesign.case.suggest import instead, shown
-from gradedesign.check.draft_case import DraftCase, draft_case, draft_text
+from gradedesign.check.draft_case import DraftCase, draft_case, draft_text, open_questions
 from gradedesign.cli.plugins import registry_for
 from gradedesign.cli.progress_lines import ProgressLines
-from gradedesign.cli.show import print_text, print_warnings
+from gradedesign.cli.show import print_table, print_text, print_warnings
 from gradedesign.cli.show_part import (
     part_words,
     print_file_faces,
@@ -56,7 +56,8 @@ def new(
         draft = draft_case(file, registry, units=units, auto=repair == "auto", bodies=bodies)
         beside = _copied(file, folder)
         drawn = _draw(draft, folder / PICTURE, name)
-        write_text(case_file, draft_text(draft, file.stem, beside.name))
+        text = draft_text(draft, file.stem, beside.name)
+        write_text(case_file, text)
     part = draft.part
     for line in (part_words(part), *file_body_words(part.file_bodies), repair_words(part)):
         print_text(line, hang=2)
@@ -65,11 +66,12 @@ def new(
     print_file_faces(part)
     print_text(f"picture: {folder / PICTURE}", hang=2)
     print_text(f"case: {case_file}", hang=2)
-    print_text(
-        'State what stands as "?" there: material, supports, loads, limits and cell. Then: '
-        f"gradedesign check {folder}",
-        hang=2,
+    print_table(
+        'Left to state there, each as "?"',
+        ("line", "key", "what to write"),
+        [(str(asked.line), asked.key, asked.expected) for asked in open_questions(text)],
     )
+    print_text(f"Then: gradedesign check {folder}", hang=2)
     print_warnings((*part.report.warnings, *drawn))
 
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gradedesign.errors import ResourceError
-from gradedesign.mesh.surface_mesh import enclosed_volume
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 from gradedesign.output.edge_balance import edge_balance
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import VOLUME_TOLERANCE, float32_vertices
 from gradedesign.part.raw_triangles import UNIT_MM, RawTriangles
-from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off
+from gradedesign.part.trimesh_formats import read_glb, read_obj, read_off, y_up
 
 #: Decimals of coordinates in text, mm: below the steps of float32 above 0.01 mm.
 _DIGITS = 9
@@ -44,7 +45,7 @@ def export_off(path: Path, lattice: PrintedLattice) -> None:
 
 
 def export_glb(path: Path, lattice: PrintedLattice) -> None:
-    """Write the printed lattice as GLB, in metres as the format wants, axes as in the case.
+    """Write the printed lattice as GLB, in metres and with the case's z up, as the format wants.
 
     Raises
     ------
@@ -55,8 +56,12 @@ def export_glb(path: Path, lattice: PrintedLattice) -> None:
     def note(tree: dict[str, Any]) -> None:
         tree["asset"]["extras"] = lattice.metadata
 
+    upright = replace(
+        lattice,
+        surface=SurfaceMesh(vertices=y_up(lattice.surface.vertices), faces=lattice.surface.faces),
+    )
     path.write_bytes(
-        _encoded(lattice, 1.0 / UNIT_MM["m"], "glb", tree_postprocessor=note, scene=True)
+        _encoded(upright, 1.0 / UNIT_MM["m"], "glb", tree_postprocessor=note, scene=True)
     )
     _require_same(path, lattice, read_glb)
 

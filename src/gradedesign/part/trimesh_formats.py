@@ -24,7 +24,7 @@ from gradedesign.part._obj_plain import plain_obj
 from gradedesign.part.file_faces import FileFaces
 from gradedesign.part.raw_triangles import RawTriangles, raw_triangles
 
-#: glTF 2.0, 3.4: all linear distances are in metres.
+#: glTF 2.0, 3.4: all linear distances are in metres, and +Y is up.
 _GLB_UNIT = "m"
 #: Exceptions of decoding a damaged file. Lack of memory is left to whoever watches it.
 _DAMAGE = (
@@ -97,6 +97,8 @@ def read_off(path: Path) -> RawTriangles:
 def read_glb(path: Path) -> RawTriangles:
     """Read the triangles of a GLB file, in metres; bodies of one name and colour are one face.
 
+    What is up in the file, its +Y, is +z of the part.
+
     Raises
     ------
     PartError
@@ -107,6 +109,18 @@ def read_glb(path: Path) -> RawTriangles:
         plain, names, remarks = plain_glb(data, path.name)
         scene = _scene(plain, "glb")
         return _triangles(path, scene, None, name_of=names.get, unit=_GLB_UNIT, remarks=remarks)
+
+
+def y_up(points: FloatArray) -> FloatArray:
+    """Points ``(..., 3)`` in the axes of glTF, whose Y is our z."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([x, z, -y], axis=-1)
+
+
+def _z_up(points: FloatArray) -> FloatArray:
+    """Points ``(..., 3)`` of glTF in our axes."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([x, -z, y], axis=-1)
 
 
 def _require_three_corners(data: Any, source: str) -> None:
@@ -171,6 +185,7 @@ def _triangles(
                 f"{len(mesh.vertices)} are there; export or copy the file again"
             )
         placed = np.asarray(mesh.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+        placed = placed if unit is None else _z_up(placed)
         turned = faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else faces
         corners.append(placed[turned])
         if mesh.metadata.get("from_gltf_primitive"):
