@@ -27,6 +27,8 @@ from gradedesign.part.file_body import NEGATIVE, FileBody
 _DEEPEST = 32
 #: Where all components are placed, no more meshes and triangles than these.
 _MOST_MESHES, _MOST_TRIANGLES = 100_000, 20_000_000
+#: Objects that a message lists; chosen, not measured.
+_LISTED = 12
 #: Pairs of a solid and a negative volume whose boxes meet; chosen, not measured.
 _MOST_CUTS = 10_000
 
@@ -71,6 +73,16 @@ class BodyReader:
             If objects are missing, too many, or contradict each other in their roles; if all is
             left out or cut away; if a body that is to be cut is damaged.
         """
+        if self.model.objects and not self.model.items:
+            listed = ", ".join(
+                f"{part.marks.label} of type {part.kind}"
+                for part in list(self.model.objects.values())[:_LISTED]
+            )
+            raise PartError(
+                f"{self.model.source}: nothing is to be built: its <build> names none of the "
+                f"{len(self.model.objects)} objects in it ({listed}); export the part again as a "
+                "solid"
+            )
         whole: list[PlacedBody] = []
         for item in self.model.items:
             role = self.roles.of_item(item)
@@ -79,7 +91,7 @@ class BodyReader:
         names = list(dict.fromkeys(map(str, self.found)))
         if not bodies and names:
             raise PartError(
-                f"{self.model.source}: no solid is left beside {', '.join(names[:12])}; export the "
+                f"{self.model.source}: no solid is left beside {', '.join(names[:_LISTED])}; export the "
                 "solid too, or change in the slicer what these are and where they cut"
             )
         for number, body in enumerate(self.found):
@@ -175,7 +187,8 @@ class BodyReader:
             return []
         if not part.colors:
             raise PartError(
-                f"{self.model.source}: object {number} has no triangles; export it again"
+                f"{self.model.source}: {part.marks.label} of type {part.kind} has no triangles; "
+                "export it again as a solid"
             )
         corners = _corners(part, place)
         shades = {
