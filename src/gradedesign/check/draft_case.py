@@ -36,7 +36,7 @@ _EXPECTED = {
     "limits.safety_factor": "a number above 1, such as 2: yield strength over stress",
     "limits.displacement[0].region": "where wanted: the region whose displacement is limited",
     "limits.displacement[0].magnitude": 'with it: how far it may move, such as "0.1 mm"',
-    "lattice.cell": 'a cell that `gradedesign cells` lists, such as "gyroid-sheet"',
+    "lattice.cell": "a cell that `gradedesign cells` lists, by its name",
 }
 _TABLE = re.compile(r"(?:# )?(\[+)(\w+)\]+")
 _ENTRY = re.compile(r'(\w+) = \[?"\?')
