@@ -91,8 +91,8 @@ class BodyReader:
         names = list(dict.fromkeys(map(str, self.found)))
         if not bodies and names:
             raise PartError(
-                f"{self.model.source}: no solid is left beside {', '.join(names[:_LISTED])}; export "
-                "the solid too, or change in the slicer what these are and where they cut"
+                f"{self.model.source}: no solid is left beside {', '.join(names[:_LISTED])}; "
+                "export the solid too, or change in the slicer what these are and where they cut"
             )
         for number, body in enumerate(self.found):
             if body.role == NEGATIVE and number not in self._cutting:
