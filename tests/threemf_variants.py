@@ -11,6 +11,7 @@ import random
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from xml.sax.saxutils import escape
 
 import numpy as np
 from scipy.ndimage import label as connected
@@ -19,12 +20,22 @@ from scipy.spatial.transform import Rotation
 from gradedesign.part.box import box_surface
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
+ALTERNATIVES = "http://schemas.microsoft.com/3dmanufacturing/production/alternatives/2021/04"
 CURA = "http://software.ultimaker.com/xml/cura/3mf/2015/10"
-RELATIONS = (
-    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    '<Relationship Target="/3D/3dmodel.model" Id="r" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
-)
+ROOT = "/3D/3dmodel.model"
+
+
+def relations(*targets: str) -> str:
+    kind = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+    rows = "".join(
+        f'<Relationship Target="{escape(target)}" Id="r{k}" Type="{kind}"/>'
+        for k, target in enumerate(targets)
+    )
+    uri = "http://schemas.openxmlformats.org/package/2006/relationships"
+    return f'<Relationships xmlns="{uri}">{rows}</Relationships>'
+
+
 PRUSA, BAMBU = "Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"
 #: Edge of a unit of the scenes, mm: bases are 20 to 40 mm long.
 UNIT = 0.125
@@ -93,26 +104,38 @@ class Box:
 
 @dataclass
 class Package:
-    """Parts of a file as they are written."""
+    """Parts of a file as they are written; other models by their path, with their resources."""
 
     resources: list[str] = field(default_factory=list)
     items: list[str] = field(default_factory=list)
     metadata: dict[str, str] = field(default_factory=dict)
     unit: str = "millimeter"
+    models: dict[str, list[str]] = field(default_factory=dict)
+    related: tuple[str, ...] | None = None
 
     def data(self) -> bytes:
-        text = (
-            f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{self.unit}" xmlns="{CORE}" '
-            f'xmlns:cura="{CURA}" xmlns:slic3r="urn:slic3r">\n<resources>{"".join(self.resources)}'
-            f"</resources>\n<build>{''.join(self.items)}</build></model>"
-        )
         file = io.BytesIO()
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("_rels/.rels", RELATIONS)
-            archive.writestr("3D/3dmodel.model", text)
+            archive.writestr("_rels/.rels", relations(ROOT))
+            archive.writestr(ROOT[1:], self.model(self.resources, self.items))
+            if self.models:
+                related = self.models if self.related is None else self.related
+                archive.writestr("3D/_rels/3dmodel.model.rels", relations(*related))
+            for path, resources in self.models.items():
+                # Items of other models than the root are to be passed over.
+                archive.writestr(path[1:], self.model(resources, [item(77)]))
             for name, content in self.metadata.items():
                 archive.writestr(name, f'<?xml version="1.0" encoding="UTF-8"?>\n{content}')
         return file.getvalue()
+
+    def model(self, resources: Sequence[str], items: Sequence[str]) -> str:
+        required = 'requiredextensions="p"' if self.models else ""
+        return (
+            f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{self.unit}" xmlns="{CORE}" '
+            f'xmlns:cura="{CURA}" xmlns:slic3r="urn:slic3r" xmlns:p="{PRODUCTION}" '
+            f'xmlns:pa="{ALTERNATIVES}" {required}>\n<resources>{"".join(resources)}</resources>\n'
+            f"<build>{''.join(items)}</build></model>"
+        )
 
 
 FACES = box_surface((1.0, 1.0, 1.0)).faces
@@ -139,11 +162,14 @@ def thing(number: int, inner: str, *, name: str = "", more: str = "", before: st
     return f'<object id="{number}"{called} {more}>{before}{inner}</object>'
 
 
-def components(numbers: Sequence[int], places: Sequence[str] = ()) -> str:
-    places = places or [""] * len(numbers)
+def components(
+    numbers: Sequence[int], places: Sequence[str] = (), paths: Sequence[str] = ()
+) -> str:
+    places, paths = places or [""] * len(numbers), paths or [""] * len(numbers)
     inner = "".join(
-        f'<component objectid="{n}"{place and f" transform={chr(34)}{place}{chr(34)}"}/>'
-        for n, place in zip(numbers, places, strict=True)
+        f'<component objectid="{n}"{place and f" transform={chr(34)}{place}{chr(34)}"}'
+        f"{path and f' p:path={chr(34)}{escape(path)}{chr(34)}'}/>"
+        for n, place, path in zip(numbers, places, paths, strict=True)
     )
     return f"<components>{inner}</components>"
 
@@ -364,8 +390,13 @@ def by_prusa(rng: random.Random, found: Sequence[Box], name: str, *, inline: boo
     return answer(name, found, package, place)
 
 
-def by_bambu(rng: random.Random, found: Sequence[Box], name: str) -> Variant:
-    """One component for each body, of a mesh that is placed, turned or mirrored by itself."""
+def by_bambu(
+    rng: random.Random, found: Sequence[Box], name: str, models: Sequence[str] = ()
+) -> Variant:
+    """One component for each body, of a mesh that is placed, turned or mirrored by itself.
+
+    The meshes stand in the root model or in others, one path for each body.
+    """
     outer, package, places = placement(rng), Package(unit=rng.choice(list(UNITS))), []
     for number, body in enumerate(found, start=1):
         inner = placement(rng)
@@ -373,14 +404,17 @@ def by_bambu(rng: random.Random, found: Sequence[Box], name: str) -> Variant:
         if np.linalg.det(inner.matrix) < 0.0:  # outward where it is stored
             vertices, faces = vertices[MIRRORED], ""
         kind = 'type="other"' if body.role != "solid" and rng.random() < 0.7 else ""
-        package.resources.append(thing(number, mesh(vertices) + faces, more=kind))
+        path = models[number - 1] if models else ROOT
+        stored = package.resources if path == ROOT else package.models.setdefault(path, [])
+        stored.append(thing(number, mesh(vertices) + faces, more=kind))
         places.append(inner.text)
     numbers = range(1, len(found) + 1)
-    package.resources.append(thing(9, components(numbers, places)))
-    package.items = [item(9, outer.text, 'printable="1"')]
-    package.metadata = bambu_config(
-        *(bambu_part(n, b.name, BAMBU_TYPES[b.role]) for n, b in zip(numbers, found, strict=True))
-    )
+    # Numbers are of one model: the assembly may have that of a body in another.
+    whole = rng.choice([1, 9]) if models and ROOT not in models else 9
+    package.resources.append(thing(whole, components(numbers, places, models)))
+    package.items = [item(whole, outer.text, 'printable="1"')]
+    parts = (bambu_part(n, b.name, BAMBU_TYPES[b.role]) for n, b in enumerate(found, start=1))
+    package.metadata = bambu_config(*parts, number=whole)
     return answer(name, found, package, outer)
 
 
@@ -444,6 +478,21 @@ def scenes(seed: int = 20261126) -> Iterator[Variant]:
             order.insert(rng.randrange(len(order) + 1), solid)
         found = scene(rng, order, flush=False)
         yield by_items(rng, found, f"items {number}: {', '.join(order)}")
+
+
+def production_scenes(seed: int = 20261129) -> Iterator[Variant]:
+    """Files whose meshes stand in models of their own, as Bambu Studio and OrcaSlicer save them."""
+    rng = random.Random(seed)
+    for number in range(24):
+        order = rng.choices(list(BAMBU_TYPES), k=rng.randrange(4))
+        found = scene(rng, order, flush=number % 3 == 0)
+        # One model of the whole object, one for each body, or some bodies in the root model.
+        paths = ["/3D/Objects/a & b_1.model"] * len(found)
+        if number % 3 == 1:
+            paths = [f"/3D/Objects/object_{k}.model" for k in range(len(found))]
+        elif number % 3 == 2:
+            paths = [rng.choice([ROOT, "/3D/object.model"]) for _ in found]
+        yield by_bambu(rng, found, f"production {number}: {', '.join(order) or 'solid'}", paths)
 
 
 def block(name: str = "block", role: str = "solid", x: int = 0) -> Box:
@@ -649,6 +698,76 @@ def single_files() -> Iterator[Variant]:
     yield answer("a negative assembly", wide, package, HERE, order)
 
 
+def production_files() -> Iterator[Variant]:
+    """Files of several models that must be read, each for one rule, and those that are refused."""
+    path, other = "/3D/Objects/object_1.model", "/3D/Objects/object_2.model"
+    second = Box("second", "solid", (8, 8, 4), (120, 48, 28))
+    one, two_ = (thing(n, mesh(b.vertices), name=b.name) for n, b in ((1, block()), (2, second)))
+    # The same number in two models, and an item of an assembly of another model.
+    package = Package([one], [item(1), item(1, more=f'p:path="{path}"')], models={path: [
+        thing(2, mesh(second.vertices)), thing(1, components([2]))]})  # fmt: skip
+    yield answer("production, an item of another model", [block(), second], package, HERE)
+    package = Package([one], [item(1)], models={path: [two_]})
+    yield answer("production, a model that is not placed", [block()], package, HERE)
+    package = Package([one, thing(9, components([1], paths=[ROOT]))], [item(9)])
+    yield answer("production, the path of the root model", [block()], package, HERE)
+    spaced, quoted = "/3D/Objects/a b.model", "Objects/a%20b.model"
+    package = Package([one, thing(9, components([1, 2], paths=[ROOT, spaced]))], [item(9)],
+                      models={spaced: [two_]}, related=(quoted,))  # fmt: skip
+    yield answer("production, a relation that is quoted", [block(), second], package, HERE)
+    whole = thing(9, components([1, 2], paths=[path, other]))
+    parts = bambu_part(1, "block", "normal_part"), bambu_part(2, "hole", "negative_part")
+    both = {path: [one], other: [two_]}
+    hidden = {path: [one.replace("<object", '<object pa:modelresolution="lowres"')], other: [two_]}
+    inner = [thing(1, components([2], paths=[other]))]
+    twice = {path: [one], other: [thing(1, mesh(second.vertices))]}
+    same = thing(9, components([1, 1], paths=[path, other]))
+    out = thing(9, components([1], paths=["/../../object_1.model"]))
+    cases: dict[str, tuple[Package, tuple[str, ...]]] = {
+        "no target": (Package([whole], models={path: [one]}, related=(path, other)),
+                      ("the part 3D/Objects/object_2.model is missing",)),
+        "no relation": (Package([whole], models=both, related=(path,)),
+                        ("places objects of 3D/Objects/object_2.model", "no relation")),
+        "no object": (Package([whole], models={path: [one], other: [one]}),
+                      ("object 2 of 3D/Objects/object_2.model is missing",)),
+        "out of the package": (Package([out], models=both), ("leads out of the package",)),
+        "a relation out of it": (Package([whole], models=both, related=("../../a", path, other)),
+                                 ("3D/_rels/3dmodel.model.rels leads out of the package",)),
+        "a path elsewhere": (Package([whole], models={path: inner, other: [two_]}),
+                             ("3D/Objects/object_1.model", "the root model alone")),
+        "in itself": (Package([whole], models={path: [thing(1, components([1]))], other: [two_]}),
+                      ("object 1 of 3D/Objects/object_1.model", "contain themselves")),
+        "a stand-in": (Package([whole], models=hidden), ("object 1 of", "'lowres'", "fullres")),
+        "one number, two models": (
+            Package([same], metadata=bambu_config(*parts[:1]), models=twice),
+            ("part 1 of object 9", "2 such components", "1 of 3D/Objects/object_2.model")),
+        "no such part": (Package([whole], metadata=bambu_config(bambu_part(
+            9, "x", "normal_part")), models=both), ("1 of 3D/Objects/object_1.model, 2 of",)),
+        "all cut away": (Package([whole], metadata=bambu_config(parts[1], bambu_part(
+            1, "block", "modifier_part")), models=both), ("no solid is left", "'hole'")),
+    }  # fmt: skip
+    for name, (package, words) in cases.items():
+        package.items = [item(9)]
+        yield Variant(f"production, {name}", package.data(), words=words)
+    # A model in another unit than the root model.
+    package = Package([whole], [item(9)], models=both)
+    text = package.data()
+    yield Variant("production, two units", altered(text, other[1:], "millimeter", "inch"),
+                  words=("object_2.model", "its unit is 'inch'", "'millimeter'"))  # fmt: skip
+    yield Variant("production, cut", altered(text, path[1:], "</build></model>", ""),
+                  words=("3D/Objects/object_1.model is damaged in line",))  # fmt: skip
+
+
+def altered(data: bytes, entry: str, old: str, new: str) -> bytes:
+    """A package of which one entry has other text."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as before, zipfile.ZipFile(file, "w") as archive:
+        for name in before.namelist():
+            text = before.read(name).decode()
+            archive.writestr(name, text.replace(old, new) if name == entry else text)
+    return file.getvalue()
+
+
 def flush_files() -> Iterator[Variant]:
     """Negative volumes that end flush, or side by side, but for the rounding of a turned file."""
     rng = random.Random(20261127)
@@ -689,8 +808,8 @@ def free_turn(rng: random.Random) -> np.ndarray:
 
 
 def role_variants() -> list[Variant]:
-    """All files, about 130."""
+    """All files, about 170."""
     return [
-        *scenes(), *flush_files(), *single_files(),
+        *scenes(), *production_scenes(), *production_files(), *flush_files(), *single_files(),
         *refused_by_prusa(), *refused_by_bambu(), *refused_otherwise(),
     ]  # fmt: skip

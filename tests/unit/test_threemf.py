@@ -7,6 +7,7 @@ import pytest
 
 from gradedesign.errors import PartError
 from gradedesign.mesh.surface_mesh import SurfaceMesh, corner_points, enclosed_volume
+from gradedesign.part import _threemf_package
 from gradedesign.part.box import box_surface
 from gradedesign.part.repair import build_surface
 from gradedesign.part.threemf import read_3mf
@@ -14,9 +15,11 @@ from gradedesign.part.threemf import read_3mf
 BOX = box_surface((1.0, 2.0, 3.0))
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
+SLICE = "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07"
+ROOT = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 RELS = (
     '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    '<Relationship Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel" '
+    f'<Relationship Type="{ROOT}" '
     'Target="/3D/3dmodel.model" Id="rel0"/></Relationships>'
 )
 
@@ -156,9 +159,9 @@ BOMB = '<!DOCTYPE a [<!ENTITY b "c">]>'
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (model(box(), attributes=f'xmlns:p="{PRODUCTION}" requiredextensions="p"'),
-         "needs the production extension of 3MF, which is not read; export the part as plain 3MF"),
-        (model(ELSEWHERE, attributes=f'xmlns:p="{PRODUCTION}"'), "needs the production extension"),
+        (model(box(), attributes=f'xmlns:s="{SLICE}" requiredextensions="s"'),
+         "needs the slice extension of 3MF, which is not read; export the part as plain 3MF"),
+        (model(ELSEWHERE, attributes=f'xmlns:p="{PRODUCTION}"'), "has no relation"),
         (model(box(), attributes='xmlns:q="urn:q" requiredextensions="q"'), "needs the q ext"),
         (model(box(), attributes='unit="furlong"'), "its unit is 'furlong'; expected one of"),
         (model(ITSELF), "or contain themselves"),
@@ -196,7 +199,31 @@ def test_packages_without_one_model_are_refused(tmp_path):
     with pytest.raises(PartError, match="names 0 models"):
         read_3mf(written(tmp_path, model(box()), rels="<a/>"))
     path = written(tmp_path, model(box()), rels=RELS.replace("/3D/", "/../../3D/"))
-    with pytest.raises(PartError, match=r"the part \.\./\.\./3D/3dmodel\.model is missing"):
+    with pytest.raises(PartError, match=r"_rels/\.rels leads out of the package \('/\.\./"):
+        read_3mf(path)
+
+
+def test_all_models_together_keep_to_the_limit_of_memory(tmp_path, monkeypatch):
+    part = model(box(), "", attributes=f'unit="inch" xmlns:p="{PRODUCTION}"')
+    inner = "".join(f'<component objectid="1" p:path="/{k}.model"/>' for k in range(6))
+    path = written(
+        tmp_path,
+        model(
+            f'<object id="1"><components>{inner}</components></object>',
+            attributes=f'unit="inch" xmlns:p="{PRODUCTION}"',
+        ),
+    )
+    with zipfile.ZipFile(path, "a") as archive:
+        rows = "".join(
+            f'<Relationship Target="/{k}.model" Id="r{k}" Type="{ROOT}"/>' for k in range(6)
+        )
+        uri = "http://schemas.openxmlformats.org/package/2006/relationships"
+        archive.writestr("3D/_rels/3dmodel.model.rels", f'<a xmlns="{uri}">{rows}</a>')
+        for k in range(6):
+            archive.writestr(f"{k}.model", part)
+    assert len(read_3mf(path).corners) == 6 * 12
+    monkeypatch.setattr(_threemf_package, "MOST_BYTES", 5 * len(part))
+    with pytest.raises(PartError, match=r"[34]\.model unpacks to more than .* for all parts"):
         read_3mf(path)
 
 

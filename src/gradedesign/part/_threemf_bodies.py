@@ -17,6 +17,7 @@ from gradedesign.part._threemf_cuts import (
     meet,
     without_cutters,
 )
+from gradedesign.part._threemf_id import ResourceId
 from gradedesign.part._threemf_metadata import SOLID
 from gradedesign.part._threemf_model import ThreemfModel
 from gradedesign.part._threemf_object import ThreemfObject
@@ -106,7 +107,7 @@ class BodyReader:
         self,
         before: list[PlacedBody],
         role: BodyRole,
-        number: str,
+        number: ResourceId,
         place: FloatArray,
         name: str | None,
         depth: int,
@@ -141,7 +142,7 @@ class BodyReader:
         return [*apart, cut_together(hit, cutters)] if hit else apart
 
     def _object(
-        self, number: str, place: FloatArray, name: str | None, depth: int, *, used: bool
+        self, number: ResourceId, place: FloatArray, name: str | None, depth: int, *, used: bool
     ) -> list[PlacedBody]:
         """Solids of an object; none where it is not used."""
         part = self.model.objects.get(number)
@@ -174,7 +175,13 @@ class BodyReader:
         return bodies
 
     def _mesh(
-        self, number: str, part: ThreemfObject, place: FloatArray, name: str | None, *, used: bool
+        self,
+        number: ResourceId,
+        part: ThreemfObject,
+        place: FloatArray,
+        name: str | None,
+        *,
+        used: bool,
     ) -> list[PlacedBody]:
         """Solids of a mesh, of which a slicer may name ranges."""
         self._meshes, self._triangles = self._meshes + 1, self._triangles + len(part.colors)
@@ -214,7 +221,7 @@ class BodyReader:
         label: str | None,
         corners: FloatArray,
         part: ThreemfObject,
-        shades: dict[tuple[str, str] | None, str | None],
+        shades: dict[tuple[ResourceId, str] | None, str | None],
         some: slice,
     ) -> PlacedBody:
         """Some triangles of a mesh, each colour a face of its own."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from gradedesign.errors import PartError
+from gradedesign.part._threemf_id import ResourceId
 from gradedesign.part.file_body import NEGATIVE
 
 #: Roles that more than one format knows.
@@ -69,38 +70,39 @@ class StatedBody:
 
 
 class SlicerMetadata:
-    """Ranges and components with roles, by object.
+    """Ranges and components with roles, by object of the root model.
 
     Attributes
     ----------
     source : str
         Name of the file, for messages.
-    volumes : dict of str to list of StatedBody
+    volumes : dict of ResourceId to list of StatedBody
         Ranges of the triangles of each object, in their order.
-    parts : dict of str to dict of str to StatedBody
-        Components of each object by the object that they place.
-    names : dict of str to str
+    parts : dict of ResourceId to dict of str to StatedBody
+        Components of each object by the number of the object that they place, which metadata
+        states without its model.
+    names : dict of ResourceId to str
         Names of objects.
-    where : dict of str to str
+    where : dict of ResourceId to str
         Entry that tells of each object.
     """
 
     def __init__(self, source: str) -> None:
         self.source = source
-        self.volumes: dict[str, list[StatedBody]] = {}
-        self.parts: dict[str, dict[str, StatedBody]] = {}
-        self.names: dict[str, str] = {}
-        self.where: dict[str, str] = {}
+        self.volumes: dict[ResourceId, list[StatedBody]] = {}
+        self.parts: dict[ResourceId, dict[str, StatedBody]] = {}
+        self.names: dict[ResourceId, str] = {}
+        self.where: dict[ResourceId, str] = {}
         self._entry = ""
         self._path: list[str] = []
-        self._object = ""
+        self._object = ResourceId("")
         self._body: StatedBody | None = None
 
     def handler(self, entry: str) -> SlicerMetadata | None:
         """Take an entry of the package next, if it holds roles."""
         if not entry.lower().startswith("metadata/") or not entry.lower().endswith(_ENTRIES):
             return None
-        self._entry, self._path, self._object, self._body = entry, [], "", None
+        self._entry, self._path, self._body = entry, [], None
         return self
 
     def prefix(self, prefix: str, namespace: str) -> None:
@@ -114,7 +116,7 @@ class SlicerMetadata:
         within, key = self._path == ["config", "object"], attributes.get("key", "")
         self._path.append(name)
         if self._path == ["config", "object"]:
-            self._object = self._attribute(attributes, "id", "an object")
+            self._object = ResourceId(self._attribute(attributes, "id", "an object"))
             self.where[self._object] = self._entry
         elif within and name == "volume":
             self._begin_volume(attributes)

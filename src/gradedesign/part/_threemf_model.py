@@ -1,4 +1,4 @@
-"""Objects, colours, roles and build items of a 3MF model, gathered as its elements arrive."""
+"""Objects, colours, roles and build items of a 3MF file's models, gathered as elements arrive."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import PartError
+from gradedesign.part._threemf_id import ResourceId
 from gradedesign.part._threemf_metadata import MODIFIER, SOLID, StatedBody, whole_number
 from gradedesign.part._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
+from gradedesign.part._threemf_package import entry_name
 
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 _MATERIAL = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02}"
 _PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06}"
+_ALTERNATIVES = "http://schemas.microsoft.com/3dmanufacturing/production/alternatives/2021/04}"
 _CURA = "http://software.ultimaker.com/xml/cura/3mf/2015/10}"
 #: Extensions that messages call by their name.
 _EXTENSIONS = {
-    _PRODUCTION: "production",
+    _ALTERNATIVES: "production alternatives",
     "http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02}": "beam lattice",
     "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07}": "slice",
     "http://schemas.microsoft.com/3dmanufacturing/securecontent/2019/04}": "secure content",
@@ -38,11 +41,15 @@ _CURA_ROLES = {
     "anti_overhang_mesh": "anti-overhang mesh",
     "support_mesh": "support mesh",
 }
+#: Of the object itself, where a file holds other resolutions of it.
+_FULL = "fullres"
 _SWITCH = {"true": True, "1": True, "false": False, "0": False}
 
 
 class ThreemfModel:
-    """A model as far as it has been parsed.
+    """The models of a file as far as they have been parsed: the root model, and those it places.
+
+    Source: 3MF Core Specification 1.4; 3MF Production Extension 1.2, chapters 2 and 3.
 
     Attributes
     ----------
@@ -50,22 +57,39 @@ class ThreemfModel:
         Name of the file, for messages.
     unit : str
         As the file says.
-    objects : dict of str to ThreemfObject
+    objects : dict of ResourceId to ThreemfObject
     items : list of ThreemfItem
+        Of the root model; those of others do not count.
+    placed : dict of str to None
+        Entries with the other models of which the root model places objects, in their order.
     """
 
     def __init__(self, source: str) -> None:
         self.source = source
         self.unit = ""
-        self.objects: dict[str, ThreemfObject] = {}
+        self.objects: dict[ResourceId, ThreemfObject] = {}
         self.items: list[ThreemfItem] = []
-        self._colors: dict[str, list[str | None]] = {}
+        self.placed: dict[str, None] = {}
+        self._colors: dict[ResourceId, list[str | None]] = {}
+        self._root: str | None = None
+        self._begin_entry("")
+
+    def handler(self, entry: str) -> ThreemfModel:
+        """Take an entry of the package next; the first one is the root model."""
+        if self._root is None:
+            self._root = entry
+        self._begin_entry("" if entry == self._root else entry)
+        return self
+
+    def _begin_entry(self, entry: str) -> None:
+        self._entry, self._begun = entry, False
         self._group: list[str | None] = []
         self._open: ThreemfObject | None = None
         self._namespaces: dict[str, str] = {}
         self._marks: ThreemfMarks | None = None
         self._key: str | None = None
         self._words: list[str] = []
+        self._ids: dict[str, ResourceId] = {}
 
     def prefix(self, prefix: str, namespace: str) -> None:
         """Remember a prefix: required extensions are named by it."""
@@ -80,7 +104,7 @@ class ThreemfModel:
             self._triangle(self._object(name), attributes)
         elif name == _CORE + "model":
             self._begin(attributes)
-        elif not self.unit:
+        elif not self._begun:
             self._refuse("its model is not of 3MF's core specification; export it again as 3MF")
         elif name == _CORE + "object":
             self._begin_object(attributes)
@@ -89,7 +113,7 @@ class ThreemfModel:
         elif name == _CORE + "item":
             self._begin_item(attributes)
         elif name in _GROUPS:
-            self._group = self._colors.setdefault(self._text(attributes, "id"), [])
+            self._group = self._colors.setdefault(self._id(self._text(attributes, "id")), [])
         elif name in (_CORE + "base", _MATERIAL + "color"):
             text = attributes.get("displaycolor", attributes.get("color", ""))
             self._group.append(text[:7].lower() if _COLOR.fullmatch(text) else None)
@@ -111,7 +135,7 @@ class ThreemfModel:
             self._end_mark(self._key, "".join(self._words).strip())
             self._key = None
 
-    def color(self, reference: tuple[str, str] | None) -> str | None:
+    def color(self, reference: tuple[ResourceId, str] | None) -> str | None:
         """Colour ``#rrggbb`` of a group and an index; None where the group holds no colours."""
         if reference is None or reference[0] not in self._colors:
             return None
@@ -121,19 +145,28 @@ class ThreemfModel:
         return group[index]
 
     def _begin(self, attributes: dict[str, str]) -> None:
-        self.unit = attributes.get("unit", "millimeter")
+        self._begun, unit = True, attributes.get("unit", "millimeter")
+        self.unit = self.unit or unit
+        if unit != self.unit:
+            self._refuse(
+                f"its unit is {unit!r}, that of the root model {self.unit!r}; expected one unit: "
+                "export it again"
+            )
         for prefix in attributes.get("requiredextensions", "").split():
             namespace = self._namespaces.get(prefix, "")
-            if namespace not in (_CORE, _MATERIAL):
-                self._refuse_extension(_EXTENSIONS.get(namespace, prefix))
+            if namespace not in (_CORE, _MATERIAL, _PRODUCTION):
+                self._refuse(
+                    f"needs the {_EXTENSIONS.get(namespace, prefix)} extension of 3MF, which is "
+                    "not read; export the part as plain 3MF (core specification), STL or STEP"
+                )
 
     def _begin_object(self, attributes: dict[str, str]) -> None:
-        number = self._text(attributes, "id")
+        number = self._id(self._text(attributes, "id"))
         if number in self.objects or self._open is not None:
             self._refuse(f"object {number} is there twice, or inside another; export it again")
         color = None
         if "pid" in attributes:
-            color = attributes["pid"], attributes.get("pindex", "0")
+            color = self._id(attributes["pid"]), attributes.get("pindex", "0")
         name = attributes.get("name", "").strip() or None
         label = f"object {number}" + ("" if name is None else f" '{name}'")
         kind = attributes.get("type", _KINDS[0])
@@ -142,12 +175,20 @@ class ThreemfModel:
                 f"{label} has the type {kind[:40]!r}, which is unknown; expected one of "
                 f"{', '.join(_KINDS)}: export it again"
             )
+        resolution = attributes.get(_ALTERNATIVES + "modelresolution", _FULL)
+        if resolution != _FULL:
+            self._refuse(
+                f"{label} has the modelresolution {resolution[:40]!r}: it stands for another shape;"
+                f" expected {_FULL}: export the part itself"
+            )
         self._marks = ThreemfMarks(label=label, printable=self._printable(attributes, label))
         self._open = self.objects[number] = ThreemfObject(
             kind=kind, name=name, color=color, marks=self._marks
         )
 
     def _begin_item(self, attributes: dict[str, str]) -> None:
+        if self._entry:  # the root model alone says what is built
+            return
         number, place = self._placed(attributes)
         label = f"item {len(self.items) + 1} (object {number})"
         self._marks = ThreemfMarks(label=label, printable=self._printable(attributes, label))
@@ -212,16 +253,27 @@ class ThreemfModel:
         part.triangles.extend(corners)
         color = part.color
         if "p1" in attributes:
-            group = attributes.get("pid", "" if part.color is None else part.color[0])
+            inherited = self._id("") if part.color is None else part.color[0]
+            group = self._id(attributes["pid"]) if "pid" in attributes else inherited
             first = attributes["p1"]
             same = all(attributes.get(key, first) == first for key in ("p2", "p3"))
             color = (group, first) if same else None
         part.colors.append(color)
 
-    def _placed(self, attributes: dict[str, str]) -> tuple[str, FloatArray]:
+    def _placed(self, attributes: dict[str, str]) -> tuple[ResourceId, FloatArray]:
         """An object and where it is placed, ``(4, 3)``."""
-        if _PRODUCTION + "path" in attributes:
-            self._refuse_extension("production")
+        number = self._id(self._text(attributes, "objectid"))
+        path = attributes.get(_PRODUCTION + "path")
+        if path is not None:
+            if self._entry:
+                self._refuse(
+                    f"it places object {number.number} of {path[:80]}; the production extension "
+                    "lets the root model alone place objects of other models: export it again"
+                )
+            entry = entry_name(path, "/", self.source, "a path of the root model")
+            if entry != self._root:
+                self.placed[entry] = None
+                number = ResourceId(number.number, entry)
         numbers = attributes.get("transform", _IDENTITY).split()
         matrix = np.array([self._number(text) for text in numbers])
         if len(matrix) != 12 or abs(np.linalg.det(matrix[:9].reshape(3, 3))) == 0.0:
@@ -229,7 +281,11 @@ class ThreemfModel:
                 f"the transform {' '.join(numbers)[:80]!r} places nothing; expected 12 numbers "
                 "with a determinant other than 0"
             )
-        return self._text(attributes, "objectid"), matrix.reshape(4, 3)
+        return number, matrix.reshape(4, 3)
+
+    def _id(self, number: str) -> ResourceId:
+        """A resource of this model; one record for each, since triangles keep theirs."""
+        return self._ids.setdefault(number, ResourceId(number, self._entry))
 
     def _object(self, name: str) -> ThreemfObject:
         if self._open is None:
@@ -251,11 +307,6 @@ class ThreemfModel:
             self._refuse(f"found {text[:40]!r} where an index should be; export it again")
         return int(text)
 
-    def _refuse_extension(self, name: str) -> NoReturn:
-        self._refuse(
-            f"needs the {name} extension of 3MF, which is not read; export the part as plain 3MF "
-            "(core specification), STL or STEP"
-        )
-
     def _refuse(self, why: str) -> NoReturn:
-        raise PartError(f"{self.source}: {why}")
+        where = f"{self.source}: {self._entry}" if self._entry else self.source
+        raise PartError(f"{where}: {why}")

@@ -6,6 +6,7 @@ from array import array
 from dataclasses import dataclass, field
 
 from gradedesign.arrays import FloatArray
+from gradedesign.part._threemf_id import ResourceId
 from gradedesign.part._threemf_metadata import StatedBody
 
 
@@ -36,34 +37,34 @@ class ThreemfObject:
     kind : str
         Type of the core specification.
     name : str or None
-    color : (str, str) or None
+    color : (ResourceId, str) or None
         Group and index that a triangle has where it states none.
     marks : ThreemfMarks
     vertices, triangles : arrays
         Three numbers each, in a row.
-    colors : list of ((str, str) or None)
+    colors : list of ((ResourceId, str) or None)
         Group and index of every triangle.
     volumes : list of StatedBody
         Ranges of triangles as Slic3r states them within the mesh.
-    components : list of (str, (4, 3) array)
+    components : list of (ResourceId, (4, 3) array)
         Objects and where they are placed.
     """
 
     kind: str
     name: str | None
-    color: tuple[str, str] | None
+    color: tuple[ResourceId, str] | None
     marks: ThreemfMarks
     vertices: array[float] = field(default_factory=lambda: array("d"))
     triangles: array[int] = field(default_factory=lambda: array("q"))
-    colors: list[tuple[str, str] | None] = field(default_factory=list)
+    colors: list[tuple[ResourceId, str] | None] = field(default_factory=list)
     volumes: list[StatedBody] = field(default_factory=list)
-    components: list[tuple[str, FloatArray]] = field(default_factory=list)
+    components: list[tuple[ResourceId, FloatArray]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ThreemfItem:
     """An object that is built, and where: a point as a row times three rows, plus the last."""
 
-    number: str
+    number: ResourceId
     place: FloatArray
     marks: ThreemfMarks

@@ -1,19 +1,21 @@
-"""The package of a 3MF file: its model and metadata, checked before and while unpacked."""
+"""The package of a 3MF file: its models and metadata, checked before and while unpacked."""
 
 from __future__ import annotations
 
 import posixpath
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
+from urllib.parse import unquote
 from xml.parsers import expat
 
 from gradedesign.errors import PartError
 
-#: Limits of what a package may unpack to: bytes of a part, its growth, and entries.
+#: Limits of what a package may unpack to: bytes of all parts, the growth of one, and entries.
 MOST_BYTES, MOST_GROWTH, MOST_ENTRIES = 1 << 30, 100, 1000
 #: The growth of parts below this size is not checked, bytes.
 _SMALL = 1 << 20
@@ -57,41 +59,127 @@ class _Relations:
     def end(self, name: str) -> None: ...
 
 
-def read_package(path: Path, model: Handler, metadata: Callable[[str], Handler | None]) -> None:
-    """Hand every element of a 3MF file's model and metadata to handlers.
+@dataclass(slots=True, kw_only=True)
+class Package:
+    """An open package, of which parts are handed to handlers as they are unpacked.
 
-    Parameters
+    Attributes
     ----------
-    path : Path
-    model : Handler
-    metadata : callable
-        The handler for an entry of the package by its name, or None where it is passed over; its
-        names of elements are as the file writes them, since slicers use prefixes undeclared.
+    source : str
+        Name of the file, for messages.
+    """
+
+    source: str
+    _archive: zipfile.ZipFile
+    _unpacked: int = 0
+
+    @property
+    def entries(self) -> list[str]:
+        """Names of all entries."""
+        return self._archive.namelist()
+
+    def models(self, of: str = "") -> list[str]:
+        """Entries of the models that an entry, or the package itself, has a relation to.
+
+        Raises
+        ------
+        PartError
+            If a relation leads out of the package.
+        """
+        folder, name = posixpath.split(of)
+        path = posixpath.join(folder, "_rels", f"{name}.rels")
+        if of and path not in self.entries:
+            return []
+        relations = _Relations()
+        self.parse(path, relations)
+        found = [entry_name(text, f"/{folder}", self.source, path) for text in relations.targets]
+        # A target is a URI, which some programs write as it is and others quoted.
+        return [name if name in self.entries else unquote(name) for name in found]
+
+    def root(self) -> str:
+        """The entry of the root model.
+
+        Raises
+        ------
+        PartError
+            If the package names no model, or several.
+        """
+        found = self.models()
+        if len(found) != 1:
+            raise PartError(
+                f"{self.source}: names {len(found)} models in _rels/.rels; expected one: export it "
+                "again as 3MF"
+            )
+        return found[0]
+
+    def require_related(self, root: str, placed: Sequence[str]) -> None:
+        """Refuse models whose objects the root model places, but to which it has no relation."""
+        missing = set(placed) - set(self.models(root) if placed else ())
+        if missing:
+            raise PartError(
+                f"{self.source}: {root} places objects of {', '.join(sorted(missing)[:12])}, to "
+                "which it has no relation in its .rels; save the file again in the slicer"
+            )
+
+    def parse(self, name: str, handler: Handler, *, namespaces: bool = True) -> None:
+        """Hand every element of an entry to a handler.
+
+        Parameters
+        ----------
+        name : str
+        handler : Handler
+        namespaces : bool
+            False for names of elements as the file writes them: slicers' metadata has prefixes
+            that it does not declare.
+
+        Raises
+        ------
+        PartError
+            If the entry is missing, damaged, unpacks to more than the limits, or declares entities.
+        """
+        if name not in self.entries:
+            raise PartError(
+                f"{self.source}: the part {name} is missing in the package; export it again"
+            )
+        entry = self._archive.getinfo(name)
+        limit = max(_SMALL, MOST_GROWTH * entry.compress_size)
+        limit = min(limit, MOST_BYTES - self._unpacked)
+        parser = _parser(self.source, name, handler, namespaces=namespaces)
+        size = 0
+        try:
+            with self._archive.open(entry) as file:
+                while chunk := file.read(_CHUNK):
+                    size += len(chunk)
+                    if size > limit or entry.file_size > limit:
+                        raise PartError(
+                            f"{self.source}: {name} unpacks to more than {limit / 1e6:.0f} MB, "
+                            f"{MOST_GROWTH} times its size or what is left of "
+                            f"{MOST_BYTES / 1e9:.2g} GB for all parts; it is refused"
+                        )
+                    parser.Parse(chunk, False)
+            parser.Parse(b"", True)
+        except LookupError as error:
+            raise PartError(
+                f"{self.source}: {name} is damaged in its declaration ({error}); export or copy it "
+                "again"
+            ) from error
+        except expat.ExpatError as error:
+            raise PartError(
+                f"{self.source}: {name} is damaged in line {error.lineno} "
+                f"({expat.errors.messages.get(error.code, error.code)}); export or copy it again"
+            ) from error
+        self._unpacked += size
+
+
+@contextmanager
+def open_package(path: Path) -> Iterator[Package]:
+    """Open a 3MF file; what is wrong with it or its entries names the file.
 
     Raises
     ------
     PartError
-        If the file is no package, damaged, unpacks to more than the limits, or declares entities.
+        If the file cannot be read, is no package, damaged, or has too many entries.
     """
-    with _package(path) as archive:
-        relations = _Relations()
-        _parse(path.name, archive, "_rels/.rels", relations)
-        if len(relations.targets) != 1:
-            raise PartError(
-                f"{path.name}: names {len(relations.targets)} models in _rels/.rels; expected one: "
-                "export it again as 3MF"
-            )
-        target = posixpath.normpath(relations.targets[0].lstrip("/"))
-        _parse(path.name, archive, target, model)
-        for name in archive.namelist():
-            handler = metadata(name)
-            if handler is not None:
-                _parse(path.name, archive, name, handler, namespaces=False)
-
-
-@contextmanager
-def _package(path: Path) -> Iterator[zipfile.ZipFile]:
-    """Open a zip file; what is wrong with it or its entries names the file."""
     try:
         with zipfile.ZipFile(path) as archive:
             if len(archive.infolist()) > MOST_ENTRIES:
@@ -99,7 +187,7 @@ def _package(path: Path) -> Iterator[zipfile.ZipFile]:
                     f"{path.name}: {len(archive.infolist())} entries in the package; expected at "
                     f"most {MOST_ENTRIES}"
                 )
-            yield archive
+            yield Package(source=path.name, _archive=archive)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise PartError(
             f"{path.name}: damaged, or not a 3MF file ({str(error)[:120]}); export or copy it again"
@@ -110,15 +198,25 @@ def _package(path: Path) -> Iterator[zipfile.ZipFile]:
         ) from error
 
 
-def _parse(
-    source: str, archive: zipfile.ZipFile, name: str, handler: Handler, *, namespaces: bool = True
-) -> None:
-    """Parse one part of the package as it is unpacked."""
-    entries = {entry.filename: entry for entry in archive.infolist()}
-    if name not in entries:
-        raise PartError(f"{source}: the part {name} is missing in the package; export it again")
-    entry = entries[name]
-    limit = min(MOST_BYTES, max(_SMALL, MOST_GROWTH * entry.compress_size))
+def entry_name(text: str, folder: str, source: str, where: str) -> str:
+    """Entry of the package by a path in it, absolute or relative to a folder.
+
+    Raises
+    ------
+    PartError
+        If it leads out of the package.
+    """
+    name = posixpath.normpath(posixpath.join(folder, text).lstrip("/"))
+    if name.startswith(".."):
+        raise PartError(
+            f"{source}: {where} leads out of the package ({text[:80]!r}); expected the name of one "
+            "of its parts: export it again"
+        )
+    return name
+
+
+def _parser(source: str, name: str, handler: Handler, *, namespaces: bool) -> expat.XMLParserType:
+    """A parser that hands its elements over, and refuses deep ones and document types."""
     parser = expat.ParserCreate(namespace_separator="}" if namespaces else None)
     parser.buffer_text = True
     parser.StartNamespaceDeclHandler = lambda prefix, uri: handler.prefix(prefix or "", uri or "")
@@ -142,27 +240,7 @@ def _parse(
     parser.CharacterDataHandler = handler.text
     parser.EndElementHandler = end
     parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(source, name)
-    size = 0
-    try:
-        with archive.open(entry) as file:
-            while chunk := file.read(_CHUNK):
-                size += len(chunk)
-                if size > limit or entry.file_size > limit:
-                    raise PartError(
-                        f"{source}: {name} unpacks to more than {limit / 1e6:.0f} MB, "
-                        f"{MOST_GROWTH} times its size or {MOST_BYTES / 1e9:.2g} GB; it is refused"
-                    )
-                parser.Parse(chunk, False)
-        parser.Parse(b"", True)
-    except LookupError as error:
-        raise PartError(
-            f"{source}: {name} is damaged in its declaration ({error}); export or copy it again"
-        ) from error
-    except expat.ExpatError as error:
-        raise PartError(
-            f"{source}: {name} is damaged in line {error.lineno} "
-            f"({expat.errors.messages.get(error.code, error.code)}); export or copy it again"
-        ) from error
+    return parser
 
 
 def _refuse_doctype(source: str, name: str) -> None:

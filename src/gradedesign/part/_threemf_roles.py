@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import NoReturn
 
 from gradedesign.errors import PartError
+from gradedesign.part._threemf_id import ResourceId
 from gradedesign.part._threemf_metadata import SOLID, SlicerMetadata, StatedBody
 from gradedesign.part._threemf_model import ThreemfModel
 from gradedesign.part._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
@@ -45,25 +46,26 @@ class ThreemfRoles:
 
     def __init__(self, model: ThreemfModel, metadata: SlicerMetadata) -> None:
         self._model, self._metadata = model, metadata
+        self._parts: dict[ResourceId, dict[ResourceId, StatedBody]] = {}
         for number, where in metadata.where.items():
             if number not in model.objects:
                 self._refuse(
                     f"{where} tells of object {number}, which the model does not have; save the "
                     "file again in the slicer"
                 )
-            self._require_components(number, model.objects[number])
+            self._parts[number] = self._components(number, model.objects[number])
 
     def of_item(self, item: ThreemfItem) -> BodyRole:
         """Role of a build item."""
         return self._settled(item.number, item.number, (item.marks,))
 
-    def of_component(self, parent: str, number: str) -> BodyRole:
+    def of_component(self, parent: ResourceId, number: ResourceId) -> BodyRole:
         """Role of an object as a component of another."""
         return self._settled(parent, number, ())
 
-    def unstated(self, number: str) -> list[str]:
+    def unstated(self, number: ResourceId) -> list[str]:
         """Components or ranges without a role, of an object that metadata divides into several."""
-        part, parts = self._model.objects[number], self._metadata.parts.get(number, {})
+        part, parts = self._model.objects[number], self._parts.get(number, {})
         inner = dict.fromkeys(inner for inner, _ in part.components) if parts else {}
         bodies = {f"object {n}, a component of {part.marks.label}": parts.get(n) for n in inner}
         if not part.components:
@@ -72,7 +74,7 @@ class ThreemfRoles:
             return []
         return [label for label, body in bodies.items() if body is None or body.role is None]
 
-    def volumes(self, number: str) -> Sequence[StatedBody]:
+    def volumes(self, number: ResourceId) -> Sequence[StatedBody]:
         """Ranges of the triangles of a mesh in their order; none where it is one body.
 
         Raises
@@ -106,26 +108,34 @@ class ThreemfRoles:
                 )
         return found
 
-    def _require_components(self, number: str, part: ThreemfObject) -> None:
-        """Refuse parts that are no components, and ranges of triangles of an assembly."""
-        inner = {n for n, _ in part.components} or {number}
-        for other, body in self._metadata.parts.get(number, {}).items():
-            if other not in inner:
+    def _components(self, number: ResourceId, part: ThreemfObject) -> dict[ResourceId, StatedBody]:
+        """Parts by component, each of one; refuse ranges of triangles of an assembly."""
+        inner = dict.fromkeys(n for n, _ in part.components) or {number: None}
+        found = {}
+        for stated, body in self._metadata.parts.get(number, {}).items():
+            fits = [other for other in inner if other.number == stated]
+            if len(fits) != 1:
+                why = "no such component" if not fits else f"{len(fits)} such components"
+                listed = ", ".join(sorted(map(str, fits or inner))[:12])
                 self._refuse(
-                    f"{body.where} tells of {body.label}, which has no such component; found "
-                    f"{', '.join(sorted(inner)[:12])}: save the file again in the slicer"
+                    f"{body.where} tells of {body.label}, which has {why}; found {listed}: save "
+                    "the file again in the slicer"
                 )
+            found[fits[0]] = body
         for body in self._metadata.volumes.get(number, ()) if part.components else ():
             if body.role not in (None, SOLID):
                 self._refuse_volume(body, "which has components instead of triangles")
+        return found
 
-    def _settled(self, parent: str, number: str, marks: tuple[ThreemfMarks, ...]) -> BodyRole:
+    def _settled(
+        self, parent: ResourceId, number: ResourceId, marks: tuple[ThreemfMarks, ...]
+    ) -> BodyRole:
         """The one role that all agree on."""
         part = self._model.objects.get(number)
         if part is None:  # refused where it is placed
             return BodyRole(name=None, role=SOLID)
         marks = (*marks, part.marks)
-        tables = [self._metadata.parts.get(owner, {}) for owner in dict.fromkeys((parent, number))]
+        tables = [self._parts.get(owner, {}) for owner in dict.fromkeys((parent, number))]
         bodies = [table[number] for table in tables if number in table]
         stated = {body.role: body.where for body in reversed(bodies) if body.role is not None}
         for mark in marks:

@@ -1,4 +1,4 @@
-"""Parts from 3MF files: the core specification, colours, and the roles that slicers give."""
+"""Parts from 3MF files: core specification, production extension, colours, roles of slicers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gradedesign.errors import PartError
 from gradedesign.part._threemf_bodies import BodyReader
 from gradedesign.part._threemf_metadata import SlicerMetadata
 from gradedesign.part._threemf_model import ThreemfModel
-from gradedesign.part._threemf_package import read_package
+from gradedesign.part._threemf_package import open_package
 from gradedesign.part._threemf_roles import ThreemfRoles
 from gradedesign.part.file_body import file_body_words
 from gradedesign.part.file_faces import FileFaces
@@ -38,11 +38,20 @@ def read_3mf(path: Path) -> RawTriangles:
     ------
     PartError
         If the file is missing, damaged, too large once unpacked, or needs an extension that is not
-        read, such as the production extension; if its roles are unknown or contradict each other,
+        read, such as the slice extension; if its roles are unknown or contradict each other,
         or leave no solid.
     """
     model, metadata = ThreemfModel(path.name), SlicerMetadata(path.name)
-    read_package(path, model, metadata.handler)
+    with open_package(path) as package:
+        root = package.root()
+        package.parse(root, model.handler(root))
+        package.require_related(root, list(model.placed))
+        for entry in model.placed:
+            package.parse(entry, model.handler(entry))
+        for entry in package.entries:
+            handler = metadata.handler(entry)
+            if handler is not None:
+                package.parse(entry, handler, namespaces=False)
     if model.unit not in _UNITS:
         raise PartError(
             f"{path.name}: its unit is {model.unit!r}; expected one of {', '.join(_UNITS)}"
