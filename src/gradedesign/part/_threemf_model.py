@@ -9,29 +9,17 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray
 from gradedesign.errors import PartError
+from gradedesign.part import _threemf_namespaces as ns
 from gradedesign.part._threemf_id import ResourceId
 from gradedesign.part._threemf_metadata import MODIFIER, SOLID, StatedBody, whole_number
 from gradedesign.part._threemf_object import ThreemfItem, ThreemfMarks, ThreemfObject
 from gradedesign.part._threemf_package import entry_name
 
-_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
-_MATERIAL = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02}"
-_PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06}"
-_ALTERNATIVES = "http://schemas.microsoft.com/3dmanufacturing/production/alternatives/2021/04}"
-_CURA = "http://software.ultimaker.com/xml/cura/3mf/2015/10}"
-#: Extensions that messages call by their name.
-_EXTENSIONS = {
-    _ALTERNATIVES: "production alternatives",
-    "http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02}": "beam lattice",
-    "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07}": "slice",
-    "http://schemas.microsoft.com/3dmanufacturing/securecontent/2019/04}": "secure content",
-    "http://schemas.3mf.io/3dmanufacturing/volumetric/2022/01}": "volumetric",
-}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _WHOLE = re.compile(r"\d{1,9}")
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}([0-9a-fA-F]{2})?")
 _IDENTITY = "1 0 0 0 1 0 0 0 1 0 0 0"
-_GROUPS = (_CORE + "basematerials", _MATERIAL + "colorgroup")
+_GROUPS = (ns.CORE + "basematerials", ns.MATERIAL + "colorgroup")
 #: Types of objects that the core specification knows.
 _KINDS = ("model", "solidsupport", "support", "surface", "other")
 #: Roles that Cura knows, by the name of the metadata that gives them.
@@ -97,24 +85,24 @@ class ThreemfModel:
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         """Take one element; elements of extensions that are not required are passed over."""
-        if name == _CORE + "vertex":
+        if name == ns.CORE + "vertex":
             numbers = [self._number(self._text(attributes, axis)) for axis in "xyz"]
             self._object(name).vertices.extend(numbers)
-        elif name == _CORE + "triangle":
+        elif name == ns.CORE + "triangle":
             self._triangle(self._object(name), attributes)
-        elif name == _CORE + "model":
+        elif name == ns.CORE + "model":
             self._begin(attributes)
         elif not self._begun:
             self._refuse("its model is not of 3MF's core specification; export it again as 3MF")
-        elif name == _CORE + "object":
+        elif name == ns.CORE + "object":
             self._begin_object(attributes)
-        elif name == _CORE + "component":
+        elif name == ns.CORE + "component":
             self._object(name).components.append(self._placed(attributes))
-        elif name == _CORE + "item":
+        elif name == ns.CORE + "item":
             self._begin_item(attributes)
         elif name in _GROUPS:
             self._group = self._colors.setdefault(self._id(self._text(attributes, "id")), [])
-        elif name in (_CORE + "base", _MATERIAL + "color"):
+        elif name in (ns.CORE + "base", ns.MATERIAL + "color"):
             text = attributes.get("displaycolor", attributes.get("color", ""))
             self._group.append(text[:7].lower() if _COLOR.fullmatch(text) else None)
         elif self._marks is not None:
@@ -127,11 +115,11 @@ class ThreemfModel:
 
     def end(self, name: str) -> None:
         """Close an object, a build item or a piece of metadata."""
-        if name == _CORE + "object":
+        if name == ns.CORE + "object":
             self._open = self._marks = None
-        elif name == _CORE + "item":
+        elif name == ns.CORE + "item":
             self._marks = None
-        elif self._key is not None and name in (_CORE + "metadata", _CURA + "setting"):
+        elif self._key is not None and name in (ns.CORE + "metadata", ns.CURA + "setting"):
             self._end_mark(self._key, "".join(self._words).strip())
             self._key = None
 
@@ -154,9 +142,9 @@ class ThreemfModel:
             )
         for prefix in attributes.get("requiredextensions", "").split():
             namespace = self._namespaces.get(prefix, "")
-            if namespace not in (_CORE, _MATERIAL, _PRODUCTION):
+            if namespace not in (ns.CORE, ns.MATERIAL, ns.PRODUCTION):
                 self._refuse(
-                    f"needs the {_EXTENSIONS.get(namespace, prefix)} extension of 3MF, which is "
+                    f"needs the {ns.EXTENSIONS.get(namespace, prefix)} extension of 3MF, which is "
                     "not read; export the part as plain 3MF (core specification), STL or STEP"
                 )
 
@@ -175,7 +163,7 @@ class ThreemfModel:
                 f"{label} has the type {kind[:40]!r}, which is unknown; expected one of "
                 f"{', '.join(_KINDS)}: export it again"
             )
-        resolution = attributes.get(_ALTERNATIVES + "modelresolution", _FULL)
+        resolution = attributes.get(ns.ALTERNATIVES + "modelresolution", _FULL)
         if resolution != _FULL:
             self._refuse(
                 f"{label} has the modelresolution {resolution[:40]!r}: it stands for another shape;"
@@ -207,12 +195,12 @@ class ThreemfModel:
 
     def _begin_mark(self, name: str, attributes: dict[str, str]) -> None:
         """Take an element about the open object or item: metadata, or a volume of Slic3r."""
-        if name == _CORE + "metadata":
+        if name == ns.CORE + "metadata":
             prefix, _, key = attributes.get("name", "").partition(":")
-            known = self._namespaces.get(prefix, _CURA if prefix == "cura" else None)
-            if known == _CURA:
+            known = self._namespaces.get(prefix, ns.CURA if prefix == "cura" else None)
+            if known == ns.CURA:
                 self._key, self._words = key, []
-        elif name == _CURA + "setting":
+        elif name == ns.CURA + "setting":
             self._key, self._words = attributes.get("key", ""), []
         elif name.endswith("}volume") and "ts" in attributes and self._open is not None:
             where, label = "its model", f"a volume of {self._open.marks.label}"
@@ -263,7 +251,7 @@ class ThreemfModel:
     def _placed(self, attributes: dict[str, str]) -> tuple[ResourceId, FloatArray]:
         """An object and where it is placed, ``(4, 3)``."""
         number = self._id(self._text(attributes, "objectid"))
-        path = attributes.get(_PRODUCTION + "path")
+        path = attributes.get(ns.PRODUCTION + "path")
         if path is not None:
             if self._entry:
                 self._refuse(
