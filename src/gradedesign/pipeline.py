@@ -16,10 +16,11 @@ from gradedesign.case.schema import Case
 from gradedesign.fe.solution import Solution
 from gradedesign.limits.limit import limits_stress
 from gradedesign.limits.verdict import Factors, any_broken, unsure_words
-from gradedesign.loop.accepted import Accepted, accept_design, export_surface, judge_stress
+from gradedesign.loop.accepted import Accepted, accept_design, judge_stress
 from gradedesign.loop.analysed import Analysed, analyse_design
 from gradedesign.loop.announce import Announcer
 from gradedesign.loop.ended import why_ended
+from gradedesign.loop.exported_surface import export_surface
 from gradedesign.loop.graded_cells import with_cells
 from gradedesign.loop.iteration import DesignIteration, run_iteration
 from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
@@ -107,7 +108,7 @@ def run(
         if done is not None:
             announce.say("resume", f"{out.path} holds the result of this case; nothing is run")
             return done
-        with recording_failure(out, case, announce.timing):
+        with recording_failure(out, case, announce.timing, announce.finished):
             return run_stages(case, registry, out, announce)
 
 

@@ -9,6 +9,8 @@ import time
 import pytest
 from small_parts import SHORT_BAR
 
+from gradedesign import pipeline
+from gradedesign.errors import LatticeError
 from gradedesign.workspace.run_folder import open_run_folder
 
 #: A box of two thick-walled cells whose limit no density can hold, which the first iteration cannot
@@ -112,6 +114,27 @@ def test_a_killed_run_resumes(tmp_path, number):
 def one_line(text):
     """What was printed, whatever the width it was wrapped to."""
     return " ".join(text.split())
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_run_whose_surface_cannot_be_written_keeps_its_rows(cli, tmp_path, monkeypatch):
+    def open_surface(*_):
+        raise LatticeError("the surface does not close")
+
+    monkeypatch.setattr(pipeline, "export_surface", open_surface)
+    text = CASE.replace("[run]", '[run]\ntime = "1 s"')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    run = tmp_path / "run"
+    failed = cli("run", tmp_path, "-o", run)
+    assert failed.code == LatticeError.exit_code
+    result = json.loads((run / "result.json").read_text(encoding="utf-8"))
+    assert (result["status"], len(result["iterations"])) == ("failed", 1)
+    assert result["reason"].startswith("the surface does not close; the limits are those of it")
+    (row,) = (row for row in result["limits"] if row["name"].startswith("displacement of tip"))
+    assert row["value"] > 0.0
+    report = (run / "report.html").read_text(encoding="utf-8")
+    assert row["name"] in report
+    assert "the limits are those of iteration 1 by its explicit analysis" in report
 
 
 @pytest.mark.usefixtures("undrawn")

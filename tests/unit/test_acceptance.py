@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_parts import zone_of
 
-from gradedesign.errors import LatticeError, MeshError
+from gradedesign.errors import LatticeError, MeshError, ResourceError
 from gradedesign.lattice.domain import DesignDomain, PassiveRegion
 from gradedesign.lattice.surface import extract_surface
 from gradedesign.material.material import Material
@@ -434,7 +434,7 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
     def fails_second(surface, **options):
         calls.append(surface)
         if len(calls) == 2:
-            raise MeshError("no memory for it")
+            raise ResourceError("no memory for it")
         return real(surface, **options)
 
     real = meshed_anew.tetrahedralize
@@ -451,6 +451,52 @@ def test_a_window_that_cannot_be_enlarged_keeps_what_it_found(mesher, monkeypatc
     assert not result.submodels[0].submodel.enlarged
     assert "was not enlarged: no memory for it" in result.refused[0]
     assert len(mesher) == 1
+
+
+def refusing(monkeypatch, refuses):
+    """The mesher of the tests, but for an error where ``refuses(centre, edge)``."""
+    real = meshed_anew.tetrahedralize
+
+    def mesh(surface, *, edge_length, **options):
+        ends = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        if refuses(0.5 * (ends[0] + ends[1]), edge_length):
+            raise MeshError("its volume is 1.26 % off, where 1 % is allowed")
+        return real(surface, edge_length=edge_length, **options)
+
+    monkeypatch.setattr(meshed_anew, "tetrahedralize", mesh)
+
+
+def test_a_window_whose_volume_is_missed_is_meshed_finer(mesher, monkeypatch):
+    refusing(monkeypatch, lambda _, edge: edge > 1.0)
+    result = windowed()
+    # 1.5 times smaller than 1.2 mm, driven and compared on the size of the drive as before.
+    assert (result.mesh_size, mesher[0][1]["edge_length"]) == (pytest.approx(0.8),) * 2
+    assert mesher[0][1]["epsilon"] == pytest.approx(0.04)
+    assert result.value == pytest.approx(1.0, rel=1e-6)
+    assert result.attempts[0].startswith("tetrahedra of 1.2 mm: its volume is 1.26 % off")
+    assert result.attempts[1:] == ("injected",)
+
+
+@pytest.mark.parametrize("all_of_them", [False, True])
+def test_a_window_that_no_size_can_mesh_is_left_out(mesher, monkeypatch, all_of_them):
+    refusing(monkeypatch, lambda centre, _: all_of_them or centre.min() > 7.0)
+    solid = printed()
+    result = accept_submodels(
+        box_surface((SIDE, SIDE, SIDE)), solid, explicit(Block(peak=3.0), solid), size=1.0,
+        time_limit_s=600.0,
+    )  # fmt: skip
+    # The cell of 3 MPa about (7.5, 7.5, 7.5) mm is one of two.
+    assert (
+        "the submodel at (7.5, 7.5, 7.5) mm was left out: tetrahedra of 1.2 mm: its volume"
+        in (result.refused[0])
+    )
+    assert "; tetrahedra of 0.8 mm: its volume is 1.26 % off" in result.refused[0]
+    if all_of_them:
+        assert (result.scope, result.judged, result.left_out) == ("none", 0.0, 2)
+        assert mesher == []
+    else:
+        assert (result.scope, result.judged, result.left_out) == ("submodels", 0.5, 1)
+        assert len(result.submodels) == 1
 
 
 def test_without_a_window_there_is_no_verdict():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gradedesign import pipeline
-from gradedesign.errors import MeshError
+from gradedesign.errors import MeshError, ResourceError
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.displacement import DisplacementLimit
 from gradedesign.limits.key import LimitKey
@@ -21,15 +21,16 @@ from gradedesign.loop import accepted as accepting
 from gradedesign.loop import accepted_rows, iteration_steps
 from gradedesign.loop import ended as ending
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.ended import Ended
+from gradedesign.loop.ended import TIGHT_END, Ended
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.left_designs import is_ready
 from gradedesign.loop.loop import Progress, run_loop
 from gradedesign.loop.loop_stages import Judged, Stages
 from gradedesign.loop.stages import iteration_from_stage, iteration_to_stage
 from gradedesign.output.result import Iteration
+from gradedesign.results.reasons import why_not
 from gradedesign.sizing.problem import SizingStep
-from gradedesign.verify.acceptance import Acceptance, NoSubmodelError
+from gradedesign.verify.acceptance import Acceptance, NoSubmodelError, nothing_meshed
 from gradedesign.verify.correction import Correction, Discrepancy
 from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.progress import ignore
@@ -90,7 +91,7 @@ class Faked:
 
     def __init__(self, designs, accepts=None, ends=None, unjudged=None, waiting=(), **start):
         self.left, self.accepts, self.unjudged = list(designs), accepts or {}, unjudged or {}
-        self.waiting, self.stress_judged = waiting, []
+        self.waiting, self.stress_judged, self.fails = waiting, [], {}
         self.ends = ends or (lambda _: None)
         self.start = Progress(**start)
         self.judged, self.given, self.iterations_stored, self.saved = [], [], [], []
@@ -105,6 +106,8 @@ class Faked:
     def accept(self, done, analysed):
         number = done.summary.number
         self.judged.append((number, analysed))
+        if number in self.fails:
+            raise self.fails[number]
         ratios = self.accepts.get(number, (1.0, 1.0))
         rows = tuple(replace(r, value=r.value * f) for r, f in zip(done.rows, ratios, strict=False))
         return SimpleNamespace(
@@ -482,6 +485,22 @@ def test_a_later_design_that_cannot_be_analysed_ends_the_loop():
         Faked([MeshError("open")]).run()
 
 
+@pytest.mark.parametrize("error", [MeshError("volume 1.26 % off"), ResourceError("no memory")])
+def test_an_acceptance_that_fails_loses_no_iteration(error):
+    faked = Faked([an_iteration(1, 0.99)])
+    faked.fails = {1: error}
+    outcome = faked.run()
+    assert (outcome.ended.by, len(outcome.iterations), outcome.accepted) == ("unaccepted", 1, None)
+    assert outcome.ended.words == f"the printed surface could not be judged: {error}"
+    # An earlier design that was held stays, with the submodels that it waited for.
+    faked = Faked([an_iteration(1, 0.7), an_iteration(2, 0.9), an_iteration(3, 0.98)], waiting=(2,))
+    faked.fails = {3: error}
+    outcome = faked.run()
+    assert [number for number, _ in faked.judged] == [2, 3]
+    assert (outcome.ended.by, outcome.accepted.iteration.summary.number) == ("unaccepted", 2)
+    assert faked.stress_judged == [2]
+
+
 # --- what ends it ---------------------------------------------------------------------------------
 
 
@@ -545,7 +564,7 @@ class Judge:
     """
 
     def __init__(self, monkeypatch, tets=1000, asked="auto", found=(), matches=True):
-        self.limits_s, self.matches = [], matches
+        self.limits_s, self.matches, self.left_out = [], matches, 0
         self.found = tuple(
             one.banded(Banded(value=one.value, low=0.98 * one.value, high=1.02 * one.value))
             for one in found
@@ -600,7 +619,11 @@ class Judge:
         submodels = tuple(
             SimpleNamespace(value=v, driving_value=1.0, matches=self.matches) for v in (1.2, 0.9)
         )
-        return SimpleNamespace(scope="submodels", whole=None, submodels=submodels)
+        return Acceptance(
+            scope="submodels", whole=None, submodels=submodels[self.left_out :], volume=1.0,
+            share=0.1, attempts=(), left_out=self.left_out,
+            refused=("the submodel at (1, 1, 1) mm was left out: volume",) * self.left_out,
+        )  # fmt: skip
 
     def accept(self, done):
         return accepting.accept_design(self.setup, None, done, self.analysed, Announcer(ignore))
@@ -733,6 +756,54 @@ def test_no_limit_is_met_by_a_window_that_misses_its_criterion(monkeypatch):
     low = SimpleNamespace(value=0.5, driving_value=1.0, matches=False)
     factor = limit.submodel_factor([low])
     assert (factor.low, factor.value, factor.high) == (0.5, 1.0, 1.0)
+
+
+def test_where_a_window_is_left_out_the_finite_cells_judge_alone(monkeypatch):
+    """Submodels of 1.2 and 0.9: without the first, the other relieves nothing."""
+    judge = Judge(monkeypatch, tets=LARGE, found=judged(0.9, 0.5, 0.7))
+    judge.left_out = 1
+    found = judge.accept(an_iteration(1, 0.98))
+    stress = found.rows[2]
+    assert (stress.value, stress.remeshed, stress.word) == (pytest.approx(0.7), 0.5, "holds")
+    assert stress.judged_by.endswith("times the ratio of 1 submodels, 1 left out")
+    assert (found.holds, found.unjudged) == (True, "")
+    assert found.acceptance.refused == ("the submodel at (1, 1, 1) mm was left out: volume",)
+
+
+@pytest.mark.parametrize(
+    ("asked", "tets", "mended", "scope"),
+    [
+        ("auto", 1000, True, "submodels"),  # the whole cannot be meshed: submodels judge
+        ("auto", 1000, False, "none"),
+        ("whole", 1000, True, "none"),  # asked for by name, it is not replaced
+    ],
+)
+def test_stress_that_no_mesh_judges_does_not_hold_and_keeps_its_value(
+    monkeypatch, asked, tets, mended, scope
+):
+    def refuses(*_, **__):
+        raise MeshError("volume 1.26 % off")
+
+    judge = Judge(monkeypatch, tets=tets, asked=asked, found=judged(0.9, 0.5, 0.7))
+    monkeypatch.setattr(accepting, "accept_whole", refuses)
+    if not mended:
+        monkeypatch.setattr(accepting, "accept_submodels", lambda *_, **__: nothing_meshed("no"))
+    found = judge.accept(an_iteration(1, 0.98))
+    assert found.acceptance.scope == scope
+    assert (
+        "the whole surface was not analysed in a mesh of its own: volume 1.26"
+        in (found.acceptance.refused[0])
+    )
+    assert [row.passed for row in found.rows[:2]] == [True, True]  # displacements: finite cells
+    if scope == "none":
+        assert (found.rows[2].value, found.rows[2].word) == (0.7, "UNJUDGED")
+        assert not found.holds
+        assert found.unjudged.startswith(f"{found.rows[2].name} without an independent mesh: the")
+        assert "an independent mesh could be made and solved for 0% of what" in why_not(
+            found.rows, TIGHT_END
+        )
+    else:
+        assert found.holds
 
 
 def test_a_limit_without_a_band_does_not_hold(monkeypatch):

@@ -7,7 +7,7 @@ import pytest
 from gradedesign import pipeline
 from gradedesign.errors import ResourceError
 from gradedesign.lattice.islands import Islands
-from gradedesign.loop import accepted as accepting
+from gradedesign.loop import exported_surface as exporting
 from gradedesign.loop.announce import Announcer
 from gradedesign.output.stl import write_stl
 from gradedesign.part.box import box_surface
@@ -51,7 +51,7 @@ def test_an_altered_file_is_neither_adopted_nor_read(out):
 def exported(monkeypatch, out):
     """What `export_surface` returns for a box in the place of a lattice."""
     none = Islands(dropped=0, dropped_volume=0, dropped_share=0, pockets=0, pocket_volume=0)
-    monkeypatch.setattr(accepting, "printed_surface", lambda *_, **__: (BOX, none, 1.0))
+    monkeypatch.setattr(exporting, "printed_surface", lambda *_, **__: (BOX, none, 1.0))
     setup = SimpleNamespace(
         problem=SimpleNamespace(
             part=SimpleNamespace(surface=BOX),
@@ -63,7 +63,7 @@ def exported(monkeypatch, out):
     )
     solved = SimpleNamespace(division=SimpleNamespace(surface_size=0.5))
     analysed = SimpleNamespace(design=None, result=SimpleNamespace(volume=8.0, solved=solved))
-    return lambda: accepting.export_surface(setup, out, analysed)
+    return lambda: exporting.export_surface(setup, out, analysed)
 
 
 def test_a_file_changed_between_writing_and_judging_is_an_error(monkeypatch, exported, out):

@@ -10,8 +10,9 @@ from typing import Any
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.key import LimitKey
 
-#: Share of its body that a limit must judge to hold. Of less than half the rest is the larger part,
-#: and the limit would say nothing of it. Chosen, not measured.
+#: Share of its body that a limit must judge to hold, and of the submodels that were to correct it.
+#: Of less than half the rest is the larger part, and the limit would say nothing of it. Chosen, not
+#: measured.
 LEAST_JUDGED = 0.5
 
 
@@ -50,6 +51,9 @@ class LimitRow:
         around supports that make it singular. Of the lattice, or of the solid part.
     largest : float or None
         Largest value of that analysis where the value is its percentile.
+    remeshed : float
+        Share of the submodels that were to correct the value, or of the whole surface, of which an
+        independent mesh could be made and solved; 1 for a value that no such mesh judges.
     """
 
     key: LimitKey
@@ -68,6 +72,7 @@ class LimitRow:
     homogenised: bool = False
     judged: float = 1.0
     largest: float | None = None
+    remeshed: float = 1.0
 
     @property
     def decisive(self) -> float:
@@ -84,7 +89,12 @@ class LimitRow:
     @property
     def passed(self) -> bool:
         """Whether the limit holds at the unfavourable end of the band, and judges enough."""
-        return self.utilisation <= 1.0 and self.judged >= LEAST_JUDGED
+        return self.utilisation <= 1.0 and self.judges_enough
+
+    @property
+    def judges_enough(self) -> bool:
+        """Whether `LEAST_JUDGED` of its body, and of what was to be meshed anew, is judged."""
+        return min(self.judged, self.remeshed) >= LEAST_JUDGED
 
     @property
     def least_utilisation(self) -> float:
@@ -105,7 +115,7 @@ class LimitRow:
         Unsure where the favourable end of the band alone holds, unjudged where it judges too
         little.
         """
-        if self.judged < LEAST_JUDGED:
+        if not self.judges_enough:
             return "UNJUDGED"
         if self.passed:
             return "holds"

@@ -6,12 +6,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from gradedesign.errors import LatticeError
+from gradedesign.errors import MeshError, ResourceError, SolverError
 from gradedesign.lattice.islands import Islands
-from gradedesign.lattice.printed_surface import printed_surface
-from gradedesign.lattice.surface import require_closed
 from gradedesign.limits.key import LimitKey
 from gradedesign.limits.limit import limits_stress
 from gradedesign.limits.row import LimitRow
@@ -23,6 +19,7 @@ from gradedesign.limits.verdict import (
     worst_utilisation,
 )
 from gradedesign.loop.accepted_rows import (
+    not_remeshed,
     unjudged_words,
     with_remeshed,
     with_submodels,
@@ -30,12 +27,10 @@ from gradedesign.loop.accepted_rows import (
 )
 from gradedesign.loop.analysed import Analysed
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.exported_surface import export_surface
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.printed_stage import printed_stage
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.stl import surface_of_stl
-from gradedesign.resolve.lattice_files import STL_NAME, chord_tolerance, write_printed
-from gradedesign.resolve.outer_triangles import keeps_outer
 from gradedesign.resolve.setup import Setup
 from gradedesign.verify.acceptance import (
     Acceptance,
@@ -43,14 +38,13 @@ from gradedesign.verify.acceptance import (
     accept_submodels,
     accept_whole,
     choose_scope,
+    nothing_meshed,
 )
 from gradedesign.verify.whole_solid import WholeJudgement, judge_whole
 from gradedesign.verify.yielding import yielding_words
-from gradedesign.workspace.progress import report_step
+from gradedesign.workspace.limits import Deadline
 from gradedesign.workspace.run_folder import RunFolder
 
-#: Grid of the exported surface over the surface size of the explicit analysis.
-SURFACE_PER_SPACING = 0.5
 #: Utilisation of stress from which submodels give the next design a useful factor.
 NEARLY = 0.85
 #: Utilisation of stress up to which submodels wait for the last design: twice what the finite cells
@@ -88,7 +82,8 @@ class Accepted:
         Limits whose value is that of the body-fitted meshes.
     holds : bool
     unjudged : str
-        Limits that were analysed at one resolution only, and why; empty where all have a band.
+        Limits that were analysed at one resolution only, or too little of which could be meshed
+        anew, and why; empty without any.
     postponed : bool
         Submodels wait until it is known that no lighter design is found: `judge_stress`.
     """
@@ -165,9 +160,9 @@ def _accepted(
     if acceptance.scope == "whole":
         rows = with_remeshed(limits, whole.rows, acceptance)
     elif acceptance.scope == "submodels":
-        rows = with_submodels(limits, whole.rows, acceptance.submodels)
+        rows = with_submodels(limits, whole.rows, acceptance)
     else:
-        rows = whole.rows
+        rows = not_remeshed(whole.rows) if acceptance.failed else whole.rows
     pairs = zip(whole.rows, rows, strict=True)
     fitted = [new for old, new in pairs if new.judged_by != old.judged_by and not new.converges]
     rows = (*rows, *(row for row in iteration.rows if row.homogenised))
@@ -183,7 +178,7 @@ def _accepted(
         factors=learned_factors(iteration.rows, rows),
         fitted=frozenset(row.key for row in fitted),
         holds=all_hold(rows) and not without_band(rows),
-        unjudged=unjudged_words(rows, whole.refused),
+        unjudged=unjudged_words(rows, whole.refused, acceptance.refused),
         postponed=postponed,
     )
 
@@ -216,31 +211,55 @@ def _body_fitted(
 
     Stated budgets alone decide which of them: never the time that is left. Where no cell has room
     for a submodel, as in parts of few cells, it is the whole surface, unless the case asks for
-    submodels by name.
+    submodels by name. Where the whole surface cannot be meshed or solved, submodels judge, unless
+    the case asks for the whole by name; where neither can be made, the acceptance has failed.
     """
     run, division = setup.problem.case.run, analysed.result.solved.division
     by_submodels = _judged_by_submodels(setup, analysed)
     if by_submodels and (broken := _broken_anyhow(whole.rows)):
         announce.say("acceptance", f"submodels left out: {broken} is broken whatever they show")
         return NO_SUBMODELS
-    size, refused = division.surface_size, tuple[str, ...]()
+    size, refused = division.surface_size, list[str]()
+    clock = Deadline(run.time)
+
+    def submodels() -> Acceptance:
+        return accept_submodels(
+            surface,
+            analysed.solid,
+            whole.result,
+            size=size,
+            time_limit_s=clock.seconds if by_submodels else clock.remaining(),
+            on_submodel=announce.submodel,
+        )
+
     if by_submodels:
         try:
-            return accept_submodels(
-                surface,
-                analysed.solid,
-                whole.result,
-                size=size,
-                time_limit_s=run.time,
-                on_submodel=announce.submodel,
-            )
+            return _told(submodels(), refused, announce)
         except NoSubmodelError as error:
             if run.acceptance == "submodels":
                 raise
-            refused = (f"the whole surface was meshed again: {error}",)
+            refused.append(f"the whole surface was meshed again: {error}")
             announce.say("acceptance", "no cell has room for a submodel: the whole surface instead")
-    acceptance = accept_whole(surface, analysed.solid, size=size, time_limit_s=run.time)
-    return replace(acceptance, refused=refused) if refused else acceptance
+    try:
+        acceptance = accept_whole(surface, analysed.solid, size=size, time_limit_s=run.time)
+    except (MeshError, ResourceError, SolverError) as error:
+        refused.append(f"the whole surface was not analysed in a mesh of its own: {error}")
+    else:
+        return replace(acceptance, refused=tuple(refused)) if refused else acceptance
+    if by_submodels or run.acceptance == "whole" or clock.expired():
+        return _told(nothing_meshed(""), refused, announce)
+    try:
+        return _told(submodels(), refused, announce)
+    except NoSubmodelError as error:
+        return _told(nothing_meshed(str(error)), refused, announce)
+
+
+def _told(acceptance: Acceptance, before: Sequence[str], announce: Announcer) -> Acceptance:
+    """The acceptance with what was refused before it, all of which is announced."""
+    refused = tuple(words for words in (*before, *acceptance.refused) if words)
+    for words in refused:
+        announce.say("acceptance", words)
+    return replace(acceptance, refused=refused)
 
 
 def _broken_anyhow(rows: Sequence[LimitRow]) -> str:
@@ -253,45 +272,3 @@ def _broken_anyhow(rows: Sequence[LimitRow]) -> str:
         return ""
     broken = [row.name for row in rows if row.converges and not all_hold((row,))]
     return broken[0] if broken else ""
-
-
-def export_surface(
-    setup: Setup, out: RunFolder, analysed: Analysed
-) -> tuple[SurfaceMesh, Islands, str]:
-    """Extract the surface, drop islands, write the STL file and read it back.
-
-    Returns
-    -------
-    surface : SurfaceMesh
-        As read back.
-    islands : Islands
-    sha256 : str
-        Of the file.
-
-    Raises
-    ------
-    LatticeError
-        If the surface in the file does not close as it is, or its volume differs from the analysed
-        solid's by more than 5 %.
-    ResourceError
-        If the file that is read back is not the one that was written.
-    """
-    design, problem = analysed.design, setup.problem
-    size = analysed.result.solved.division.surface_size
-    step = SURFACE_PER_SPACING * size
-    case, part = problem.case, problem.part.surface
-    memory, outer = case.run.memory, keeps_outer(case)
-    surface, islands, _ = printed_surface(
-        design, part, step, chord_tolerance(case), memory=memory, keep_outer=outer
-    )
-    report_step("writing and reading back the surface")
-    digest = write_printed(out, case, part, surface)
-    back = surface_of_stl(out.read_bytes(STL_NAME), STL_NAME)
-    volume, meshed = require_closed(back), analysed.result.volume
-    if not np.isclose(volume, meshed, rtol=0.05):
-        raise LatticeError(
-            f"the exported surface encloses {volume:.6g} mm^3 but the explicit analysis holds "
-            f"{meshed:.6g} mm^3; the explicit grid of {size:.3g} mm is too coarse "
-            f"for {setup.cells.cell.name}: raise [run] elements_per_wall"
-        )
-    return back, islands, digest

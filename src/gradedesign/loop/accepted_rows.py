@@ -8,10 +8,9 @@ from dataclasses import replace
 from gradedesign.errors import LatticeError
 from gradedesign.limits.banded import Banded
 from gradedesign.limits.limit import Limit
-from gradedesign.limits.row import LimitRow
+from gradedesign.limits.row import LEAST_JUDGED, LimitRow
 from gradedesign.limits.verdict import limit_rows
 from gradedesign.verify.acceptance import Acceptance
-from gradedesign.verify.submodel import SubmodelResult
 
 
 def with_remeshed(
@@ -41,22 +40,59 @@ def with_remeshed(
 
 
 def with_submodels(
-    limits: Sequence[Limit], rows: Sequence[LimitRow], submodels: Sequence[SubmodelResult]
+    limits: Sequence[Limit], rows: Sequence[LimitRow], acceptance: Acceptance
 ) -> tuple[LimitRow, ...]:
-    """Rows with the factors that submodels find for the limits that they can judge."""
+    """Rows with the factors that submodels find for the limits that they can judge.
+
+    Where one was left out, the analysis that drives it judges there alone: its factor is one.
+    """
+    submodels, left_out = acceptance.submodels, acceptance.left_out
     factors = {limit.key: limit.submodel_factor(submodels) for limit in limits}
+    least = 1.0 if left_out else 0.0
+    without = f", {left_out} left out" if left_out else ""
     out = []
     for row in rows:
         factor = factors.get(row.key)
-        words = f"{row.judged_by} times the ratio of {len(submodels)} submodels"
-        out.append(row if factor is None else row.scaled(factor, words))
+        if factor is None:
+            out.append(row)
+            continue
+        ends = (max(each, least) for each in (factor.value, factor.low, factor.high))
+        value, low, high = ends
+        words = f"{row.judged_by} times the ratio of {len(submodels)} submodels{without}"
+        scaled = row.scaled(Banded(value=value, low=low, high=high), words)
+        out.append(replace(scaled, remeshed=acceptance.judged))
     return tuple(out)
 
 
-def unjudged_words(rows: Sequence[LimitRow], refused: Sequence[str]) -> str:
-    """Limits without a band, with the resolutions that were refused; empty without any."""
-    names = ", ".join(dict.fromkeys(row.name for row in without_band(rows)))
-    return f"{names} at one resolution only: {'; '.join(refused)}" if names else ""
+def not_remeshed(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:
+    """Rows where no independent mesh could be made: values that it was to judge do not hold."""
+    return tuple(row if row.converges else replace(row, remeshed=0.0) for row in rows)
+
+
+def unjudged_words(
+    rows: Sequence[LimitRow], refused: Sequence[str], not_meshed: Sequence[str]
+) -> str:
+    """Limits without a band or without enough of an independent mesh, and why; empty if none.
+
+    Parameters
+    ----------
+    rows : sequence of LimitRow
+    refused : sequence of str
+        Resolutions that could not be analysed.
+    not_meshed : sequence of str
+        What could not be meshed anew and solved.
+    """
+    coarse = without_band(rows)
+    missing = [row for row in rows if row.remeshed < LEAST_JUDGED]
+    told = (
+        (coarse, "at one resolution only", refused),
+        (missing, "without an independent mesh", not_meshed),
+    )
+    return "; ".join(
+        f"{', '.join(dict.fromkeys(row.name for row in some))} {what}: {'; '.join(why)}"
+        for some, what, why in told
+        if some
+    )
 
 
 def without_band(rows: Sequence[LimitRow]) -> tuple[LimitRow, ...]:

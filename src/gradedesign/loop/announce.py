@@ -22,10 +22,19 @@ from gradedesign.workspace.progress import Event, Listener, stepping
 
 @dataclass(slots=True)
 class Announcer:
-    """Sender of progress events, which also adds up the seconds of each stage."""
+    """Sender of progress events, which adds up the seconds of stages and keeps iterations.
+
+    Attributes
+    ----------
+    listener : callable
+    seconds : dict of stage to float, s
+    finished : list of DesignIteration
+        Those that were reported, for the result of a run that fails after them.
+    """
 
     listener: Listener
     seconds: dict[str, float] = field(default_factory=dict)
+    finished: list[DesignIteration] = field(default_factory=list)
 
     def timing(self) -> dict[str, float]:
         """Seconds per stage so far."""
@@ -122,6 +131,7 @@ class Announcer:
     def iteration(self, iteration: DesignIteration, *, resumed: bool = False) -> None:
         """Report one finished iteration."""
         summary = iteration.summary
+        self.finished.append(iteration)
         if not resumed:
             for name, seconds in summary.timing_s.items():
                 self.took(name, seconds)

@@ -33,12 +33,14 @@ class Ended:
 
     Attributes
     ----------
-    by : {"tight", "enclosed", "iterations", "time", "stuck", "saturated", "refused", "unjudged"}
+    by : {"tight", "enclosed", "iterations", "time", "stuck", "saturated", "refused", "unjudged",
+          "unaccepted"}
         ``tight``: the lightest design that was looked for was accepted. ``enclosed``: one that is
         hardly lighter was refused. ``iterations``, ``time``: a budget of [run]. ``stuck``: the last
         iteration changed nothing. ``saturated``: no density of this lattice can hold a limit.
         ``refused``: the next design could not be analysed. ``unjudged``: two designs in succession
-        could be analysed at one resolution only.
+        could be analysed at one resolution only, or not meshed anew. ``unaccepted``: acceptance of
+        a design failed.
     words : str
         For the verdict.
     """
@@ -133,7 +135,7 @@ def heavier_end(mass: float, tight: float) -> Ended:
 
 
 def unjudged_end(unjudged: str) -> Ended:
-    """End where designs cannot be judged: nothing is known of the error of a value.
+    """End where designs cannot be judged: a second resolution or an independent mesh is missing.
 
     Parameters
     ----------
@@ -142,10 +144,15 @@ def unjudged_end(unjudged: str) -> Ended:
     """
     return Ended(
         by="unjudged",
-        words=f"two designs in succession were analysed with {unjudged}; more [run] memory and "
-        f"time, a higher lower density, larger cells or a coarser [run] elements_per_wall would "
-        f"let a second resolution tell the error",
+        words=f"two designs in succession were not judged in full, {unjudged}; more [run] memory "
+        f"and time, a higher lower density, larger cells or a coarser [run] elements_per_wall "
+        f"would help",
     )
+
+
+def unaccepted_end(error: GradeDesignError) -> Ended:
+    """A design could not be judged: its file, an analysis of it or their comparison failed."""
+    return Ended(by="unaccepted", words=f"the printed surface could not be judged: {error}")
 
 
 def refused_end(iterations: Sequence[DesignIteration], error: GradeDesignError) -> Ended:

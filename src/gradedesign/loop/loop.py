@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 
-from gradedesign.errors import LatticeError, MeshError, ResourceError
+from gradedesign.errors import LatticeError, MeshError, ResourceError, SolverError
 from gradedesign.limits.verdict import (
     Factors,
     all_hold,
@@ -20,7 +20,14 @@ from gradedesign.limits.verdict import (
 )
 from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.analysed import Analysed
-from gradedesign.loop.ended import TIGHT_END, Ended, heavier_end, refused_end, unjudged_end
+from gradedesign.loop.ended import (
+    TIGHT_END,
+    Ended,
+    heavier_end,
+    refused_end,
+    unaccepted_end,
+    unjudged_end,
+)
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.left_designs import NEAR, enclosed_by, is_ready, judge_left
 from gradedesign.loop.loop_stages import Judged, Stages
@@ -117,7 +124,8 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
     Raises
     ------
     LatticeError, MeshError, ResourceError
-        If the first design cannot be built or analysed. A later one that cannot ends the loop.
+        If the first design cannot be built or analysed. A later one that cannot ends the loop, and
+        so does one that cannot be judged.
     """
     start = Progress() if start is None else start
     run = _Run(
@@ -127,17 +135,38 @@ def run_loop(stages: Stages, start: Progress | None = None) -> Outcome:
         last=start.last,
         tried=set(start.refused),
     )
+    try:
+        accepted, ended = _judged(stages, run)
+    except (LatticeError, MeshError, ResourceError, SolverError) as error:
+        if not run.iterations:
+            raise
+        # A file, an analysis or a comparison of acceptance failed: what iterations found stays.
+        accepted, ended = _held(run), unaccepted_end(error)
+    if accepted is not None and accepted.postponed:
+        accepted = stages.judge_stress(accepted)
+    return Outcome(iterations=run.iterations, accepted=accepted, ended=ended)
+
+
+def _judged(stages: Stages, run: _Run) -> tuple[Accepted | None, Ended]:
+    """The design that acceptance held or refused last, and what ended the loop."""
     ended: Ended | None = None
     while ended is None:
         design = _to_judge(stages, run)
         ended = _iterate(stages, run) if design is None else _judge(stages, run, design)
-    held = run.accepted if run.accepted is not None and run.accepted.holds else None
     left = replace(stages, accept=lambda design, _: _accept(stages, run, design))
     accepted, ended = judge_left(
-        left, run.iterations, run.factors, run.last, held, ended, run.tried
+        left, run.iterations, run.factors, run.last, _held(run), ended, run.tried
     )
-    accepted = _judged_last(stages, run.iterations, run.refused, accepted or run.accepted)
-    return Outcome(iterations=run.iterations, accepted=accepted, ended=ended)
+    accepted = accepted or run.accepted
+    if accepted is None and run.refused:
+        # Refused before this process: its rows are what decided.
+        accepted = stages.accept(run.iterations[run.refused[-1] - 1], None)
+    return accepted, ended
+
+
+def _held(run: _Run) -> Accepted | None:
+    """The design that acceptance held, if any."""
+    return run.accepted if run.accepted is not None and run.accepted.holds else None
 
 
 def _to_judge(stages: Stages, run: _Run) -> DesignIteration | None:
@@ -220,21 +249,6 @@ def _iterate(stages: Stages, run: _Run) -> Ended | None:
         run.factors = iteration.expected
     stages.store_iteration(run.iterations)
     return None
-
-
-def _judged_last(
-    stages: Stages,
-    iterations: Sequence[DesignIteration],
-    refused: Sequence[int],
-    accepted: Accepted | None,
-) -> Accepted | None:
-    """The design of the verdict with everything that judges it."""
-    if accepted is None and refused:
-        # Refused before this process: its rows are what decided.
-        accepted = stages.accept(iterations[refused[-1] - 1], None)
-    if accepted is not None and accepted.postponed:
-        accepted = stages.judge_stress(accepted)
-    return accepted
 
 
 def next_factors(before: Judged | None, now: Judged, *, refused: bool) -> Factors:

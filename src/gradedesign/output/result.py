@@ -118,9 +118,11 @@ class RunResult:
         accepted, and one of at most 1 % less mass refused. ``iterations``, ``time``: that budget.
         ``stuck``: the last iteration changed nothing. ``saturated``: no density of this lattice can
         hold a limit. ``refused``: the next design could not be analysed. ``unjudged``: two
-        designs in succession could be analysed at one resolution only. ``solid``: the solid part
-        breaks a limit. ``stop_after``: as the case asks. ``error``.
+        designs in succession could be analysed at one resolution only, or not meshed anew.
+        ``unaccepted``: acceptance of a design failed. ``solid``: the solid part breaks a limit.
+        ``stop_after``: as the case asks. ``error``.
     limits : tuple of LimitRow
+        Of a run that failed, those of its last iteration.
     solid : tuple of LimitRow
         The same limits with their values on the fully solid part.
     mass_g, lattice_mass_g : float or None

@@ -52,7 +52,7 @@ from gradedesign.verify.support_zones import evaluated_at
 from gradedesign.workspace.progress import report_step
 from gradedesign.workspace.run_folder import RunFolder
 
-RESULT_NAME = "result.json"
+RESULT_NAME, REPORT_NAME = "result.json", "report.html"
 
 
 def write_result(out: RunFolder, result: RunResult) -> None:
@@ -97,7 +97,7 @@ def write_outputs(
             warnings += _unjudged_lattice(out, problem, setup.cells, rho, files)
     formats = problem.case.output.formats
     if "report" in formats:
-        files["report"] = "report.html"
+        files["report"] = REPORT_NAME
     files["log"] = "iterations.csv"
     files["result"] = RESULT_NAME
     result = replace(
@@ -115,7 +115,7 @@ def write_outputs(
             if path.endswith(".png")
         }
         case_text = problem.case.path.read_text(encoding="utf-8")
-        out.write_text("report.html", render_report(result, pictures, case_text))
+        out.write_text(REPORT_NAME, render_report(result, pictures, case_text))
     write_result(out, result)
     return result
 

@@ -24,9 +24,16 @@ def why_not(rows: Sequence[LimitRow], ended: Ended) -> str:
     """The limit that fails, what ended the loop, and advice."""
     if not rows or all_hold(rows):
         return f"no design was accepted; {ended.words}"
-    unjudged = [row for row in rows if row.judged < LEAST_JUDGED]
+    unjudged = [row for row in rows if not row.judges_enough]
     if unjudged:
         row = unjudged[0]
+        if row.remeshed < LEAST_JUDGED:
+            return (
+                f"{row.name} ({row.load_case}) is {row.decisive:.4g} {row.unit} of the allowed "
+                f"{row.limit:.4g} {row.unit} by the finite cells alone: an independent mesh could "
+                f"be made and solved for {row.remeshed:.0%} of what was to judge it, less than the "
+                f"{LEAST_JUDGED:.0%} that a limit needs to hold; {ended.words}"
+            )
         return (
             f"{row.name} ({row.load_case}) is judged on {row.judged:.0%} of its volume, less than "
             f"the {LEAST_JUDGED:.0%} that a limit needs to hold; a smaller [limits] "

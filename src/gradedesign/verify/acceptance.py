@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from gradedesign.arrays import BoolArray, FloatArray
 from gradedesign.case.schema import Case
-from gradedesign.errors import MeshError, ResourceError
+from gradedesign.errors import MeshError, ResourceError, SolverError
 from gradedesign.lattice.domain import LATTICE
 from gradedesign.lattice.islands import largest_components
 from gradedesign.mesh.quality import tet_report
@@ -64,7 +64,11 @@ class Acceptance:
     attempts : tuple of str
         Attempts of the mesher.
     refused : tuple of str
-        Submodels that could not be chosen or enlarged, and why.
+        What could not be chosen, meshed, solved or enlarged, and why.
+    left_out : int
+        Submodels that were chosen and could not be meshed or solved.
+    failed : bool
+        Nothing could be meshed and solved that was to judge stress.
     """
 
     scope: str
@@ -74,6 +78,24 @@ class Acceptance:
     share: float
     attempts: tuple[str, ...]
     refused: tuple[str, ...] = ()
+    left_out: int = 0
+    failed: bool = False
+
+    @property
+    def judged(self) -> float:
+        """Share of the submodels that were chosen, or of the whole surface, that was analysed."""
+        if self.failed:
+            return 0.0
+        chosen = len(self.submodels) + self.left_out
+        return len(self.submodels) / chosen if chosen else 1.0
+
+
+def nothing_meshed(words: str, left_out: int = 0) -> Acceptance:
+    """The acceptance where no mesh of the printed surface could be made and solved, and why."""
+    return Acceptance(
+        scope="none", whole=None, submodels=(), volume=0.0, share=0.0, attempts=(),
+        refused=(words,), left_out=left_out, failed=True,
+    )  # fmt: skip
 
 
 def choose_scope(requested: str, surface_tets: float, time_s: float) -> str:
@@ -111,8 +133,8 @@ def accept_whole(
     )
     division = Discretisation(
         made_by=solid.mesher.name,
-        mesh_size=EDGE_PER_SPACING * size,
-        surface_size=size,
+        mesh_size=EDGE_PER_SPACING * meshed.size,
+        surface_size=meshed.size,
         surface_tets=mesh.tets.shape[1],
         unknowns=0,
         requested=EDGE_PER_SPACING * size,
@@ -142,7 +164,7 @@ def accept_submodels(
     """Re-mesh and analyse the most stressed cells as submodels.
 
     A submodel whose boundary force or energy misses 3 % is enlarged once, where it has room and the
-    memory holds it.
+    memory holds it. One that cannot be meshed or solved is left out and told in ``refused``.
 
     Parameters
     ----------
@@ -166,7 +188,7 @@ def accept_submodels(
     avoid = [solid.regions[name].corners for name in sorted(held_and_loaded(solid.case))]
     report_step("choosing the most stressed cells")
     submodels = _chosen_submodels(solid, explicit, avoid)
-    results, refused = [], []
+    results, refused, left_out = [], list[str](), 0
     for submodel in counted(submodels, "submodel", len(submodels)):
 
         def analysed(submodel: Submodel) -> SubmodelResult:
@@ -178,14 +200,21 @@ def accept_submodels(
                 on_submodel(result)
             return result
 
-        result = analysed(submodel)
+        try:
+            result = analysed(submodel)
+        except (MeshError, ResourceError, SolverError) as error:
+            refused.append(f"the submodel at {_place(submodel)} mm was left out: {error}")
+            left_out += 1
+            continue
         larger = None if result.matches else enlarged_submodel(submodel, avoid)
         if larger is not None:
             try:
                 result = analysed(larger)
-            except (MeshError, ResourceError) as error:
+            except (MeshError, ResourceError, SolverError) as error:
                 refused.append(f"the submodel at {_place(submodel)} mm was not enlarged: {error}")
         results.append(result)
+    if not results:
+        return nothing_meshed("; ".join(refused), left_out)
     volume = sum(r.volume for r in results)
     return Acceptance(
         scope="submodels",
@@ -195,6 +224,7 @@ def accept_submodels(
         share=volume / explicit.volume,
         attempts=tuple(a for r in results for a in r.attempts),
         refused=tuple(refused),
+        left_out=left_out,
     )
 
 

@@ -121,7 +121,7 @@ def analyse_submodel(
         Drives the submodel.
     solid : PrintedSolid
     size : float, mm
-        Surface size of the mesh: sets edge length and envelope.
+        Surface size of the mesh, see `mesh_anew`: sets edge length and envelope.
     time_limit_s : float
         Of the mesher.
 
@@ -169,7 +169,7 @@ def analyse_submodel(
         matches=force_discrepancy <= MATCH and energy_discrepancy <= MATCH,
         volume=float(fine.volumes[inside_evaluation_box(fine.points, submodel)].sum()),
         tets=mesh.tets.shape[1],
-        mesh_size=EDGE_PER_SPACING * spacing,
+        mesh_size=EDGE_PER_SPACING * meshed.size,
         attempts=meshed.attempts,
         seconds=meshed.seconds,
     )
