@@ -218,6 +218,10 @@ def loop_stages(
         announce.warnings(yielding_words(analysed.result.yields, "the lattice", limited=limited))
         return iteration, analysed
 
+    def accept(iteration: DesignIteration, analysed: Analysed | None) -> Accepted:
+        cost.begin_acceptance(iteration, deadline, announce)
+        return cost.timed(lambda: judge(setup, out, announce, iteration, analysed))
+
     def store_iteration(finished: tuple[DesignIteration, ...]) -> None:
         save_iteration(out, setup, finished[-1])
         announce.iteration(finished[-1])
@@ -225,9 +229,11 @@ def loop_stages(
 
     return Stages(
         iterate=iterate,
-        accept=lambda iteration, analysed: judge(setup, out, announce, iteration, analysed),
+        accept=accept,
         judge_stress=lambda accepted: judge_postponed(setup, announce, accepted),
-        why_ended=lambda finished, factors: why_ended(setup, finished, factors, deadline),
+        why_ended=lambda finished, factors: why_ended(
+            setup, finished, factors, deadline, cost.reserved(finished)
+        ),
         store_iteration=store_iteration,
         store_acceptance=lambda *judged: save_acceptance(out, setup, *judged),
     )

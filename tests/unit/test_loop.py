@@ -21,11 +21,13 @@ from gradedesign.loop import accepted as accepting
 from gradedesign.loop import accepted_rows, iteration_steps
 from gradedesign.loop import ended as ending
 from gradedesign.loop.announce import Announcer
-from gradedesign.loop.ended import TIGHT_END, Ended
+from gradedesign.loop.ended import TIGHT_END, Ended, NoTimeError
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.left_designs import is_ready
 from gradedesign.loop.loop import Progress, run_loop
 from gradedesign.loop.loop_stages import Judged, Stages
+from gradedesign.loop.predicted_cost import RunWork
+from gradedesign.loop.run_cost import RunCost
 from gradedesign.loop.stages import iteration_from_stage, iteration_to_stage
 from gradedesign.output.result import Iteration
 from gradedesign.results.reasons import why_not
@@ -504,13 +506,13 @@ def test_an_acceptance_that_fails_loses_no_iteration(error):
 # --- what ends it ---------------------------------------------------------------------------------
 
 
-def ended(monkeypatch, iterations, *, left=1e6, most=6, saturated=None):
+def ended(monkeypatch, iterations, *, left=1e6, most=6, saturated=None, acceptance=0.0):
     """What ends the loop, with so many seconds left of 1200."""
     monkeypatch.setattr(ending, "saturated", lambda *_: saturated)
     case = SimpleNamespace(run=SimpleNamespace(max_iterations=most))
     setup = SimpleNamespace(problem=SimpleNamespace(case=case))
     deadline = Deadline(1200.0, start=time.monotonic() - (1200.0 - left))
-    return ending.why_ended(setup, iterations, {}, deadline)
+    return ending.why_ended(setup, iterations, {}, deadline, acceptance)
 
 
 def test_rounds_end_the_loop(monkeypatch):
@@ -531,6 +533,54 @@ def test_time_ends_the_loop_and_says_what_more_of_it_brings(monkeypatch):
     )
     # The first iteration is run whatever the clock says.
     assert ended(monkeypatch, [], left=0.0) is None
+
+
+def test_time_for_the_acceptance_stays_when_another_iteration_is_begun(monkeypatch):
+    """200 s are left: 130 for an iteration of 100 s and 70 for an acceptance, but not 71."""
+    done = [an_iteration(1, 1.2), an_iteration(2, 0.94)]
+    assert ended(monkeypatch, done, left=200.0, acceptance=69.0) is None
+    found = ended(monkeypatch, done, left=200.0, acceptance=85.0)
+    assert found.by == "time"
+    assert found.words.endswith("about 20 s more allow another iteration and its acceptance")
+
+
+def test_an_acceptance_that_cannot_end_in_time_is_not_begun(monkeypatch):
+    said = []
+    announce = Announcer(lambda event: said.append(event.message))
+    cost = RunCost(budget=SimpleNamespace(time=1200.0))
+    cost.work = RunWork(
+        part_dofs=1000, load_cases=1, adjoint_solves=1, explicit_dofs=1000, explicit_memory=1,
+        explicit_mesh_s=1.0, explicit_solve_s=10.0, whole_s=100.0, mesher_tets=0, iterations=6,
+    )  # fmt: skip
+
+    def begin(left, took):
+        done = an_iteration(1, 0.98)
+        done = replace(done, summary=replace(done.summary, timing_s={"explicit solve": took}))
+        cost.begin_acceptance(
+            done, Deadline(1200.0, start=time.monotonic() - (1200.0 - left)), announce
+        )
+
+    begin(250.0, 20.0)  # 100 s on the idle machine, 200 on one that is twice as slow
+    assert said == []
+    begin(150.0, 20.0)
+    assert "acceptance of iteration 1 is predicted to take 200 s, more than the 150 s" in said[0]
+    with pytest.raises(NoTimeError, match=r"takes about 100 s where 9[0-9] s are left; about 10 s"):
+        begin(95.0, 20.0)
+    begin(95.0, 5.0)  # one that is twice as fast takes 50 s
+    assert len(said) == 1
+    # After an acceptance its own time counts, and the loop keeps it free: here nothing.
+    cost.timed(lambda: SimpleNamespace(acceptance=SimpleNamespace(scope="none")))
+    assert cost.judged_s is None
+    cost.timed(lambda: SimpleNamespace(acceptance=SimpleNamespace(scope="whole")))
+    assert 0.0 < cost.judged_s < 1.0
+    cost.judged_s = 400.0
+    assert cost.reserved([an_iteration(1, 0.98), an_iteration(2, 0.98)]) == 400.0
+    # The loop ends by its time, with what iterations found.
+    faked = Faked([an_iteration(1, 0.99)])
+    faked.fails = {1: NoTimeError("no time")}
+    outcome = faked.run()
+    assert (outcome.ended.by, outcome.ended.words) == ("time", "no time")
+    assert (len(outcome.iterations), outcome.accepted) == (1, None)
 
 
 def test_the_same_design_twice_ends_the_loop(monkeypatch):

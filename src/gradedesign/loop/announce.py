@@ -65,7 +65,7 @@ class Announcer:
             "cost",
             f"predicted {basis}: {cost.explicit_dofs / 1e6:.2g} M unknowns, "
             f"{cost.memory_bytes / 1e9:.2g} of {budget.memory / 1e9:.3g} GB; an iteration "
-            f"{cost.iteration_s:.0f} s, acceptance {cost.whole_s + cost.acceptance_s:.0f} s, "
+            f"{cost.iteration_s:.0f} s, an acceptance {cost.judging_s:.0f} s, "
             f"a run of {iterations} {cost.run_s:.0f} of {budget.time:.0f} s",
             seconds_per_iteration_s=cost.iteration_s,
             seconds_per_run_s=cost.run_s,

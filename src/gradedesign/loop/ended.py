@@ -1,7 +1,7 @@
 """Reason why the loop ended, and advice on how to go further.
 
 Budgets end a run with a stated reason; they do not steer it. So the clock is read here only, and
-only to decide that no further iteration is begun.
+only to decide that no further iteration or acceptance is begun.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gradedesign.errors import GradeDesignError
+from gradedesign.errors import GradeDesignError, ResourceError
 from gradedesign.limits.verdict import Factors
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.saturation import saturated
@@ -56,7 +56,11 @@ TIGHT_END = Ended(by="tight", words="a limit is used to 97 % or no density can f
 
 
 def why_ended(
-    setup: Setup, iterations: Sequence[DesignIteration], factors: Factors, deadline: Deadline
+    setup: Setup,
+    iterations: Sequence[DesignIteration],
+    factors: Factors,
+    deadline: Deadline,
+    acceptance_s: float = 0.0,
 ) -> Ended | None:
     """Reason to end the loop before another iteration, or None.
 
@@ -68,6 +72,8 @@ def why_ended(
     factors : mapping of (name, load case) to float
         Factors of acceptance.
     deadline : Deadline
+    acceptance_s : float, s
+        That an acceptance after the iteration is expected to take.
     """
     if not iterations:
         return None
@@ -89,16 +95,45 @@ def why_ended(
             f"takes about {_rounded(last)} s",
         )
     # The first iteration of all also compiles, so it is reserve enough for the second.
-    needed = last * (TIME_RESERVE if len(iterations) > 1 else 1.0)
+    needed = last * (TIME_RESERVE if len(iterations) > 1 else 1.0) + acceptance_s
     remaining = deadline.remaining()
     if remaining < needed:
         return Ended(
             by="time",
             words=f"[run] time of {deadline.seconds:.4g} s ended the run after "
             f"{counted(len(iterations), 'iteration')}; about {_rounded(needed - remaining)} s more "
-            f"allow another iteration",
+            f"allow another iteration{' and its acceptance' if acceptance_s else ''}",
         )
     return None
+
+
+class NoTimeError(ResourceError):
+    """An acceptance is not begun, since it would not end in the time of the case."""
+
+
+def require_time(iteration: int, deadline: Deadline, least_s: float) -> None:
+    """Refuse to begin an acceptance for which there is no time on an idle machine.
+
+    Parameters
+    ----------
+    iteration : int
+        Number of the one whose design is to be judged.
+    deadline : Deadline
+    least_s : float, s
+        That the acceptance takes.
+
+    Raises
+    ------
+    NoTimeError
+        If less is left.
+    """
+    remaining = deadline.remaining()
+    if remaining < least_s:
+        raise NoTimeError(
+            f"[run] time of {deadline.seconds:.4g} s ended the run before the acceptance of "
+            f"iteration {iteration}, which takes about {least_s:.0f} s where {remaining:.0f} s are "
+            f"left; about {_rounded(least_s - remaining)} s more and --resume judge it"
+        )
 
 
 def enclosed_end(mass: float, refused: Sequence[float]) -> Ended | None:
@@ -151,7 +186,9 @@ def unjudged_end(unjudged: str) -> Ended:
 
 
 def unaccepted_end(error: GradeDesignError) -> Ended:
-    """A design could not be judged: its file, an analysis of it or their comparison failed."""
+    """A design could not be judged: no time is left, or its file or an analysis of it failed."""
+    if isinstance(error, NoTimeError):
+        return Ended(by="time", words=str(error))
     return Ended(by="unaccepted", words=f"the printed surface could not be judged: {error}")
 
 

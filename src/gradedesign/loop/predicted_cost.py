@@ -132,6 +132,11 @@ class CostPrediction:
     iterations: int
     learned: bool = False
 
+    @property
+    def judging_s(self) -> float:
+        """Seconds of an acceptance with both of its analyses, s."""
+        return self.whole_s + self.acceptance_s
+
 
 def predict_cost(
     work: RunWork, speed: Speed = MEASURED, *, learned: bool = False

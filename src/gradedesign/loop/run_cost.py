@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from gradedesign.case.run_schema import RunSpec
 from gradedesign.limits.row import LimitRow
+from gradedesign.loop.accepted import Accepted
 from gradedesign.loop.announce import Announcer
+from gradedesign.loop.ended import require_time
 from gradedesign.loop.iteration import DesignIteration
 from gradedesign.loop.predicted_cost import (
     CostPrediction,
@@ -33,6 +36,8 @@ class RunCost:
     work : RunWork or None
     before, after : CostPrediction or None
         The first prediction, and the one that the first iteration taught.
+    judged_s : float or None, s
+        That the last acceptance took whose stress was judged in meshes of its own.
     """
 
     budget: RunSpec
@@ -40,6 +45,7 @@ class RunCost:
     work: RunWork | None = None
     before: CostPrediction | None = None
     after: CostPrediction | None = None
+    judged_s: float | None = None
 
     def __post_init__(self) -> None:
         self.clock = Deadline(self.budget.time)
@@ -70,17 +76,75 @@ class RunCost:
         self.after = learned_cost(self.work, iterations[0])
         announce.cost(self.after, self.budget)
 
+    def acceptance(self, last: DesignIteration) -> tuple[float, float]:
+        """Seconds of an acceptance of an iteration: the least, and those expected, s.
+
+        By the speed of that iteration or, as far as it is known, of the last acceptance. The least
+        are those of an idle machine of two cores, if they are fewer: the first iteration also
+        compiles, and another process may have slowed it.
+        """
+        if self.work is None:
+            return 0.0, 0.0
+        idle = predict_cost(real_work(self.work, last)).judging_s
+        expected = learned_cost(self.work, last).judging_s
+        if self.judged_s is not None:
+            expected = self.judged_s
+        return min(idle, expected), expected
+
+    def reserved(self, iterations: Sequence[DesignIteration]) -> float:
+        """Seconds that stay for an acceptance when another iteration is begun, s."""
+        if not iterations:
+            return 0.0
+        least, expected = self.acceptance(iterations[-1])
+        return least if len(iterations) == 1 else expected
+
+    def begin_acceptance(
+        self, iteration: DesignIteration, deadline: Deadline, announce: Announcer
+    ) -> None:
+        """Say what the acceptance of an iteration's design takes, before it begins.
+
+        Raises
+        ------
+        NoTimeError
+            If it cannot end in time.
+        """
+        least, expected = self.acceptance(iteration)
+        number = iteration.summary.number
+        require_time(number, deadline, least)
+        if expected > deadline.remaining():
+            announce.say(
+                "warning",
+                f"the acceptance of iteration {number} is predicted to take {expected:.0f} s, more "
+                f"than the {deadline.remaining():.0f} s that are left of [run] time: it may end "
+                f"after it",
+            )
+
+    def timed(self, judge: Callable[[], Accepted]) -> Accepted:
+        """The acceptance that ``judge`` makes, whose seconds are expected of the next one."""
+        began = time.perf_counter()
+        accepted = judge()
+        if accepted.acceptance.scope != "none":
+            self.judged_s = time.perf_counter() - began
+        return accepted
+
     def data(self) -> dict[str, Any]:
         """Plain data for result.json."""
         predictions = {"at_start": self.before, "after_first_iteration": self.after}
         return {name: asdict(cost) for name, cost in predictions.items() if cost is not None}
 
 
-def learned_cost(work: RunWork, first: DesignIteration) -> CostPrediction:
-    """Predict a run from the seconds and the unknowns of its first iteration."""
-    summary = first.summary
+def learned_cost(work: RunWork, iteration: DesignIteration) -> CostPrediction:
+    """Predict a run from the seconds and the unknowns of one of its iterations."""
+    real, summary = real_work(work, iteration), iteration.summary
+    speed = learned_speed(real, summary.sizing_iterations, summary.timing_s)
+    return predict_cost(real, speed, learned=True)
+
+
+def real_work(work: RunWork, iteration: DesignIteration) -> RunWork:
+    """The work with the unknowns that an iteration really had."""
+    summary = iteration.summary
     grown = summary.dofs / work.explicit_dofs
-    real = replace(
+    return replace(
         work,
         explicit_dofs=summary.dofs,
         explicit_memory=int(grown * work.explicit_memory),
@@ -88,5 +152,3 @@ def learned_cost(work: RunWork, first: DesignIteration) -> CostPrediction:
         whole_s=grown * work.whole_s,
         mesher_tets=int(grown * work.mesher_tets),
     )
-    speed = learned_speed(real, summary.sizing_iterations, summary.timing_s)
-    return predict_cost(real, speed, learned=True)
