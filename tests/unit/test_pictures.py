@@ -33,7 +33,16 @@ from gradedesign.output.pictures import (
     picture_stress,
     round_factor,
 )
-from gradedesign.output.scene import SIZE, Layer, Scene, frame_of, hatch, sharp_edges, thinned
+from gradedesign.output.scene import (
+    SIZE,
+    Layer,
+    Scene,
+    frame_of,
+    hatch,
+    legend_box,
+    sharp_edges,
+    thinned,
+)
 from gradedesign.part.box import box_surface
 from gradedesign.part.part import read_part
 from gradedesign.part.signed_distance import region_distance
@@ -214,6 +223,19 @@ def test_labels_do_not_overlap_and_stay_in_the_picture(scene):
         for other in boxes[:n]:
             apart = (one[:, 0] >= other[:, 1] - 1e-6) | (other[:, 0] >= one[:, 1] - 1e-6)
             assert apart.any()
+
+
+def test_labels_leave_the_legend_free(scene):
+    """The label of a remote force whose arrow ends below the legend of six load cases."""
+    _, _, tip = ends()
+    names = [f"braking on one side, {n}" for n in range(6)]
+    actions = [force(tip, [0, 0, -1.0], name) for name in names]
+    remote = replace(force(tip, [0, 0, 1.0], names[0], text="5 kN remote"), at=[6.0, 2.0, 6.0])
+    drawn = scene([], [*actions, remote])
+    (left, right), (bottom, top) = legend_box(drawn.legend)
+    assert len(drawn.legend) == 6
+    for box in (label_box(label, frame_of(drawn)) for label in drawn.labels):
+        assert box[0, 0] >= right or box[0, 1] <= left or box[1, 0] >= top or box[1, 1] <= bottom
 
 
 def test_marks_of_a_case_are_what_it_asks_for(tmp_path):

@@ -1,11 +1,10 @@
 """The same mesh and nodal forces in CalculiX, an independent solver."""
 
-import shutil
 import subprocess
 
 import numpy as np
-import pytest
 from meshes import box_mesh, face, solve_one, uniform
+from oracles.calculix import needs_ccx
 
 from gradedesign.fe.loads import pressure_force, resultant_load
 from gradedesign.fe.space import tet_space
@@ -62,7 +61,7 @@ def run_calculix(folder, deck, count):
     return table[:, 1:].T
 
 
-@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+@needs_ccx
 def test_displacements_are_calculixs(tmp_path):
     mesh = bent_mesh()
     space = tet_space(mesh)

@@ -12,6 +12,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, IntArray
 from gradedesign.output.scene import (
+    LEGEND_ROW,
     SIZE,
     Arrow,
     ColourBar,
@@ -20,14 +21,15 @@ from gradedesign.output.scene import (
     Lines,
     Scene,
     frame_of,
+    legend_box,
     scene_box,
 )
 
 if TYPE_CHECKING:
     import pyvista
 
-#: Letters of a line of the caption, and pixels of one of the legend.
-_CAPTION, _LETTER = 92, 12
+#: Letters of a line of the caption.
+_CAPTION = 92
 #: Triangles that are drawn of one layer at most.
 MOST_TRIANGLES = 2_000_000
 
@@ -86,8 +88,9 @@ def _add_all(plotter: pyvista.Plotter, scene: Scene) -> None:
     if scene.caption:
         text = "\n".join(wrap(scene.caption, _CAPTION))
         plotter.add_text(text, position=(190, 14), font_size=11, color="#333333")
-    for row, entry in enumerate(scene.legend):
-        _add_legend_row(plotter, row, entry, max(len(e.text) for e in scene.legend))
+    (left, _), (_, top) = legend_box(scene.legend)
+    for row, entry in enumerate(scene.legend, 1):
+        _add_legend_row(plotter, entry, left, top - LEGEND_ROW * row)
     plotter.add_axes(line_width=3, color="black", viewport=(0.0, 0.0, 0.15, 0.2))
 
 
@@ -98,15 +101,16 @@ def _add_on_top(plotter: pyvista.Plotter, mesh: Any, colour: str) -> None:
     actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, -66_000.0)
 
 
-def _add_legend_row(plotter: pyvista.Plotter, row: int, entry: LegendEntry, letters: int) -> None:
-    """A coloured square and what it stands for, from the upper right corner downwards."""
-    left, top = SIZE[0] - 70 - _LETTER * letters, SIZE[1] - 44 - 30 * row
-    square = plotter.add_text(" ", position=(left, top), font_size=11)
+def _add_legend_row(
+    plotter: pyvista.Plotter, entry: LegendEntry, left: float, bottom: float
+) -> None:
+    """A coloured square and what it stands for."""
+    square = plotter.add_text(" ", position=(left, bottom), font_size=11)
     square.prop.background_color = entry.colour
     square.prop.background_opacity = 1.0
     square.prop.show_frame = False
     square.input = "    "
-    plotter.add_text(entry.text, position=(left + 40, top), font_size=11, color="black")
+    plotter.add_text(entry.text, position=(left + 40, bottom), font_size=11, color="black")
 
 
 def _polydata(vertices: FloatArray, faces: IntArray) -> pyvista.PolyData:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.output.scene import SIZE, Arrow, Frame, Label, Lines
+from gradedesign.output.scene import SIZE, Arrow, Frame, Label, LegendEntry, Lines, legend_box
 
 #: Pixels of a letter, of a label's height, and of the margin around a text.
 LETTER, HEIGHT, MARGIN = 11.5, 34.0, 14.0
@@ -18,7 +18,10 @@ _ROWS, _COLUMNS = 12, (0.0, 0.5, -0.5, 1.0, -1.0)
 
 
 def separated(
-    labels: Sequence[Label], frame: Frame, arrows: Sequence[Arrow] = ()
+    labels: Sequence[Label],
+    frame: Frame,
+    arrows: Sequence[Arrow] = (),
+    legend: Sequence[LegendEntry] = (),
 ) -> tuple[tuple[Label, ...], tuple[Lines, ...]]:
     """Labels moved in the plane of the picture until none overlaps, and strokes to their points.
 
@@ -29,6 +32,8 @@ def separated(
     frame : Frame
     arrows : sequence of Arrow
         Left free as well, where there is room.
+    legend : sequence of LegendEntry
+        Likewise.
 
     Returns
     -------
@@ -38,6 +43,7 @@ def separated(
     """
     scale = frame.height / SIZE[1]
     placed = [box for arrow in arrows for box in _arrow_boxes(arrow, frame)]
+    placed.append(legend_box(legend).astype(np.float64))
     moved: list[Label] = []
     strokes: list[Lines] = []
     for label in labels:

@@ -110,7 +110,9 @@ def picture_loads(
         arrows=tuple(arrow for action in drawn for arrow in action.arrows),
         legend=_loads_legend(regions, drawn),
     )
-    labels, strokes = separated(_loads_labels(regions, drawn), frame_of(scene), scene.arrows)
+    labels, strokes = separated(
+        _loads_labels(regions, drawn), frame_of(scene), scene.arrows, scene.legend
+    )
     return _draw(path, replace(scene, labels=labels, lines=(*scene.lines, *strokes)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ from gradedesign.mesh._surface_mesh_kernels import corners_of_box
 #: From the part to the viewer, whichever way a scene is drawn, and pixels of a picture.
 VIEW = np.array([1.0, -1.35, 0.85])
 SIZE = (1200, 900)
+#: Pixels of a letter of the legend, of a row of it, and to it from the right and the upper edge.
+LEGEND_LETTER, LEGEND_ROW, LEGEND_RIGHT, LEGEND_TOP = 12, 30, 30, 14
 #: Share of the width that a colour bar takes.
 BAR_AREA = 0.14
 
@@ -81,6 +84,14 @@ class LegendEntry:
 
     text: str
     colour: str
+
+
+def legend_box(entries: Sequence[LegendEntry]) -> IntArray:
+    """Left and right, bottom and top of a legend, ``(2, 2)`` pixels; its rows run downwards."""
+    letters = max((len(entry.text) for entry in entries), default=0)
+    right, top = SIZE[0] - LEGEND_RIGHT, SIZE[1] - LEGEND_TOP
+    left, bottom = right - 40 - LEGEND_LETTER * letters, top - LEGEND_ROW * len(entries)
+    return np.array([[left, right], [bottom, top]])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
