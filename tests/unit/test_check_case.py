@@ -299,6 +299,14 @@ def test_a_point_without_its_force_is_refused(tmp_path):
         read(tmp_path, text)
 
 
+@pytest.mark.parametrize("key", ['coupling = "rigid"', "rigid = true"])
+def test_a_rigid_remote_is_refused_by_name(tmp_path, key):
+    force = 'force = ["0 N", "0 N", "-400 N"]'
+    text = changed((force, f'{force}, point = ["30 mm", "6 mm", "20 mm"], {key}'))
+    with pytest.raises(CaseError, match=r"load\[0\]\.\w+: .*no analysis couples .* rigidly"):
+        read(tmp_path, text)
+
+
 @pytest.mark.parametrize(("edges", "asked"), [("0.2 mm", True), ("2 mm", False), ("90 m", True)])
 def test_the_unit_of_a_tiny_or_huge_part_is_questioned(edges, asked, registry, tmp_path):
     text = changed(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Annotated, ClassVar, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -24,6 +24,11 @@ from gradedesign.case.value_types import (
 
 Prescribed: TypeAlias = tuple[float | None, float | None, float | None]
 _EXAMPLE = '["0 mm", "free", "0.1 mm"]'
+_NO_RIGID = (
+    "unknown key: no analysis couples a region to a point rigidly, and a remote force leaves its "
+    "region free to deform; leave the key out for that, or give the part with the lever that holds "
+    "the region in shape"
+)
 
 
 def axis_prescription(letters: str) -> Prescribed:
@@ -117,6 +122,8 @@ class FixSpec(Table):
 
 class LoadSpec(Table):
     """A load on a region; what is given acts together."""
+
+    replaced: ClassVar[Mapping[str, str]] = dict.fromkeys(("coupling", "rigid"), _NO_RIGID)
 
     region: RegionName = Field(examples=["tip"])
     """Name of the region that is loaded."""

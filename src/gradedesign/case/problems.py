@@ -118,7 +118,11 @@ def _problem(error: ErrorDetails, key: Key, layout: type[BaseModel]) -> Problem:
     if kind == "at_key":
         return Problem(key=(*key, context["key"]), message=str(context["message"]))
     if kind == "extra_forbidden":
-        choices = tuple(_fields(_table_at(layout, key[:-1])))
+        table = _table_at(layout, key[:-1])
+        replaced: Mapping[str, str] = getattr(table, "replaced", {})
+        if str(key[-1]) in replaced:
+            return Problem(key=key, message=replaced[str(key[-1])])
+        choices = tuple(_fields(table))
         return Problem(
             key=key,
             message="unknown key" + elsewhere(layout, str(key[-1]), choices),

@@ -21,7 +21,7 @@ class Table(BaseModel):
         use_attribute_docstrings=True,
     )
 
-    #: Tables of another command's file, with what to write here instead.
+    #: Keys that are refused by a sentence of their own: what to write instead.
     replaced: ClassVar[Mapping[str, str]] = {}
 
 
