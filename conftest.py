@@ -1,12 +1,20 @@
-"""The order of all tests, of the core and of every plugin, and how hypothesis chooses examples."""
+"""Order, examples and fixtures of all tests, of the core and of every plugin."""
 
 import gc
 import os
+import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import hypothesis
+import pytest
+
+from gradedesign.cli import main
 
 ROOT = Path(__file__).parent
+
+# Tests of every folder hold the code against the same oracles: `from oracles.x import y`.
+sys.path.insert(0, str(ROOT / "tests"))
 
 #: Folders of tests that come first. A worker takes a half of the list: one compiles the kernels of
 #: these, the other, after the many short tests that stand directly in tests/, those of whole runs.
@@ -37,3 +45,47 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)
+
+
+class Ended(NamedTuple):
+    """How a command ended."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def cli(capsys):
+    """Run the command line in this process: its exit code and what it printed."""
+
+    def call(*words):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        printed = capsys.readouterr()
+        code = ended.value.code
+        return Ended(code if isinstance(code, int) else int(bool(code)), printed.out, printed.err)
+
+    return call
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the pictures of runs and checks, for tests of something else."""
+    leave_out_pictures(monkeypatch)
+
+
+def leave_out_pictures(patch):
+    """Do so for a fixture that lives longer than a test."""
+    patch.setattr("gradedesign.cli.check.picture_loads", lambda *_, **__: ())
+    for name in ("loads", "density", "lattice", "stress", "deformed"):
+        patch.setattr(f"gradedesign.results.files.picture_{name}", lambda *_, **__: ())
+
+
+@pytest.fixture(scope="module")
+def undrawn_module():
+    """`undrawn` for a whole module."""
+    with pytest.MonkeyPatch.context() as patch:
+        leave_out_pictures(patch)
+        yield

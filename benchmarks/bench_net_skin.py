@@ -83,12 +83,12 @@ def net_pieces(folder):
     from gradedesign.generate.generate import stated_design
     from gradedesign.generate.stated_cells import stated_cells
     from gradedesign.lattice.dense_lattice import DenseLattice, dense_lattice
-    from gradedesign.output.layers import _slice_at
     from gradedesign.part.part import read_part
     from gradedesign.plugin.registry import build_registry
     from gradedesign.resolve.lattice_files import printed_lattice
     from gradedesign.resolve.part_readers import part_readers
     from gradedesign.resolve.part_repairer import part_repairer
+    from gradedesign_layers.layers import _slice_at
 
     registry, case = build_registry(), load_generate_case(folder)
     part = read_part(case, part_readers(case, registry), part_repairer(case, registry))

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from gradedesign.fe.eigen_solver import EigenProblem, EigenSolver, ExtremeValue
     from gradedesign.fe.linear_solver import LinearAnswer, LinearSolver, LinearSystem
     from gradedesign.lattice.beams import BeamLattice
+    from gradedesign.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
+    from gradedesign.lattice.sample import checked_values
     from gradedesign.limits.analysis import Analysis
     from gradedesign.limits.key import LimitKey
     from gradedesign.limits.limit import Limit, LimitKind, PlacedCase, StatedLimit
@@ -49,7 +51,7 @@ if TYPE_CHECKING:
     from gradedesign.mesh.mesher import Mesher, serve_mesher
     from gradedesign.mesh.surface_mesh import SurfaceMesh
     from gradedesign.output.exporter import Exporter, PlannedPrint
-    from gradedesign.output.printed_lattice import PrintedLattice
+    from gradedesign.output.printed_lattice import PrintedLattice, SampledPrint
     from gradedesign.part.exact_surface import ExactSurface
     from gradedesign.part.file_body import FileBody
     from gradedesign.part.file_faces import FileFaces
@@ -72,6 +74,8 @@ if TYPE_CHECKING:
         VolumeFields,
     )
     from gradedesign.verify.printed_solid import PrintedSolid
+    from gradedesign.workspace.progress import report_step
+    from gradedesign.workspace.threads import in_threads
 
 __all__ = [
     "Allowed",
@@ -81,6 +85,7 @@ __all__ = [
     "CaseError",
     "CellFamily",
     "CellMaker",
+    "DenseLattice",
     "DensityError",
     "Discretisation",
     "DistanceBricks",
@@ -109,6 +114,8 @@ __all__ = [
     "Mesher",
     "PartError",
     "PartReader",
+    "PixelField",
+    "PixelPlane",
     "PlacedCase",
     "PlannedPrint",
     "PlannedSolid",
@@ -122,6 +129,7 @@ __all__ = [
     "Resolution",
     "ResourceError",
     "Response",
+    "SampledPrint",
     "ScalingLaw",
     "SolidMultiple",
     "SolvedSolid",
@@ -134,16 +142,19 @@ __all__ = [
     "VolumeFields",
     "VoxelVolume",
     "as_multiple",
+    "checked_values",
     "cubic_law",
     "cubic_table_law",
     "distance_bricks",
     "distance_grid",
     "hookimpl",
     "in_number",
+    "in_threads",
     "load_case",
     "power_law",
     "raw_triangles",
     "read_property_table",
+    "report_step",
     "run",
     "serve_mesher",
     "serve_repairer",
@@ -158,6 +169,8 @@ _HOMES = {
     "plugin.read_case": "load_case",
     "case.limits_schema": "Allowed LimitEntry SolidMultiple as_multiple in_number stated_words",
     "lattice.beams": "BeamLattice",
+    "lattice.dense_lattice": "DenseLattice PixelField PixelPlane",
+    "lattice.sample": "checked_values",
     "limits.analysis": "Analysis",
     "limits.key": "LimitKey",
     "limits.limit": "Limit LimitKind PlacedCase StatedLimit",
@@ -181,7 +194,7 @@ _HOMES = {
     "mesh.mesher": "Mesher serve_mesher",
     "mesh.surface_mesh": "SurfaceMesh",
     "output.exporter": "Exporter PlannedPrint",
-    "output.printed_lattice": "PrintedLattice",
+    "output.printed_lattice": "PrintedLattice SampledPrint",
     "part.exact_surface": "ExactSurface",
     "part.file_body": "FileBody",
     "part.file_faces": "FileFaces",
@@ -194,6 +207,8 @@ _HOMES = {
     "verify.analysis": "AnalysisEstimate Discretisation ExplicitAnalysis PlannedSolid Resolution "
     "SolvedSolid StressSample SurfaceFields VolumeFields",
     "verify.printed_solid": "PrintedSolid",
+    "workspace.progress": "report_step",
+    "workspace.threads": "in_threads",
 }
 # Before anything imports numba, which reads its settings once.
 settle_threads()

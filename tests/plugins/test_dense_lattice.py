@@ -14,10 +14,10 @@ from gradedesign.lattice.lattice import LatticeDesign, lattice_field
 from gradedesign.lattice.net_skin import NetSkin
 from gradedesign.lattice.skin import Skin
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.layers import _slice_at
 from gradedesign.output.printed_lattice import MeasuredField, PrintedLattice
 from gradedesign.part.signed_distance import surface_distance
 from gradedesign.plugin.registry import build_registry
+from gradedesign_layers.layers import _slice_at
 
 
 def knot():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gradedesign.arrays import Field, FloatArray
+from gradedesign.arrays import BoolArray, Field, FloatArray, IntArray
 from gradedesign.fields.algebra import (
     blend_intersection,
     blend_union,
@@ -28,8 +28,10 @@ from gradedesign.fields.segment_distance import (
 )
 
 __all__ = [
+    "BoolArray",
     "Field",
     "FloatArray",
+    "IntArray",
     "Interpolation",
     "NearSegments",
     "blend_intersection",

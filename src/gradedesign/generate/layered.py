@@ -9,14 +9,15 @@ import numpy as np
 
 from gradedesign.case.generate_schema import GenerateCase
 from gradedesign.case.run_schema import OWN_FORMATS
+from gradedesign.errors import blaming
 from gradedesign.generate.generate_files import SLABS_NAME, slab_table
 from gradedesign.generate.stated_result import StatedLattice, stated_result
+from gradedesign.lattice.islands import refuse_large
 from gradedesign.lattice.slab_density import field_points, layered_density, total
 from gradedesign.loop.announce import Announcer
 from gradedesign.material.material import Material
 from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.layers import require_printer, slice_lattice
-from gradedesign.output.printed_lattice import MeasuredField
+from gradedesign.output.printed_lattice import MeasuredField, PrintedLattice, SampledPrint
 from gradedesign.output.result import RunResult
 from gradedesign.plugin.registry import Registry
 from gradedesign.resolve.lattice_files import LatticeFile, printed_lattice, write_lattice_files
@@ -35,14 +36,15 @@ NO_SURFACE = (
 def layers_alone(case: GenerateCase, formats: Sequence[LatticeFile]) -> bool:
     """Whether a case needs no surface of the lattice.
 
-    True where every format reads the field only, and ``[print]`` has no keys but those of layers
-    and of the build volume.
+    True where every format reads the field only and one samples it in layers, and ``[print]`` has
+    no keys but those of layers and of the build volume.
     """
     return (
-        bool(formats)
+        any(file.exporter.sample for file in formats)
         and not any(file.exporter.needs_surface for file in formats)
         and not set(OWN_FORMATS) & set(case.output.formats)
         and case.print is not None
+        and case.print.layer_height is not None
         and case.print.model_fields_set <= _OF_LAYERS
     )
 
@@ -60,40 +62,37 @@ def generate_layers(
     Raises
     ------
     LatticeError
-        If the layers do not hold the volume of the field, or too much of them is disconnected.
+        If too much of the layers is disconnected, or what the format refuses, such as layers that
+        do not hold the volume of the field.
     """
     (out, announce), design, part = to, stated.design, stated.part
     with announce.stage("lattice"):
         nothing = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int64))
         lattice = printed_lattice(case, part.surface, nothing, design, material)
-        _, pixel = require_printer(lattice)
-        if lattice.dense_field is None:
-            raise TypeError("a printed lattice comes with its field")
+        pixel = lattice.pixel_size or lattice.layer_height
+        if lattice.dense_field is None or pixel is None:
+            raise TypeError("layers alone are made of a field and a stated height")
         fields = lattice.dense_field(3.0 * pixel)
         field = field_points(design, (fields, fields.part))
         bounds = np.stack([design.domain.lower, design.domain.upper])
         lattice = replace(lattice, measured=MeasuredField(bounds=bounds, volume=field.volume))
-        layers = slice_lattice(lattice, contoured=all(f.exporter.contoured for f in formats))
+        layers = _sampled(lattice, formats)
         volume = layers.printed_volume
         mass = None if material is None else volume * material.density * 1e6
-        lattice = replace(lattice, layers=layers, mass_g=mass)
+        lattice = replace(lattice, sampled=layers, mass_g=mass)
         thickness = max(case.lattice.cell_size, design.cell_size)
         slabs = layered_density(
             design, field, part.surface, layers.axis_volumes(), thickness=thickness
         )
     announce.say(
         "lattice",
-        f"{len(layers.layers)} layers of {layers.shape[0]} x {layers.shape[1]} pixels, density "
-        f"{total(slabs[0], 'surface'):.4f} of {total(slabs[0], 'target'):.4f}",
+        f"{layers.words}, density {total(slabs[0], 'surface'):.4f} of "
+        f"{total(slabs[0], 'target'):.4f}",
     )
     result = stated_result((case, registry), stated, slabs, (volume, layers.dropped), material)
     if joints := result.measures["joints_mm3"]:
         announce.say("lattice", f"joints add {joints:.4g} mm^3")
-    cell = {
-        **result.measures["cell"],
-        "layer_height_mm": layers.height,
-        "pixel_size_mm": layers.pixel,
-    }
+    cell = {**result.measures["cell"], **layers.sizes}
     with announce.stage("output"):
         files = {"slabs": SLABS_NAME, "result": RESULT_NAME}
         files |= write_lattice_files(out, formats, lattice)
@@ -112,3 +111,18 @@ def generate_layers(
     )
     write_result(out, result)
     return result
+
+
+def _sampled(lattice: PrintedLattice, formats: Sequence[LatticeFile]) -> SampledPrint:
+    """Samples of the field by the first format that takes them, for all formats.
+
+    Errors are those of the format, and of what is disconnected.
+    """
+    file = next(file for file in formats if file.exporter.sample is not None)
+    sample = file.exporter.sample
+    if sample is None:
+        raise TypeError("no format samples the field")
+    with blaming(f"exporter {file.exporter.name!r} of {file.source}", always=False):
+        samples = sample(lattice, [one.exporter.name for one in formats])
+    refuse_large(samples.dropped, samples.dropped_share)
+    return samples

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from gradedesign.cell.cell_map import CellMap
 from gradedesign.cell.strut_axes import StrutAxes
 from gradedesign.lattice.domain import DesignDomain
-from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign.output.printed_lattice import PrintedLattice, SampledPrint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,9 +52,11 @@ class Exporter:
         ``write(path, lattice)`` writes a `PrintedLattice` to one new file at ``path``. The file
         takes its place in the run folder when ``write`` returns.
     needs_surface : bool
-        Whether it reads ``lattice.surface``; where no format does, `generate` makes none.
-    contoured : bool
-        Whether it writes contours of the layers, which hold thin struts better than their pixels.
+        Whether it reads ``lattice.surface``.
+    sample : callable or None
+        ``sample(lattice, formats) -> SampledPrint`` samples the field once for the formats, by
+        name, that are written. Where no format needs a surface and one samples, `generate` makes
+        none, measures the samples, and hands them to ``write`` as ``lattice.sampled``.
     refuses : callable
         ``refuses(PlannedPrint) -> str``: why the format cannot hold a lattice, in a sentence; empty
         where it can. Asked before anything is made; ``write`` is to refuse by the same function.
@@ -64,5 +66,5 @@ class Exporter:
     suffix: str
     write: Callable[[Path, PrintedLattice], None]
     needs_surface: bool = True
-    contoured: bool = False
+    sample: Callable[[PrintedLattice, Sequence[str]], SampledPrint] | None = None
     refuses: Callable[[PlannedPrint], str] = writes_every_print

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from gradedesign.arrays import Field, FloatArray
+from gradedesign.case.print_schema import FRAMES
 from gradedesign.lattice.beams import BeamLattice
 from gradedesign.lattice.dense_lattice import DenseLattice
-from gradedesign.mesh.surface_mesh import SurfaceMesh
-from gradedesign.output.layer_stack import Layers
+from gradedesign.mesh.surface_mesh import SurfaceMesh, enclosed_volume
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,6 +29,33 @@ class MeasuredField:
 
     bounds: FloatArray
     volume: float
+
+
+class SampledPrint(Protocol):
+    """Samples of the field from which formats write a lattice without a surface, such as layers."""
+
+    @property
+    def words(self) -> str:
+        """Kind, number and size of the samples, such as ``50 layers of 80 x 80 pixels``."""
+
+    @property
+    def sizes(self) -> Mapping[str, float]:
+        """Sizes of the samples by their names in the result."""
+
+    @property
+    def printed_volume(self) -> float:
+        """Of what is printed, mm^3."""
+
+    @property
+    def dropped(self) -> int:
+        """Number of disconnected components that were left out."""
+
+    @property
+    def dropped_share(self) -> float:
+        """Their share of the solid volume before."""
+
+    def axis_volumes(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Middles ``(k,)`` mm of slices across x, y and z, and the volume ``(k,)`` mm^3 in each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,8 +102,8 @@ class PrintedLattice:
         Always ``"mm"``.
     measured : MeasuredField or None
         What takes the place of the surface where none was made.
-    layers : Layers or None
-        Where they were sampled before.
+    sampled : SampledPrint or None
+        Where an exporter's ``sample`` was called before.
     """
 
     surface: SurfaceMesh
@@ -94,7 +122,7 @@ class PrintedLattice:
     outer_records: bytes = b""
     unit: str = "mm"
     measured: MeasuredField | None = None
-    layers: Layers | None = None
+    sampled: SampledPrint | None = None
 
     @property
     def bounds(self) -> FloatArray:
@@ -108,6 +136,16 @@ class PrintedLattice:
         used[self.surface.faces] = True
         points = self.surface.vertices[used]
         return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    @property
+    def volume(self) -> float:
+        """Inside the surface; inside the field where no surface was made, mm^3."""
+        return enclosed_volume(self.surface) if self.measured is None else self.measured.volume
+
+    @property
+    def frame(self) -> FloatArray:
+        """Axes of the machine as rows ``(3, 3)``, the build direction last."""
+        return np.array(FRAMES[self.build_direction], dtype=np.float64)
 
     @property
     def metadata(self) -> dict[str, str]:

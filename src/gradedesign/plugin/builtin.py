@@ -20,11 +20,8 @@ from gradedesign.limits.limit import LimitKind
 from gradedesign.material.library import builtin_materials
 from gradedesign.material.material import Material
 from gradedesign.mesh.mesher import PYTETWILD, Mesher
-from gradedesign.output.cli_layers import export_cli, export_cli_binary
 from gradedesign.output.exporter import Exporter
-from gradedesign.output.layers import why_no_layers
 from gradedesign.output.ply import export_ply
-from gradedesign.output.png_stack import export_png_stack
 from gradedesign.output.stl import export_stl
 from gradedesign.output.threemf import export_3mf, export_3mf_beams
 from gradedesign.output.trimesh_formats import export_glb, export_obj, export_off
@@ -79,7 +76,7 @@ def gradedesign_meshers() -> Iterable[Mesher]:
 
 @hookimpl
 def gradedesign_exporters() -> Iterable[Exporter]:
-    """Register the exporters of STL, 3MF, layers, OBJ, PLY, OFF and GLB."""
+    """Register the exporters of STL, 3MF, OBJ, PLY, OFF and GLB."""
     yield Exporter(name="stl", suffix=".stl", write=export_stl)
     yield Exporter(name="3mf", suffix=".3mf", write=export_3mf)
     yield Exporter(
@@ -88,19 +85,6 @@ def gradedesign_exporters() -> Iterable[Exporter]:
         write=export_3mf_beams,
         refuses=lambda p: why_no_beams(p.axes, p.cell_map, p.domain),
     )
-    for name, suffix, write in (
-        ("cli", ".cli", export_cli),
-        ("cli-binary", ".cli", export_cli_binary),
-        ("png-stack", ".zip", export_png_stack),
-    ):
-        yield Exporter(
-            name=name,
-            suffix=suffix,
-            write=write,
-            needs_surface=False,
-            contoured=suffix == ".cli",
-            refuses=lambda p: why_no_layers(p.layer_height),
-        )
     yield Exporter(name="obj", suffix=".obj", write=export_obj)
     yield Exporter(name="ply", suffix=".ply", write=export_ply)
     yield Exporter(name="off", suffix=".off", write=export_off)

@@ -29,6 +29,7 @@ from gradedesign.mesh.triangle_cells import CellGrid
 from gradedesign.output.exporter import Exporter, PlannedPrint
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.output.stl import write_stl
+from gradedesign.plugin.plugins_by_name import supplied_by
 from gradedesign.plugin.registry import Registry, absent
 from gradedesign.resolve.outer_triangles import outer_records
 from gradedesign.workspace.atomic import replacing_path
@@ -85,7 +86,9 @@ def lattice_files(case: CaseIdentity, registry: Registry) -> tuple[LatticeFile, 
             if name in OWN_FORMATS:
                 continue
             if name not in registry.exporters:
-                near = instead(name, [*registry.exporters, *OWN_FORMATS])
+                near = supplied_by("exporters", name) or instead(
+                    name, [*registry.exporters, *OWN_FORMATS]
+                )
                 raise absent(registry, f"no format named '{name}'; {near}")
             exporter = registry.exporters[name]
             file = f"lattice{exporter.suffix}"

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray
-from gradedesign.errors import ResourceError
-from gradedesign.output.layer_stack import Layers
-from gradedesign.output.layers import slice_lattice
-from gradedesign.output.printed_lattice import PrintedLattice
+from gradedesign import PrintedLattice, ResourceError
+from gradedesign.fields import BoolArray
+from gradedesign_layers.layer_stack import Layers
+from gradedesign_layers.layers import slice_lattice
 
 #: What the images are: sizes, places, metadata.
 INDEX = "stack.json"

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.output._contour_kernels import spread_values
-from gradedesign.output.contours import Tracer, enclosed_areas
-from gradedesign.output.layer_stack import Layers
-from gradedesign.workspace.threads import in_threads
+from gradedesign import in_threads
+from gradedesign.fields import FloatArray, IntArray
+from gradedesign_layers._contour_kernels import spread_values
+from gradedesign_layers.contours import Tracer, enclosed_areas
+from gradedesign_layers.layer_stack import Layers
 
 #: Values are this far from 0 at least, so that every point is between two pixels, of a pixel.
 _CLEAR = 1e-6

@@ -9,16 +9,15 @@ import matplotlib.image
 import numpy as np
 import pytest
 import trimesh
-from layer_contours import contours
 
 from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.output import layers
-from gradedesign.output.cli_layers import export_cli, export_cli_binary, read_cli
-from gradedesign.output.contours import signed_area
-from gradedesign.output.layers import slice_lattice
-from gradedesign.output.png_stack import export_png_stack
 from gradedesign.output.printed_lattice import PrintedLattice
 from gradedesign.part.box import box_surface
+from gradedesign_layers import layers
+from gradedesign_layers.cli_layers import export_cli, export_cli_binary, read_cli
+from gradedesign_layers.contours import signed_area
+from gradedesign_layers.layers import slice_lattice
+from gradedesign_layers.png_stack import export_png_stack
 
 CASE = """\
 [case]
@@ -256,18 +255,6 @@ def test_layers_without_a_height_say_which_key_is_missing(tmp_path, export):
     lattice = lattice_of(ball((0, 0, 0), 1), box_surface((1, 1, 1)), layer_height=None)
     with pytest.raises(Exception, match=r"\[print\] layer_height"):
         export(tmp_path / "x", lattice)
-
-
-def test_contours_go_around_solid_with_the_solid_on_the_left():
-    x, y = np.meshgrid(np.arange(41) / 10 - 2, np.arange(41) / 10 - 2, indexing="ij")
-    ring = np.abs(np.hypot(x, y) - 1.25) - 0.5 + 1e-9
-    loops = contours(ring)
-    areas = sorted(signed_area(p) / 100 for p in loops)
-    np.testing.assert_allclose(areas, [-np.pi * 0.75**2, np.pi * 1.75**2], rtol=5e-3)
-    # Two pixels that touch at a corner are two solids.
-    two = np.ones((4, 4))
-    two[1, 1] = two[2, 2] = -1.0
-    assert [signed_area(p) for p in contours(two)] == [0.5, 0.5]
 
 
 def test_files_of_a_case_whose_name_ends_headers_are_read(tmp_path, cli):

@@ -15,16 +15,13 @@ from typing import IO
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.errors import ResourceError
-from gradedesign.output import _cli_kernels as kernels
-from gradedesign.output.contours import signed_area
-from gradedesign.output.layer_contours import LayerContours, layer_contours
-from gradedesign.output.layer_stack import Layers
-from gradedesign.output.layers import slice_lattice
-from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.workspace.progress import report_step
-from gradedesign.workspace.threads import in_threads
+from gradedesign import PrintedLattice, ResourceError, in_threads, report_step
+from gradedesign.fields import FloatArray, IntArray
+from gradedesign_layers import _cli_kernels as kernels
+from gradedesign_layers.contours import signed_area
+from gradedesign_layers.layer_contours import LayerContours, layer_contours
+from gradedesign_layers.layer_stack import Layers
+from gradedesign_layers.layers import slice_lattice
 
 _HEADER_END = b"$$HEADEREND"
 #: Command of the binary form that begins a layer.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gradedesign.arrays import BoolArray, FloatArray, IntArray, locked
-from gradedesign.output import _run_kernels as kernels
+from gradedesign.fields import BoolArray, FloatArray, IntArray
+from gradedesign_layers import _run_kernels as kernels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,10 +74,6 @@ class Layers:
     dropped_share: float = 0.0
     contour_volume: float | None = None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "frame", locked(self.frame, (3, 3), name="frame"))
-        object.__setattr__(self, "lower", locked(self.lower, (3,), name="lower"))
-
     def top(self, number: int) -> float:
         """Upper side of a layer, mm; of -1, the underside of the first."""
         return float(self.lower[2] + (number + 1) * self.height)
@@ -85,6 +81,16 @@ class Layers:
     def solid(self, number: int) -> BoolArray:
         """Solid pixels of a layer, ``(nx, ny)``."""
         return self.layers[number].solid(self.shape[1])
+
+    @property
+    def words(self) -> str:
+        """Number and size of the layers."""
+        return f"{len(self.layers)} layers of {self.shape[0]} x {self.shape[1]} pixels"
+
+    @property
+    def sizes(self) -> dict[str, float]:
+        """Height and pixel, as results name them."""
+        return {"layer_height_mm": self.height, "pixel_size_mm": self.pixel}
 
     @property
     def volume(self) -> float:

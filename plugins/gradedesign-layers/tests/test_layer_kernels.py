@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from layer_contours import contours
 from scipy import ndimage
 
-from gradedesign.output import _contour_kernels as kernels
-from gradedesign.output.contours import Tracer, enclosed_areas, signed_area
-from gradedesign.output.layer_stack import Layers
-from gradedesign.output.layers import _connected, _layer
+from gradedesign_layers import _contour_kernels as kernels
+from gradedesign_layers.contours import Tracer, enclosed_areas, signed_area
+from gradedesign_layers.layer_stack import Layers
+from gradedesign_layers.layers import _connected, _layer
 
 #: Directed segments of a square by its solid corners, see `_contour_kernels`.
 SEGMENTS = {
@@ -57,6 +56,12 @@ def slow_contours(values):
             bent = off > kernels.STRAIGHT * np.maximum(np.hypot(*chord.T), 1e-12)
             polygons.append(points[bent] if bent.sum() >= 3 else points)
     return polygons
+
+
+def contours(values):
+    """Closed polygons ``(n, 2)`` around what is negative in a layer ``(nx, ny)``."""
+    places, first = Tracer(values.shape).polygons(values)
+    return np.split(places, first[1:-1]) if len(first) > 1 else []
 
 
 def noise(random, shape, smooth):
@@ -111,3 +116,15 @@ def test_components_equal_those_of_labelled_voxels(bodies):
         np.testing.assert_allclose(volumes, counts * 0.5**2 * 0.25)
         steps = (0.5, 0.5, 0.25)[axis]
         np.testing.assert_allclose(np.diff(middles), steps)
+
+
+def test_contours_go_around_solid_with_the_solid_on_the_left():
+    x, y = np.meshgrid(np.arange(41) / 10 - 2, np.arange(41) / 10 - 2, indexing="ij")
+    ring = np.abs(np.hypot(x, y) - 1.25) - 0.5 + 1e-9
+    loops = contours(ring)
+    areas = sorted(signed_area(p) / 100 for p in loops)
+    np.testing.assert_allclose(areas, [-np.pi * 0.75**2, np.pi * 1.75**2], rtol=5e-3)
+    # Two pixels that touch at a corner are two solids.
+    two = np.ones((4, 4))
+    two[1, 1] = two[2, 2] = -1.0
+    assert [signed_area(p) for p in contours(two)] == [0.5, 0.5]

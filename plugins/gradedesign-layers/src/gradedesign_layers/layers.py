@@ -12,20 +12,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from gradedesign.arrays import BoolArray, Field, FloatArray
-from gradedesign.case.print_schema import FRAMES
-from gradedesign.errors import LatticeError
-from gradedesign.lattice.dense_lattice import DenseLattice, PixelField, PixelPlane
-from gradedesign.lattice.islands import refuse_large
-from gradedesign.lattice.sample import checked_values
-from gradedesign.mesh.surface_mesh import enclosed_volume
-from gradedesign.output import _run_kernels as kernels
-from gradedesign.output._tile_kernels import place_tiles, tile_points
-from gradedesign.output.layer_contours import contour_volume
-from gradedesign.output.layer_stack import Layer, Layers
-from gradedesign.output.printed_lattice import PrintedLattice
-from gradedesign.workspace.progress import report_step
-from gradedesign.workspace.threads import in_threads
+from gradedesign import (
+    DenseLattice,
+    LatticeError,
+    PixelField,
+    PixelPlane,
+    PlannedPrint,
+    PrintedLattice,
+    checked_values,
+    in_threads,
+    report_step,
+)
+from gradedesign.fields import BoolArray, Field, FloatArray
+from gradedesign_layers import _run_kernels as kernels
+from gradedesign_layers._tile_kernels import place_tiles, tile_points
+from gradedesign_layers.layer_contours import contour_volume
+from gradedesign_layers.layer_stack import Layer, Layers
 
 #: Largest relative difference of the layers' volume from the surface's: pixels and layers are not
 #: as fine as its triangles, but nothing is missing.
@@ -39,9 +41,9 @@ _BATCH = 1 << 20
 _TILE = 4
 
 
-def why_no_layers(layer_height: float | None) -> str:
+def why_no_layers(planned: PlannedPrint | PrintedLattice) -> str:
     """Why a lattice cannot be written in layers; empty where it can."""
-    if layer_height is None:
+    if planned.layer_height is None:
         return 'layers need their height; state [print] layer_height = "0.03 mm"'
     return ""
 
@@ -54,7 +56,7 @@ def require_printer(lattice: PrintedLattice) -> tuple[float, float]:
     LatticeError
         If the case states no layer height.
     """
-    if words := why_no_layers(lattice.layer_height):
+    if words := why_no_layers(lattice):
         raise LatticeError(words)
     if lattice.layer_height is None or lattice.dense_field is None:
         raise LatticeError("the lattice comes without a field to sample")
@@ -73,14 +75,13 @@ def slice_lattice(lattice: PrintedLattice, *, contoured: bool = False) -> Layers
     Raises
     ------
     LatticeError
-        If there is no printer, the layers do not hold what is meant, or without a surface too much
-        of them would be disconnected.
+        If there is no printer, or the layers do not hold what is meant.
     """
-    if lattice.layers is not None:
-        return lattice.layers
+    if isinstance(lattice.sampled, Layers):
+        return lattice.sampled
     height, pixel = require_printer(lattice)
     stated = lattice.measured
-    meant = enclosed_volume(lattice.surface) if stated is None else stated.volume
+    meant = lattice.volume
     for left in range(0 if lattice.pixel_size else HALVINGS, -1, -1):
         layers = _slice_at(lattice, height, pixel)
         # Printed surfaces lack the disconnected components as the layers do; the field has them.
@@ -90,8 +91,6 @@ def slice_lattice(lattice: PrintedLattice, *, contoured: bool = False) -> Layers
             layers = replace(layers, contour_volume=contour_volume(layers))
         volume = layers.printed_volume / kept
         if abs(volume - meant) <= near:
-            if stated is not None:
-                refuse_large(layers.dropped, layers.dropped_share)
             return layers
         pixel *= 0.5 if left else 1.0
     what = "printed surface" if stated is None else "field of the lattice"
@@ -104,7 +103,7 @@ def slice_lattice(lattice: PrintedLattice, *, contoured: bool = False) -> Layers
 
 def _slice_at(lattice: PrintedLattice, height: float, pixel: float) -> Layers:
     """Layers of a lattice at one size of the pixels, mm, whatever volume they hold."""
-    frame = np.array(FRAMES[lattice.build_direction], dtype=np.float64)
+    frame = lattice.frame
     corners = lattice.bounds @ frame.T
     low, high = corners.min(axis=0), corners.max(axis=0)
     nx, ny = (int(n) + 2 for n in np.ceil((high - low)[:2] / pixel - 1e-9))

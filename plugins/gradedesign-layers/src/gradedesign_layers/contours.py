@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gradedesign.arrays import FloatArray, IntArray
-from gradedesign.output._contour_kernels import polygon_areas, trace
+from gradedesign.fields import FloatArray, IntArray
+from gradedesign_layers._contour_kernels import polygon_areas, trace
 
 
 class Tracer:

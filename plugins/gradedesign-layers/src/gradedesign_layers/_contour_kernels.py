@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from gradedesign.output._run_kernels import beside_change
+from gradedesign_layers._run_kernels import beside_change
 
 #: A point within this distance of the line between its neighbours is left out, steps.
 STRAIGHT = 1e-4
