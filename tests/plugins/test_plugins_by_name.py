@@ -79,8 +79,11 @@ BOX = 'box = ["10 mm", "5 mm", "5 mm"]'
          "plugin gradedesign-step; or export it as STL or 3MF"),
         ('file = "block.stl"\nunits = "mm"\nrepair = "pymeshlab"',
          'part.repair: found "pymeshlab"; install the plugin gradedesign-pymeshlab'),
+        (BOX + '\n[output]\nformats = ["stl", "cli-binary"]',
+         "case.toml:6: output.formats: no format named 'cli-binary'; install the plugin "
+         "gradedesign-layers"),
     ],
-    ids=["cell", "reader", "repairer"],
+    ids=["cell", "reader", "repairer", "exporter"],
 )  # fmt: skip
 def test_a_case_that_needs_a_plugin_is_told_which(tmp_path, cli, monkeypatch, part, words):
     monkeypatch.setenv("GRADEDESIGN_DISABLE_PLUGINS", "1")

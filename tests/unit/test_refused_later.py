@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from small_parts import WALLS, box_part, held_bar
 
+import gradedesign_layers
 from gradedesign.case.read_case import load_case
 from gradedesign.check.check_case import check_case
 from gradedesign.errors import CaseError, PluginError, ResourceError
@@ -34,7 +35,7 @@ density = [0.3, 0.5]
 
 @pytest.fixture(scope="module")
 def registry():
-    known = build_registry(plugins=())
+    known = build_registry(plugins=[gradedesign_layers])
     law = power_law(
         "walls-law", ("walls",), youngs=(1.0, 2.0), strength=(1.0, 1.5), window=(0.1, 0.9),
         origin=LawOrigin(kind="computed", source="this test", test="none"),
