@@ -5,10 +5,12 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 TESTED := $(VENV)/.ready-to-test
 DOCUMENTED := $(VENV)/.ready-to-document
-# Bring a library under the GPL and one of 390 MB: only installed by who asks for them.
-GPL := plugins/gradedesign-pymeshlab
+# Brings a library of 390 MB: only installed by who asks for it, and for tests.
 LARGE := plugins/gradedesign-step
-PLUGINS := $(filter-out $(GPL) $(LARGE),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
+# Of the others, those that are not wanted, such as the one under the GPL:
+# make install WITHOUT=plugins/gradedesign-pymeshlab
+WITHOUT :=
+PLUGINS := $(filter-out $(LARGE) $(WITHOUT),$(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
 PROJECTS := pyproject.toml $(wildcard plugins/*/pyproject.toml)
 
 .PHONY: install run test test-all bench docs
@@ -25,7 +27,6 @@ $(READY): $(PROJECTS)
 $(TESTED): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ./$(LARGE)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable ./$(GPL)
 	touch $@
 
 $(DOCUMENTED): $(READY)
