@@ -13,7 +13,6 @@ from functools import cache
 from pathlib import Path
 
 from gradedesign.case.schema import Case
-from gradedesign.fe.solution import Solution
 from gradedesign.limits.limit import limits_stress
 from gradedesign.limits.verdict import Factors, any_broken, unsure_words
 from gradedesign.loop.accepted import Accepted, accept_design, judge_stress
@@ -120,31 +119,24 @@ def run_stages(case: Case, registry: Registry, out: RunFolder, announce: Announc
         setup = prepare(case, registry, announce.listener)
     announce.part(setup)
     with announce.stage("solid"):
-        solutions = solve_solid(setup.problem)
-        setup = with_solid(setup, solutions)
+        setup = with_solid(setup, solve_solid(setup.problem))
         rows = setup.solid
     announce.limits("solid", rows)
     announce.warnings((*setup.solid_yields, *unsure_words(rows)))
     if any_broken(rows):
         result = infeasible_result(setup, registry, rows)
-        return write_outputs(out, setup, result, announce, solid=solutions)
+        return write_outputs(out, setup, result, announce)
     if case.run.stop_after == "solid":
         result = partial_result(setup, registry, rows, "solid")
-        return write_outputs(out, setup, result, announce, solid=solutions)
-    setup = with_size_effects(oriented(setup, solutions), announce.listener)
+        return write_outputs(out, setup, result, announce)
+    setup = with_size_effects(oriented(setup, setup.solutions), announce.listener)
     if case.run.stop_after in ("sizing", "lattice"):
-        return stop_early(setup, registry, out, announce, solutions)
+        return stop_early(setup, registry, out, announce)
     cost.predict(setup, rows, announce)
-    return loop(setup, registry, out, announce, cost, solutions)
+    return loop(setup, registry, out, announce, cost)
 
 
-def stop_early(
-    setup: Setup,
-    registry: Registry,
-    out: RunFolder,
-    announce: Announcer,
-    solid: Sequence[Solution],
-) -> RunResult:
+def stop_early(setup: Setup, registry: Registry, out: RunFolder, announce: Announcer) -> RunResult:
     """Size once, and stop there or after building the lattice."""
     with announce.stage("sizing"):
         sized = size_design(
@@ -157,16 +149,11 @@ def stop_early(
         )
     setup = with_cells(setup, sized.rho)
     result = partial_result(setup, registry, (), setup.problem.case.run.stop_after, sized=sized)
-    return write_outputs(out, setup, result, announce, solid=solid, rho=sized.rho)
+    return write_outputs(out, setup, result, announce, rho=sized.rho)
 
 
 def loop(
-    setup: Setup,
-    registry: Registry,
-    out: RunFolder,
-    announce: Announcer,
-    cost: RunCost,
-    solid: Sequence[Solution],
+    setup: Setup, registry: Registry, out: RunFolder, announce: Announcer, cost: RunCost
 ) -> RunResult:
     """Run the loop on a prepared part, from where an earlier run stopped, and write the verdict."""
     iterations = load_iterations(out, setup)
@@ -185,9 +172,7 @@ def loop(
     problem = setup.problem
     result = with_print_limits(result, problem.case, shown.printability, problem.material)
     result = replace(result, predicted=cost.data())
-    return write_outputs(
-        out, setup, result, announce, solid=solid, shown=shown, iterations=outcome.iterations
-    )
+    return write_outputs(out, setup, result, announce, shown=shown, iterations=outcome.iterations)
 
 
 def loop_stages(

@@ -898,7 +898,10 @@ def test_sizing_leaves_the_room_that_each_load_case_asks_for(monkeypatch):
         for key in (PULL, SIDE)
     )
     setup = SimpleNamespace(
-        problem=SimpleNamespace(case=None, limits=(*limits, a_stress_limit())),
+        problem=SimpleNamespace(
+            case=SimpleNamespace(lattice=SimpleNamespace(by_stress=False)),
+            limits=(*limits, a_stress_limit()),
+        ),
         cells=SimpleNamespace(cell=None, bounds=(0.2, 0.6), zoning=None),
         model=None,
     )

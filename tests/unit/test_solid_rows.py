@@ -101,9 +101,8 @@ def test_the_row_holds_band_largest_and_the_governing_case(tmp_path):
 
 def test_a_first_answer_sizes_where_the_limit_lies_in_the_band(tmp_path):
     setup = prepare(bar(tmp_path, 179.7), build_registry())
-    solutions = solve_solid(setup.problem)
-    setup = with_solid(setup, solutions)
-    (answer,) = first_answer(setup, solutions).constant
+    setup = with_solid(setup, solve_solid(setup.problem))
+    (answer,) = first_answer(setup).constant
     assert answer.density is None
     assert answer.reason != "broken when solid"
 

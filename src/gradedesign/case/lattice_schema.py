@@ -112,6 +112,8 @@ class Parameters(Reader):
 
 #: Keys of a lattice whose density is stated rather than found.
 STATED = ("density_map", "transition", "parameter_map")
+#: Ways to find the density; the first by default.
+METHODS = ("lightest", "stress-to-density")
 #: Quantities that may follow the density.
 GRADINGS = ("uniform", "level", "thickness", "size", "ratio")
 
@@ -254,9 +256,29 @@ class LatticeSpec(CellsSpec):
     """Lowest and highest relative density the user allows; the windows of the family and of its
     law narrow it further."""
 
+    method: Annotated[str, Choice(METHODS)] = "lightest"
+    """lightest: the least mass under every limit, by gradients; stress-to-density: the plain way,
+    the stress of the fully solid part mapped to density by the law and scaled until every limit
+    holds, with ``acceptance = "whole"`` unless it is stated."""
+
     size_effects: Annotated[bool, Flag()] = True
     """Size effect: the stiffness of walls with few cells between the part's free faces, where it
     can be computed; ``false`` only to compare with the periodic lattice."""
+
+    @property
+    def by_stress(self) -> bool:
+        """Whether the plain method finds the density."""
+        return self.method == METHODS[1]
+
+    @model_validator(mode="after")
+    def _graded_by_stress(self) -> LatticeSpec:
+        if self.by_stress and self.grading == "uniform":
+            raise key_error(
+                "method",
+                'stress-to-density makes a map of densities, which grading = "uniform" has not; '
+                'expected another grading, or method = "lightest"',
+            )
+        return self
 
     @model_validator(mode="before")
     @classmethod

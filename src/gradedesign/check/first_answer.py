@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gradedesign.errors import DensityError
-from gradedesign.fe.solution import Solution
 from gradedesign.limits.row import LimitRow
 from gradedesign.limits.verdict import any_broken
 from gradedesign.loop.iteration_steps import SizingPlan, design_filter, size_design
@@ -82,15 +81,13 @@ class FirstAnswer:
         return max(self.constant, key=lambda answer: answer.density or 0.0)
 
 
-def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
+def first_answer(setup: Setup) -> FirstAnswer:
     """Constant densities that meet the limits, and one sizing of the homogenised part.
 
     Parameters
     ----------
     setup : Setup
         Its solid part analysed, see `solid.with_solid`.
-    solutions : tuple of Solution
-        Of the solid part, one per load case.
 
     Returns
     -------
@@ -107,7 +104,7 @@ def first_answer(setup: Setup, solutions: tuple[Solution, ...]) -> FirstAnswer:
     answer = FirstAnswer(constant=constant, yields=setup.solid_yields)
     if not answer.feasible:
         return answer
-    setup = with_size_effects(oriented(setup, solutions))
+    setup = with_size_effects(oriented(setup, setup.solutions))
     report_step("sizing")
     plan = SizingPlan(most_iterations=SIZING_ITERATIONS)
     sized = size_design(setup, Correction(), {}, design_filter(setup), plan)

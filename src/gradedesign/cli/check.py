@@ -96,8 +96,7 @@ def estimated(case: Case, registry: Registry) -> FirstAnswer:
 
     setup = prepare(case, registry)
     report_step("solid part")
-    solutions = solve_solid(setup.problem)
-    return first_answer(with_solid(setup, solutions), solutions)
+    return first_answer(with_solid(setup, solve_solid(setup.problem)))
 
 
 def picture_path(checked: CaseCheck) -> Path:

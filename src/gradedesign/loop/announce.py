@@ -95,7 +95,8 @@ class Announcer:
             f"{part_volume(setup.problem):.6g} mm^3, {mesh.tets.shape[1]} tets, "
             f"{setup.problem.space.dof_count} dof; cell {setup.cells.cell.name} of "
             f"{setup.problem.case.lattice.size_words}, law {setup.cells.law.name}, density "
-            f"{setup.cells.bounds[0]:.3g} to {setup.cells.bounds[1]:.3g}",
+            f"{setup.cells.bounds[0]:.3g} to {setup.cells.bounds[1]:.3g}, method "
+            f"{setup.problem.case.lattice.method}",
         )
         self.warnings(setup.warnings)
 

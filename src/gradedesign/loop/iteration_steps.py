@@ -13,10 +13,7 @@ from gradedesign.cell.shape import blamed_shape
 from gradedesign.errors import LatticeError
 from gradedesign.fe.assembly import strain_energy_per_element
 from gradedesign.fe.elastic_system import ElasticSystem
-from gradedesign.lattice.density_grid import (
-    DensityGrid,
-    density_grid_from_elements,
-)
+from gradedesign.lattice.density_grid import DensityGrid, density_grid_from_elements
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.sample import grid_points
 from gradedesign.limits.key import LimitKey
@@ -33,14 +30,13 @@ from gradedesign.resolve.setup import Setup
 from gradedesign.resolve.thinnest_wall import thinnest_wall
 from gradedesign.resolve.zoning import cell_weights, node_windows
 from gradedesign.sizing.filter import DensityFilter, cone_filter, uniform_filter
-from gradedesign.sizing.homogenised import (
-    homogenised_system,
-)
+from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import as_stiffness, in_lattice, lattice_stiffness
 from gradedesign.sizing.responses import solve_adjoints
 from gradedesign.sizing.size import SizingProblem, SizingResult, SizingStep
 from gradedesign.sizing.state import SolvedState, solved_state
+from gradedesign.sizing.stress_to_density import size_by_stress
 from gradedesign.verify.correction import Correction, energy_weighted_density
 from gradedesign.verify.printed_solid import PrintedSolid
 from gradedesign.workspace.progress import report_step
@@ -152,8 +148,15 @@ def size_design(
         windows=None if setup.cells.zoning is None else setup.cells.zoning.windows,
         target=plan.target,
     )
+    case = setup.problem.case
+    if case.lattice.by_stress:
+        return size_by_stress(
+            sizing, setup.solutions, allowed_stress(case, setup.problem.material),
+            start=None if plan.start is None else float(plan.start[0]),
+            max_iterations=plan.most_iterations, on_step=on_step,
+        )  # fmt: skip
     return stored_sizing(
-        setup.problem.case,
+        case,
         setup.cells.cell,
         sizing,
         start=plan.start,

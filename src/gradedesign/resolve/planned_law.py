@@ -123,7 +123,7 @@ def _known(case: Case, law: ScalingLaw) -> PlannedLaw:
 
 
 def require_strength(case: Case, law: ScalingLaw) -> None:
-    """Refuse a law of stiffness alone in a case that limits stress.
+    """Refuse a law of stiffness alone in a case that limits stress, or maps it to density.
 
     Raises
     ------
@@ -133,17 +133,23 @@ def require_strength(case: Case, law: ScalingLaw) -> None:
         return
     limits = case.limits
     key = "stress" if limits.stress is not None else "safety_factor"
-    if getattr(limits, key) is None:
+    limited = getattr(limits, key) is not None
+    if not (limited or case.lattice.by_stress):
         return
+    use, otherwise = (
+        (f"{case.where(f'limits.{key}')} limits the stress in the lattice", "leave the limit out")
+        if limited
+        else (
+            f"{case.where('lattice.method')} maps stress to density by it",
+            'take method = "lightest"',
+        )
+    )
     cure = (
         "add strength = {c = ..., n = ...} to it"
         if law.kind == "stated"
         else "name a law with strength"
     )
-    raise CaseError(
-        f"law '{law.name}' has no strength, and {case.where(f'limits.{key}')} limits the stress in "
-        f"the lattice; {cure}, or leave the limit out"
-    )
+    raise CaseError(f"law '{law.name}' has no strength, and {use}; {cure}, or {otherwise}")
 
 
 def changed_parameters(family: CellFamily, parameters: Mapping[str, float]) -> list[str]:

@@ -124,7 +124,7 @@ def resolve_case(case: Case, registry: Registry) -> ResolvedCase:
     ResourceError
         If the part's mesh or the grid of densities cannot fit the memory of the case.
     """
-    resolved = _without_zones(case, registry)
+    resolved = _without_zones(with_acceptance(case), registry)
     report_step("cells and their zones")
     zones = resolve_zones(
         resolved.case,
@@ -222,6 +222,13 @@ def _without_zones(case: Case, registry: Registry) -> ResolvedCase:
         narrowed=tuple(narrowed),
         support_zones=judging_zones(case, part, material, inner_points(domain), layout),
     )
+
+
+def with_acceptance(case: Case) -> Case:
+    """The case with its acceptance: of the plain method whole, unless it is stated."""
+    if not case.lattice.by_stress or "acceptance" in case.run.model_fields_set:
+        return case
+    return case.model_copy(update={"run": case.run.model_copy(update={"acceptance": "whole"})})
 
 
 def _mesher(case: Case, registry: Registry, key: str, name: str) -> Mesher:

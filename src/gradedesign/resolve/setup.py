@@ -10,6 +10,7 @@ from gradedesign.case.locate import locating
 from gradedesign.case.schema import Case
 from gradedesign.errors import CaseError
 from gradedesign.fe.load_case import region_nodes, region_shares
+from gradedesign.fe.solution import Solution
 from gradedesign.fe.space import TetSpace, tet_space
 from gradedesign.lattice.solid_moments import solid_fraction
 from gradedesign.layout.cell_layout import layout_warnings
@@ -57,6 +58,8 @@ class Setup:
     warnings : tuple of str
     solid : tuple of LimitRow
         Every limit with its value on the fully solid part, once that is analysed.
+    solutions : tuple of Solution
+        Of the fully solid part in every load case, once it is analysed.
     solid_yields : tuple of str
         Warning that the fully solid part yields; empty where it does not.
     """
@@ -66,6 +69,7 @@ class Setup:
     model: HomogenisedModel
     warnings: tuple[str, ...]
     solid: tuple[LimitRow, ...] = ()
+    solutions: tuple[Solution, ...] = ()
     solid_yields: tuple[str, ...] = ()
 
 

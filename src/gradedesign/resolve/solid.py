@@ -129,7 +129,7 @@ def solid_yielding(
 
 
 def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
-    """Setup with the rows of the solid part, and with limits relative to it resolved.
+    """Setup with the analysis of the solid part, and with limits relative to it resolved.
 
     Raises
     ------
@@ -143,6 +143,7 @@ def with_solid(setup: Setup, solutions: tuple[Solution, ...]) -> Setup:
         setup,
         problem=replace(problem, limits=limits),
         solid=limit_rows(limits, analysis, "solid part"),
+        solutions=solutions,
         solid_yields=yielding_words(
             analysis.yields, "the fully solid part", limited=limits_stress(limits)
         ),

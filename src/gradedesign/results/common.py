@@ -67,6 +67,7 @@ def common_entries(setup: Setup, registry: Registry) -> dict[str, Any]:
             "size_effects": size_effects_data(setup),
             "window": list(law.window),
             "coefficients": {name: value for name, value in law.coefficients},
+            "method": problem.case.lattice.method,
             "cell": cells.cell.name,
             "cell_source": cells.cell.family.source,
             "cell_window": list(cells.cell.window),

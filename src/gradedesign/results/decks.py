@@ -45,7 +45,6 @@ def write_decks(
     setup: Setup,
     files: dict[str, str],
     *,
-    solid: Sequence[Solution],
     rho: FloatArray | None,
     correction: Correction,
     analysed: Analysed | None,
@@ -58,8 +57,6 @@ def write_decks(
     setup : Setup
     files : dict of str to str
         Takes the names of the decks.
-    solid : sequence of Solution
-        Of the fully solid part.
     rho : (M,) array, optional
         Design.
     correction : Correction
@@ -69,8 +66,7 @@ def write_decks(
     """
     problem = setup.problem
     warnings: tuple[str, ...] = ()
-    if solid:
-        _solid(out, problem, solid, files)
+    _solid(out, problem, setup.solutions, files)
     if rho is not None:
         warnings += _homogenised(out, setup, rho, correction, files)
     if analysed is not None:

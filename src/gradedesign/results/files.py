@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from gradedesign.arrays import FloatArray
-from gradedesign.fe.solution import Solution
 from gradedesign.lattice.lattice import LatticeDesign
 from gradedesign.lattice.printed_surface import first_step, printed_surface
 from gradedesign.limits.local_stress import allowed_stress
@@ -66,7 +65,6 @@ def write_outputs(
     result: RunResult,
     announce: Announcer,
     *,
-    solid: Sequence[Solution] = (),
     rho: FloatArray | None = None,
     shown: Shown | None = None,
     iterations: Sequence[DesignIteration] = (),
@@ -78,13 +76,13 @@ def write_outputs(
     with announce.stage("output"):
         warnings += _loads_picture(out, problem, files)
         density = shown.rho if shown is not None else rho
-        if density is None and solid:
-            write_solid_vtu(out, problem, solid, files)
+        if density is None:
+            write_solid_vtu(out, problem, setup.solutions, files)
         if "inp" in problem.case.output.formats:
             analysed = None if shown is None else shown.analysed
             learned = _learned(iterations, density)
             warnings += write_decks(
-                out, setup, files, solid=solid, rho=density, correction=learned, analysed=analysed
+                out, setup, files, rho=density, correction=learned, analysed=analysed
             )
         if density is not None:
             warnings += _density_files(out, problem, density, files)

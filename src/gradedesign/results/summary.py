@@ -24,6 +24,7 @@ from gradedesign.resolve.outer_triangles import outer_data
 from gradedesign.resolve.setup import Setup
 from gradedesign.results.coarse_layers import coarse_layer
 from gradedesign.results.common import common_entries, latticed_mass, solid_mass
+from gradedesign.results.mapping import mapping_data, with_method
 from gradedesign.results.printable import thickness_data
 from gradedesign.results.reasons import why_met, why_not
 from gradedesign.results.shown import Shown
@@ -72,8 +73,7 @@ def partial_result(
             f"higher upper density or a wider limit would help",
         )
     if sized is not None:
-        model = setup.model
-        weights = model.lattice_volumes
+        model, weights = setup.model, setup.model.lattice_volumes
         mass = total_mass(model, sized.rho) * 1e6
         numbers = {
             "mass_g": mass,
@@ -83,6 +83,7 @@ def partial_result(
         }
         measures = {
             "sizing": {
+                **mapping_data(setup, sized.variables),
                 "iterations": len(sized.history),
                 "converged": sized.converged,
                 "feasible": sized.feasible,
@@ -137,19 +138,19 @@ def verdict_result(
         # A grid that was coarsened to fit the memory, or refined, is part of the verdict.
         warnings += accepted.analysed.result.solved.division.refused
     yields, unjudged = stress_warnings(setup, result)
-    warnings += unjudged
-    warnings += comparison_warnings(printed.comparison)
+    warnings += (*unjudged, *comparison_warnings(printed.comparison))
     if setup.problem.case.print is None:
         # With [print] the check of printability says more.
         body = printed.comparison.printed
         warnings += void_warnings(body.cavities, body.cavities_mm3, body.volume_mm3)
     warnings += design_notes(setup, design.rho)
+    mapping = mapping_data(setup, design.variables)
     density = setup.problem.material.density
     mass, lattice = printed.mass_g(density), printed.mass_g(density, "lattice")
     return RunResult(
         status=status,
         lightest=status == "met" and tight,
-        reason=reason,
+        reason=with_method(reason, mapping),
         ended_by=ended.by,
         limits=rows,
         mass_g=mass,
@@ -160,7 +161,7 @@ def verdict_result(
         acceptance={} if accepted is None else acceptance_data(accepted),
         measures={
             **({} if accepted is None else measure_data(accepted)),
-            **zone_measures(setup, design.rho),
+            **({"sizing": mapping} if mapping else {}) | zone_measures(setup, design.rho),
             "cell_map": dict((accepted.analysed if accepted else setup.cells).layout.report),
             "drains": drain_data(setup.problem.domain.drains),
         },

@@ -9,6 +9,7 @@ import numpy as np
 
 from gradedesign.arrays import FloatArray, locked
 from gradedesign.fe.solution import Solution
+from gradedesign.fe.stiffness import Stiffness
 from gradedesign.fe.stress import element_stress, element_von_mises
 from gradedesign.sizing.homogenised_model import (
     HomogenisedModel,
@@ -48,21 +49,29 @@ class LatticeStress:
 def lattice_stress(
     model: HomogenisedModel, rho: FloatArray, solutions: Sequence[Solution]
 ) -> tuple[LatticeStress, ...]:
-    """Stress of the lattice phase in every load case.
+    """Stress of the lattice phase of densities ``(M,)`` in every load case, in their order."""
+    return stress_demand(model, as_stiffness(cell_stiffness(model, rho)), solutions)
+
+
+def stress_demand(
+    model: HomogenisedModel, stiffness: Stiffness, solutions: Sequence[Solution]
+) -> tuple[LatticeStress, ...]:
+    """Demand on the lattice of the stress in a body of any stiffness on the same tetrahedra.
 
     Parameters
     ----------
     model : HomogenisedModel
-    rho : (M,) array
+        Its laws, cell axes and load cases.
+    stiffness : Stiffness
+        Of the body: of the lattice, or of the fully solid part.
     solutions : sequence of Solution
-        Of every load case.
+        Of that body in every load case.
 
     Returns
     -------
     tuple of LatticeStress
         One per load case, in their order.
     """
-    stiffness = as_stiffness(cell_stiffness(model, rho))
     thermal = model.material.thermal_expansion
     by_name = {s.name: s for s in solutions}
     stresses = []

@@ -6,6 +6,7 @@ import logging
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from gradedesign.sizing.homogenised import homogenised_system
 from gradedesign.sizing.homogenised_model import HomogenisedModel
 from gradedesign.sizing.lattice_stiffness import growth_exponent
 from gradedesign.sizing.lowered import lowered
+from gradedesign.sizing.mean_density import size_by_mean_density
 from gradedesign.sizing.optimality import optimality_step
 from gradedesign.sizing.problem import (
     SizingProblem,
@@ -43,7 +45,6 @@ from gradedesign.sizing.problem import (
 )
 from gradedesign.sizing.responses import response_gradients, solve_adjoints
 from gradedesign.sizing.state import SolvedState, solved_state
-from gradedesign.sizing.uniform import size_uniform
 from gradedesign.workspace.progress import report_step, stepping
 
 log = logging.getLogger(__name__)
@@ -91,21 +92,19 @@ def size(
 
     Notes
     -----
-    A filter of one column is a uniform density, see `size_uniform`. Else limits by gradient enter
-    by adjoints through an optimality criterion; the others enter as a lower bound of each density,
-    as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump to and
-    fro are recognised and damped by halving the move limit. Beyond ``max_iterations`` a limit that
-    gains nothing raises all densities. A design that ends below its aim is lowered to it, see
-    `lowered`.
+    A filter of one column is a uniform density, see `size_by_mean_density`. Else limits by gradient
+    enter by adjoints through an optimality criterion; the others enter as a lower bound of each
+    density, as the stress ratio does (Ramirez 2022, A.2.3); the highest governs. Iterates that jump
+    to and fro are recognised and damped by halving the move limit. Beyond ``max_iterations`` a
+    limit that gains nothing raises all densities. A design that ends below its aim is lowered to
+    it, see `lowered`.
     """
     if problem.filter.shape[1] == 1:
-        return size_uniform(
-            problem,
-            start=None if start is None else float(start[0]),
-            max_iterations=max_iterations,
-            tolerance=tolerance,
-            on_step=on_step,
-        )
+        return size_by_mean_density(
+            problem, partial(np.full, problem.filter.shape[0]), problem.bounds,
+            start=None if start is None else float(start[0]), max_iterations=max_iterations,
+            tolerance=tolerance, on_step=on_step,
+        )  # fmt: skip
     lo, hi = problem.bounds
     felt = felt_variables(problem)
     x = first_variables(problem, felt, start)

@@ -1,4 +1,4 @@
-"""The lightest uniform lattice: the least density of the whole part at which every limit holds.
+"""The lightest of a family of designs, one for each mean density: a uniform lattice, or a map.
 
 One variable needs no gradient and no bound at every point. The limits are judged as they are for
 any other design (largest displacements, volume percentile of the stress, most used cell), so that
@@ -14,9 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from gradedesign.sizing.homogenised import lattice_mass
-from gradedesign.sizing.problem import SizingProblem, SizingResult, SizingStep, sizing_result
-from gradedesign.sizing.state import solved_state
+from gradedesign.arrays import FloatArray
+from gradedesign.sizing.analysed_step import analysed_step
+from gradedesign.sizing.problem import SizingProblem, SizingResult, SizingStep
 
 log = logging.getLogger(__name__)
 
@@ -39,22 +39,29 @@ class _End:
     stayed: int = 0
 
 
-def size_uniform(
+def size_by_mean_density(
     problem: SizingProblem,
+    densities: Callable[[float], FloatArray],
+    bounds: tuple[float, float],
     *,
     start: float | None = None,
     max_iterations: int = 60,
     tolerance: float = 0.004,
     on_step: Callable[[SizingStep], None] | None = None,
 ) -> SizingResult:
-    """Least density in the bounds at which no limit is used to more than the target.
+    """Least mean density of a family at which no limit is used to more than the target.
 
     Parameters
     ----------
     problem : SizingProblem
-        With a filter of one column.
+        Its filter and bounds are not looked at.
+    densities : callable
+        Mean density of the lattice to the densities ``(M,)`` of the design, none of which falls
+        where the mean grows.
+    bounds : (float, float)
+        Least and greatest mean.
     start : float, optional
-        Density at which to look after the lower bound, such as that of an earlier iteration.
+        Mean density at which to look after the lower bound, such as that of an earlier iteration.
     max_iterations : int
         Analyses at most; when they run out the least density that is known to hold is returned,
         else the last.
@@ -66,6 +73,7 @@ def size_uniform(
     Returns
     -------
     SizingResult
+        Its one variable is the mean density.
 
     Notes
     -----
@@ -81,13 +89,15 @@ def size_uniform(
     ----------
     M. Dowell, P. Jarratt, BIT 11, 1971 (Illinois method).
     """
-    lo, hi = problem.bounds
+    lo, hi = bounds
+    tried: list[float] = []
     history: list[SizingStep] = []
 
     def excess(density: float) -> float:
         """Logarithm of the largest utilisation over the target; -inf where nothing is used."""
-        before = history[-1].mean_density if history else density
-        step = _evaluate(problem, density, len(history), abs(density - before) / hi)
+        change = abs(density - tried[-1]) / hi if tried else 0.0
+        step = analysed_step(problem, densities(density), len(history), change)
+        tried.append(density)
         history.append(step)
         if on_step is not None:
             on_step(step)
@@ -95,10 +105,17 @@ def size_uniform(
             return float(np.log(step.utilisation / problem.target))
 
     def result_at(density: float, *, converged: bool) -> SizingResult:
-        if history[-1].mean_density != density:
+        if tried[-1] != density:
             excess(density)
         _warn_of_rises(history)
-        return sizing_result(problem, np.array([density]), history, converged=converged)
+        log.info("sizing ended after %d analyses, converged=%s", len(history), converged)
+        return SizingResult(
+            rho=densities(density),
+            variables=np.array([density]),
+            history=tuple(history),
+            converged=converged,
+            feasible=history[-1].utilisation <= 1.0,
+        )
 
     low = _End(density=lo, value=excess(lo))
     if low.value <= 0 or lo == hi:
@@ -139,29 +156,13 @@ def _between(low: _End, high: _End, aim: float) -> float:
     return float(np.exp(a + np.clip(share, 0.02, 0.98) * (b - a)))
 
 
-def _evaluate(problem: SizingProblem, density: float, number: int, change: float) -> SizingStep:
-    """Every utilisation at one density."""
-    model = problem.model
-    rho = np.full(model.space.element_count, density)
-    state = solved_state(model, rho, problem.limits)
-    return SizingStep(
-        iteration=number,
-        mass_g=lattice_mass(model, rho) * 1e6,
-        mean_density=density,
-        utilisations=tuple(
-            float(limit.predict(state).value) / limit.allowed for limit in problem.limits
-        ),
-        change=change,
-    )
-
-
 def _warn_of_rises(history: Sequence[SizingStep]) -> None:
     """Log where the largest utilisation rises with density: then a lower density may hold too."""
     steps = sorted(history, key=lambda step: step.mean_density)
     for earlier, later in pairwise(steps):
         if later.utilisation > earlier.utilisation * (1 + RISE):
             log.warning(
-                "uniform sizing: the largest utilisation rises from %.4g to %.4g between densities "
+                "the largest utilisation rises from %.4g to %.4g between densities "
                 "%.4g and %.4g; a density below the one found may hold too",
                 earlier.utilisation, later.utilisation, earlier.mean_density, later.mean_density,
             )  # fmt: skip
